@@ -45,7 +45,7 @@ def integrated(u, v, lag, limit, rate, dt, steps):
     st.floats(-3, 3), st.floats(-3, 3), st.floats(0.02, 1), st.floats(0.5, 4), st.floats(0.5, 50)
 )
 def test_the_response_is_that_of_the_differential_equation(u, v, lag, limit, rate):
-    """The midpoint rule errs by h^2, at the end of the ramp, where the slope bends, as well."""
+    """The midpoint rule errs by h^2, also at the bend of the slope at the end of the ramp."""
     exact, rough = (
         followed(u, v, lag, limit, rate, 0.3),
         integrated(u, v, lag, limit, rate, 0.3, 3000),
@@ -104,7 +104,7 @@ def test_the_joints_go_as_the_response_says(arm):
             assert v[k + 1, j] == after
             assert q[k + 1, j] == pytest.approx(q[k, j] + 0.02 * mean, abs=1e-15)
     assert np.abs(v).max() <= 0.3 and np.abs(np.diff(v, axis=0)).max() <= 1.5 * 0.02 + 1e-12
-    assert np.abs(qd).max() > 0.3  # it was asked for more
+    assert np.abs(qd).max() > 0.3  # the command was larger
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
@@ -132,7 +132,7 @@ def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
 
 
 class Seen:
-    """A law that keeps what it is told of the joints."""
+    """A law that keeps the state of the joints that it receives."""
 
     def __init__(self):
         self.q = []

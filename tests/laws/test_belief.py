@@ -125,7 +125,7 @@ VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 
 
 def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
-    """A flying body that believes its camera turned by 0.3 rad flies what it means, turned back."""
+    """A flying body that believes its camera turned by 0.3 rad flies the command, turned back."""
     turn = rs.Pose.at(rpy=(0, 0, 0.3))
     start = rs.Pose(VISP.scene.pose("camera", VISP.start).matrix)
     told = {"duration": 0.04, "dt": 0.04}

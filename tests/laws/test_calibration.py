@@ -1,4 +1,4 @@
-"""Calibration of a camera on a robot: what is exact, rates by their order, covariance, views."""
+"""Calibration of a camera on a robot: exact views, rates by their order, covariance, next views."""
 
 from dataclasses import replace
 
@@ -27,13 +27,13 @@ def bench():
 
 @pytest.fixture(scope="module")
 def exact(bench):
-    """The bench without noise, whose controller believes what is true."""
+    """The bench without noise, with a controller that believes the true values."""
     return bench.at({"belief": None, "sensing.noise": 0.0})
 
 
 @pytest.fixture(scope="module")
 def q(bench):
-    """Coordinates from which the camera sees the whole board."""
+    """Coordinates with the whole board in view."""
     return rs.calibration.sample_viewpoints(bench, 200, LOOK, seed=3)
 
 
@@ -67,7 +67,7 @@ def test_a_mount_follows_from_exact_poses(method, count):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("axis", np.eye(3).tolist())
 def test_a_camera_may_be_mounted_by_half_a_turn(method, axis):
-    """There the tangent of half the angle, by which Tsai and Lenz go, is infinite."""
+    """There the tangent of half the angle, which Tsai and Lenz use, is infinite."""
     mount = rs.Pose.at(0.1, 0.2, 0.3, rotvec=np.pi * np.array(axis))
     A, B, X, _ = poses(5, 7, mount)
     np.testing.assert_allclose(
@@ -101,7 +101,7 @@ def test_a_bench_without_noise_is_found_exactly(exact, q, start):
 
 
 def test_a_wrong_lens_is_found_with_the_mount(bench, q):
-    """What is believed at first is a lens 2 percent too long without its distortion."""
+    """The belief at first is a lens 2 percent too long without its distortion."""
     still = bench.at({"sensing.noise": 0.0, "belief.cameras.camera.distortion": [0, 0, 0, 0]})
     found = rs.calibrate(rs.calibration.simulate_views(still, q[:8]), LENS)
     scale = np.maximum(np.abs(found.model.numbers(found.free)), 1.0)
@@ -129,7 +129,7 @@ def _without_places(scene):
 
 
 def test_offsets_of_encoders_are_found(bench, exact, q):
-    """The first and the last joint are no part: theirs cannot be told from place and mount."""
+    """The first and the last joint are left out: place and mount absorb their offsets."""
     offsets = np.radians([0, 0.4, -0.3, 0.2, -0.5, 0])
     views = rs.calibration.simulate_views(exact, q[:8])
     told = rs.calibration.CalibrationViews(views.scene, q[:8] - offsets, views.pixels)
@@ -208,7 +208,7 @@ def test_quantiles_are_those_of_tables(level, n, m, value):
 
 
 def normalised_squares(bench, q, trials, also):
-    """d' C^-1 d of the mount for views with other noise in each trial, and what is held."""
+    """d' C^-1 d of the mount for views with other noise in each trial, and the fixed parameters."""
     found = [
         rs.calibrate(rs.calibration.simulate_views(bench, q, seed=i), also) for i in range(trials)
     ]
@@ -256,7 +256,7 @@ def spreads(found):
 
 
 def planned(bench, q, some, seed):
-    """A calibration from three views and the seven that it asks for next."""
+    """A calibration from three views and the seven next views that it proposes."""
     first = rs.calibrate(
         rs.calibration.simulate_views(bench, q[some[:3]], seed=seed), ["focal", "center"]
     )
@@ -268,7 +268,7 @@ def planned(bench, q, some, seed):
 
 
 def test_ten_chosen_views_tell_more_than_twenty_random_ones(bench, q):
-    """Of five trials, by what the covariance says."""
+    """In five trials, by the covariance."""
     rng = np.random.default_rng(2)
     pairs = []
     for i in range(5):
@@ -302,7 +302,7 @@ def test_ten_chosen_views_reach_the_error_of_twenty_random_ones(bench, q):
 
 
 def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
-    """Against the determinants of what `calibrate` would tell, from first principles."""
+    """Against the determinants of the covariances of `calibrate`, from first principles."""
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:4]))
     more = found.next_poses(q[4:14], 2)
     known = np.linalg.inv(found.covariance)
@@ -318,7 +318,7 @@ def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
 
 
 def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, q):
-    """The camera stops where the believed lens sees the goal: from `estimate_pose` instead."""
+    """The camera stops where the believed lens shows the goal: from `estimate_pose` instead."""
     still = exact.at({"task.tolerance": 1e-6, "run.duration": 25})
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     cost = found.cost(still, 30, seed=1)

@@ -157,7 +157,7 @@ def test_the_derivative_of_the_lens_is_met_by_differences_of_second_order(lens):
 @steady
 @given(radius=st.floats(0, 0.9), angle=st.floats(-np.pi, np.pi))
 def test_normalise_undoes_the_lens_within_its_valid_radius(lens, radius, angle):
-    """The valid radius of the lens, or 0.8 (77 degrees of view) where it is longer."""
+    """The valid radius of the lens, but at most 0.8 (77 degrees of view)."""
     camera = Camera(K, distortion=lens)
     r = radius * min(camera.valid_radius, 0.8)
     x = np.array([[r * np.cos(angle), r * np.sin(angle)]])

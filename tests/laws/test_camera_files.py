@@ -93,7 +93,7 @@ COLMAP = {
 
 
 def by_colmap(parameters, lens):
-    """Pixels by COLMAP's formulas (src/colmap/sensor/models.h), whose image begins at (0, 0)."""
+    """Pixels by COLMAP's formulas (src/colmap/sensor/models.h); the image begins at (0, 0)."""
     one = len(parameters) - len(lens) == 3
     fx, fy, cx, cy = [parameters[0], *parameters[:3]] if one else parameters[:4]
     k1, k2, p1, p2, k3, k4, k5, k6 = [*lens, *[0.0] * (8 - len(lens))]

@@ -72,7 +72,7 @@ def turned(rng, far):
         (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(), -0.3),
         (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0, 0, 2), 1.0),  # its upper end to a face
         (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0.1, 0, -1.25), 0.25),
-        (  # its slanted side, whose tangent plane has the slope 3/10, to a face
+        (  # its slanted side, with a tangent plane of slope 3/10, to a face
             TaperedCylinder(0.5, 0.2, 1).at(Pose.at(rpy=(0, 0, np.pi / 32))),
             CUBE,
             Pose.at(0.35, 0, 0) @ Pose.at(rpy=(0, -np.arctan(0.3), 0)) @ Pose.at(1.5, 0, 0),

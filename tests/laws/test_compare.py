@@ -1,4 +1,4 @@
-"""What a comparison measures, against closed forms, hand-made runs and single rows."""
+"""The measures of a comparison, against closed forms, hand-made runs and single rows."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def one(found, name="a"):
 
 
 def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
-    """Form "goal": the position decays as exp(-t) along a line, of which the tolerance is left."""
+    """Form "goal": the position decays as exp(-t) along a line, and the tolerance is left."""
     start = rs.Pose.at(0.2, -0.1, -1.4)
     task = rs.PBVS(GOAL, tolerance=1e-4)
     found = one(rs.compare(free_scene(SQUARE, **SEEN), {"a": task}, start, dt=0.01, duration=12))
@@ -34,7 +34,7 @@ def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
     # V = -e: at the start its length is the distance
     assert found["peak_speed"] == pytest.approx(straight, rel=1e-9)
     # integral of |e(0)|^2 exp(-2t), of a command that is held for dt: (1 - exp(-dt)) per step, so
-    # the sum is |e(0)|^2 dt / (1 - exp(-2 dt)) where the pose is exact: (1 - dt)^2 per step
+    # the sum is |e(0)|^2 dt / (1 - exp(-2 dt)) if the pose is exact: (1 - dt)^2 per step
     ratio = (1 - 0.01) ** 2
     assert found["effort_linear"] == pytest.approx(straight**2 * 0.01 / (1 - ratio), rel=1e-5)
     assert found["travel_linear"] == pytest.approx(0.2 + 0.1 + 0.4, abs=2e-4)
@@ -44,8 +44,8 @@ def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
     ("degrees", "farthest"), [(30, 1.0353), (60, 1.1547), (90, 1.4142), (120, 2.0)]
 )
 def test_camera_retreat_is_that_of_chaumette(free_scene, degrees, farthest):
-    """Chaumette 1998: Z*/cos(theta0/2) - Z*. Periods of 4 ms are eight times those of the golden
-    run, whose error of first order in dt is 0.2 percent of Z at 0.5 ms and 120 degrees: at 4 ms
+    """Chaumette 1998: Z*/cos(theta0/2) - Z*. Periods of 4 ms are eight times the golden
+    run's. Its error of first order in dt is 0.2 percent of Z at 0.5 ms and 120 degrees: at 4 ms
     up to 1.6 percent of Z."""
     start = GOAL @ rs.Pose.at(rotvec=(0, 0, np.radians(degrees)))
     tasks = {"a": rs.IBVS(GOAL), "mean": rs.IBVS(GOAL, interaction="mean")}
@@ -55,7 +55,7 @@ def test_camera_retreat_is_that_of_chaumette(free_scene, degrees, farthest):
     assert one(found, "mean")["retreat"] < 1e-9
     assert np.isnan(one(found)["path_ratio"])  # a turn on the spot has no straight way
     assert one(found, "mean")["rotation"] == pytest.approx(np.radians(degrees), abs=1e-4)
-    # there and back again, to what the tolerance leaves
+    # there and back again, to within the tolerance
     assert one(found)["path_length"] == pytest.approx(2 * one(found)["retreat"], abs=1e-3)
 
 
@@ -69,7 +69,7 @@ def test_the_retreat_at_small_periods_is_the_closed_form(free_scene):
 @pytest.mark.parametrize("gain", [pytest.param(0.5, marks=pytest.mark.full), 2.0])
 def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
     """Of a pure translation, e is 0.4 exp(-gain t) in one component: ln(e0/tol)/gain, and the
-    period in which that falls; commands that are held contract by 1 - gain dt per period."""
+    period around that time; commands that are held contract by 1 - gain dt per period."""
     task = rs.PBVS(GOAL, gain=gain, tolerance=1e-3)
     dt = 0.001
     found = one(
@@ -160,12 +160,12 @@ def test_rotation_is_what_the_camera_turned_forth_and_back():
     assert found["path_length"] == pytest.approx(0.0, abs=1e-12)
 
 
-# ---- hand-made runs: what is measured of marks and joints ----
+# ---- hand-made runs: measures of marks and joints ----
 
 
 @pytest.fixture(scope="module")
 def recorded():
-    """A run whose record can be replaced, and its scene."""
+    """A run with a record that can be replaced, and its scene."""
     lens = rs.Camera([[500, 0, 319.5], [0, 500, 239.5], [0, 0, 1]], size=(640, 480))
     arm = rs.robots.puma560()
     plate = rs.Pose(arm.fk(arm.home)) @ rs.Pose.at(0, 0, 0.5)
@@ -238,7 +238,7 @@ def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_s
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])
-    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # the end of what converged is the goal
+    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # a converged run ends at the goal
 
 
 # ---- batches ----
@@ -476,7 +476,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
 
 
 def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
-    """Straight along one axis: travel and speed are those of the coordinates themselves."""
+    """Straight along one axis: travel and speed belong to the coordinates themselves."""
     scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
     for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
         told = {"duration": 2.0, "dt": 0.01, "actuation": actuation}

@@ -23,7 +23,7 @@ def round_marks(angles, a=0.2, b=0.2):
 
 
 def seen(x, depth=None):
-    """What is observed of normalised points (N, 2) in one run."""
+    """Return the observation of normalised points (N, 2) in one run."""
     depth = np.ones(len(x)) if depth is None else depth
     camera = rs.Camera(np.eye(3))
     return rs.features.Observation.of(x, depth, camera)

@@ -121,7 +121,7 @@ def test_steps_are_of_one_start():
 
 @pytest.mark.full  # as another process is started
 def test_what_has_run_goes_to_another_process_and_runs_there(tmp_path):
-    """Machine code stays where it is: its addresses mean nothing elsewhere."""
+    """Machine code is not sent: its addresses are invalid in another process."""
     made = experiment("visp_tutorial").with_(duration=0.4)
     expected = made.run().q_end.values
     made.scene.robots[0].fk(made.scene.robots[0].home)

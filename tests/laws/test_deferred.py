@@ -1,4 +1,4 @@
-"""A run is made into a Dataset when it is read, and nobody can tell."""
+"""A run becomes a Dataset when it is read, and users cannot notice it."""
 
 import copy
 import pickle

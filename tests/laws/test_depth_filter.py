@@ -55,7 +55,7 @@ def inverse(state):
 
 
 class Servo:
-    """Four marks, and a camera whose twist dies down in one second as a servo's does."""
+    """Four marks, and a camera with a twist that decays in one second, as in servoing."""
 
     def __init__(self, seed, runs=50, noise=0.0):
         self.rng, self.noise = np.random.default_rng(seed), noise

@@ -32,7 +32,7 @@ def L_of(X, scale=1.0):
 
 
 def by_hand(run, scene, scale, gain):
-    """The diagnosis of each instant, where the camera stands on the floating body."""
+    """The diagnosis of each instant; the camera is fixed to the floating body."""
     rows = []
     for q, qd in zip(run.q.values, run.qd.values, strict=True):
         X = (scene.pose("eye", q).inv() @ scene.pose("square", q)) @ SQUARE

@@ -10,8 +10,8 @@ RUNS = 50
 
 @pytest.fixture(scope="module")
 def cone():
-    """Starts behind the goal, which lies at the origin and looks along x, from which the board
-    can be seen: up to 20 degrees off the axis and turned by as much from the way to the goal."""
+    """Starts behind the goal, which lies at the origin and looks along x; the board
+    is in view: up to 20 degrees off the axis and turned by as much from the way to the goal."""
     rng = np.random.default_rng(0)
     rho, off, turn = rng.uniform([0.1, -0.35, -0.35], [0.8, 0.35, 0.35], (RUNS, 3)).T
     return np.stack([-rho * np.cos(off), -rho * np.sin(off), off + turn], axis=1)

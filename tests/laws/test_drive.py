@@ -32,7 +32,7 @@ def at(run, t):
 
 
 def moved(scene, q, velocities):
-    """Where a free camera is after a period."""
+    """The pose of a free camera after a period."""
     return scene.robots[0].integrate(q, velocities, DT)
 
 
@@ -122,7 +122,7 @@ def test_an_image_that_is_older_than_the_last_is_not_used(controller, run):
 
 
 def test_depths_are_those_of_when_the_image_was_taken(one, run):
-    """With the depths of its own time an image commands what it did when it was new."""
+    """With the depths at its exposure, a late image gives the command of a new one."""
     measured = one.at("task.interaction", "current")
     controller, late = rs.Controller(measured), rs.Controller(measured)
     for t in range(6):
@@ -157,7 +157,7 @@ def test_several_cameras_each_with_times_of_its_own():
 
 
 def test_calls_may_come_early_late_or_not_at_all(one, run):
-    """A period has the number that its time says; within one the command stays."""
+    """The time of a period determines its number; within a period the command stays."""
     exact, odd = rs.Controller(one), rs.Controller(one)
     rng = np.random.default_rng(5)
     for t in range(40):
@@ -181,7 +181,7 @@ def test_convergence_is_told_when_the_run_ends(one):
 
 
 def test_marks_that_may_be_out_of_the_image_need_not_have_been_seen():
-    """As a detector gives them, without what it does not see: it begins, and goes on as the run."""
+    """As a detector returns them, without hidden marks: it starts, and continues as the run."""
     made = rs.load_scenario(examples.path("marks_come_and_go")).with_(sensing=rs.Sensing())
     made = made.at("task.weighting", ["border"])
     run, controller = made.run(), rs.Controller(made)
@@ -290,8 +290,8 @@ def test_no_memory_is_taken_as_time_goes_on(controller, run):
 
 
 def test_rows_of_a_drive_are_a_run_that_is_explained(one):
-    """What was driven with two thirds of the gain, by another period and with rare images, is a
-    log; of the very controller it is the run."""
+    """A drive with two thirds of the gain, by another period and with rare images, is a
+    log; a drive with the controller itself is the run."""
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum())
     rows = []
@@ -315,7 +315,7 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
-    """Released by hand, and held by the watchdog while no image came: the log says as much."""
+    """Moved by hand, and held by the watchdog while no image came: the log reports both."""
     safety = rs.Safety(watchdog=rs.control.Watchdog(0.1), hold_to_run=True, ramp=0.2)
     made = one.with_(safety=safety)
     controller, q, rows, held = rs.Controller(made), made.start.copy(), [], 0

@@ -1,4 +1,4 @@
-"""A controller on its own in what goes wrong with robots: pauses, clocks, lost marks, odd data."""
+"""A controller on its own under the faults of robots: pauses, clocks, lost marks, odd data."""
 
 import numpy as np
 import pytest

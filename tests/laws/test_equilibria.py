@@ -1,4 +1,4 @@
-"""Equilibria: those of the literature are found, and an independent vector field agrees."""
+"""Equilibria agree with the literature and with an independent vector field."""
 
 import numpy as np
 import pytest
@@ -110,7 +110,7 @@ def test_at_the_goal_all_motions_decay_with_the_gain(free_scene, interaction, ga
     ],
 )
 def test_the_traps_of_the_literature(free_scene, name, norm, place, turn):
-    """Where the runs of `test_golden_loops` stop, to the digits that are known of it.
+    """The end of the runs of `test_golden_loops`, to the digits that are certain.
 
     These are of runs that were stopped near the trap: one last digit is 0.05 of a unit off.
     """

@@ -78,7 +78,7 @@ def half_turn():
 
 
 def limited():
-    """A Puma whose forearm would have to pass -200 degrees on its way."""
+    """A Puma with a forearm that would have to pass -200 degrees on its path."""
     scene = rs.load_scenario(examples.path("wrong_calibration")).scene
     links = list(scene.robots[0].links)
     limits = (float(np.radians(-200)), float(np.radians(-184)))
@@ -140,13 +140,13 @@ def rounded():
 
 
 def coarse():
-    """Encoders that tell little more than the sign of a joint: J is that of another posture."""
+    """Encoders that measure little more than the sign of a joint: J belongs to another posture."""
     wrong = {"actuation": rs.Actuation(encoder=2.5), "sensing": rs.Sensing(latency=0.04)}
     return example("eye_to_hand", duration=15, **wrong)
 
 
 def too_far():
-    """A constant depth of 8 m in L, where it is some 1.2 m."""
+    """A constant depth of 8 m in L, while the true one is some 1.2 m."""
     return fly(rs.IBVS(gain=10.0, depth=8.0))
 
 
@@ -251,7 +251,7 @@ def skewed_and_short():
     return skewed(duration=3.0)
 
 
-# what made it, how it ends, what the first cause is about, and words of its sentence
+# its experiment, its outcome, the subject of the first cause, and words of its sentence
 KNOWN = [
     (local_minimum, "LOCAL_MINIMUM", "local minimum", "k = 8 numbers and L J has rank 6"),
     (late, "OUT_OF_IMAGE", "latency", r"3 control periods: .* exceeds 0\.445, and it is 0\.6"),
@@ -376,7 +376,7 @@ def test_a_camera_law_that_climbs_is_found_before_it_stalls():
 
 
 def test_a_local_minimum_is_one():
-    """V is larger all around the place where the run stands still."""
+    """V is larger all around the point of rest of the run."""
     run = run_of(local_minimum)
     told = explained(local_minimum)
     assert told.causes[0].evidence["least_curvature"] > 0
@@ -582,7 +582,7 @@ def test_a_retreat_and_a_mark_near_the_border_are_noted():
 
 
 class Interrupting:
-    """An effect that changes nothing, and during whose third image Ctrl-C comes."""
+    """An effect that changes nothing; Ctrl-C comes during its third image."""
 
     images = 0
 
@@ -605,7 +605,7 @@ def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
     assert told.remarks == (ended,)
 
 
-# ---- users' code, summaries, batches, and what cannot be explained ----
+# ---- users' code, summaries, batches, and runs that cannot be explained ----
 
 
 class Half(rs.laws.JointLaw):
@@ -732,7 +732,7 @@ def test_without_trials_the_run_is_read_only():
 
 
 class Wrapped:
-    """A task of a user's own kind, whose gain nobody knows."""
+    """A task of a user's own kind, with an unknown gain."""
 
     def __init__(self, task):
         self.task = task
@@ -796,7 +796,7 @@ def test_every_example_is_explained(name):
 
 
 def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
-    """Two searches: that of `explain` from everywhere, and the servo loop."""
+    """Two searches: `explain` searches from everywhere, and the servo loop from its start."""
     run = skewed()
     told = rs.explain(run, trials=False).causes[0]
     assert told.evidence["nearest"] == pytest.approx(

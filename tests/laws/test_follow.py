@@ -209,7 +209,7 @@ def test_the_distance_from_the_path_is_of_the_second_order_in_the_period(arm):
 
 
 def test_a_base_that_moves_on_its_own_does_not_pull_the_frame_off_its_path():
-    """Second order in the period as well: what carries the frame anyway is not commanded."""
+    """Second order in the period as well: motion that the frame has anyway is not commanded."""
     belt = rs.robots.conveyor()
     arm = rs.robots.puma560().at(rs.Pose.at(0, 0, 0.5), on="conveyor.belt")
     scene = rs.Scene([belt, arm], motions=[rs.Motion("conveyor", [0.05])])
@@ -410,7 +410,7 @@ def test_what_looks_into_servoing_says_that_there_is_none(arm):
             rs.equilibria(arm, moving)
 
 
-# what is refused
+# refusals
 
 ONE = Quintic([0.0], [0.1], 1.0)
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics: what is found is at the pose and within the limits, or it is said why not."""
+"""Inverse kinematics: solutions are at the pose and within the limits; failures have a reason."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ ARMS = {
 
 
 def crane():
-    """A boom whose second part follows its first, on a rail, and a telescope at its end."""
+    """A boom on a rail; its second part follows its first, and a telescope is at its end."""
     rail = rs.joints.Joint("rail", curve=rs.shapes.curves.Arc(2.0, 2.0))
     arm = rs.joints.Joint("revolute", rs.Pose.at(rpy=(HALF, 0, 0)), rs.Pose.at(1, 0, 0))
     forearm = rs.joints.Joint(
@@ -40,7 +40,7 @@ def crane():
 
 
 def random_q(robot, count, seed=0):
-    """Within the limits, or half a unit around home where there are none."""
+    """Within the limits, or half a unit around home for joints without limits."""
     rng = np.random.default_rng(seed)
     low, high = robot.limits.T
     q = robot.integrate(np.tile(robot.home, (count, 1)), rng.normal(size=(count, robot.nv)), 0.5)
@@ -61,7 +61,7 @@ def within(robot, q):
 
 
 def check_honest(robot, goal, found):
-    """Success is a solution within the limits, and the error is that of forward kinematics."""
+    """Success is a solution within the limits, and the error agrees with forward kinematics."""
     off = metres_and_radians(robot.fk(found.q), goal).max(-1)
     np.testing.assert_allclose(found.error, off, rtol=1e-9, atol=1e-14)
     assert (found.success == (found.error < 1e-8)).all()
@@ -192,7 +192,7 @@ def test_a_limit_in_the_way_is_told_and_without_it_the_pose_is_reached():
 
 def test_a_whole_turn_brings_a_joint_within_its_limits():
     arm = rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[0.5, 6.0]], home=[1.0])
-    found = arm.ik(arm.fk([5.5]))  # the short way is through 0, where the arm must not stand
+    found = arm.ik(arm.fk([5.5]))  # the short path is through 0, which is outside the limits
     assert found.success
     np.testing.assert_allclose(found.q, [5.5], atol=1e-8)
 
@@ -386,7 +386,7 @@ def plain():
 @pytest.mark.parametrize("q1", [0.0, 0.7, -2.0])
 @pytest.mark.parametrize("q4", [0.4, -1.0])
 def test_a_wrist_on_the_first_axis_has_closed_solutions(q1, q4):
-    """Every plane through the axis holds it: that of the tool counts, or any will do."""
+    """Every plane through the axis contains it: the plane of the tool counts, or any other."""
     for robot, wrist, solutions in ((plain(), "link5", 8), (rs.robots.rhino_xr4(), "wrist", 2)):
         q = onto_the_first_axis(robot, np.array([q1, 0, 1.0, q4, 0.3, 0.2][: robot.nq]), wrist)
         T = robot.fk(q)

@@ -1,4 +1,4 @@
-"""Late and hidden images where a target moves on its own, and where two cameras look."""
+"""Late and hidden images of a target that moves on its own, and of two cameras."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("share", [0.5, 1.25])
 @pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.08, acceleration=4.0)])
 def test_what_moves_on_its_own_is_late_as_well(arrange, share, actuation):
-    """Revolute joints between two instants: linear without a lag, and with one as it says."""
+    """Revolute joints between two instants: linear without a lag, and exponential with one."""
     scene, whole = arrange("turntable"), int(np.ceil(share))
     sensing = rs.Sensing(latency=share * DT)
     told = {"dt": DT, "duration": 1.5, "hold": True, "sensing": sensing, "actuation": actuation}

@@ -69,7 +69,7 @@ def test_solids_with_plane_faces_against_their_tetrahedra(solid, pose):
 
 
 def by_quadrature(inside, half, n=200):
-    """Inertia of density 1 of what lies inside, by midpoints of a grid over a box."""
+    """Inertia of density 1 of the points inside, by midpoints of a grid over a box."""
     axes = [h * (2 * np.arange(n) + 1 - n) / n for h in half]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[
         inside(*np.meshgrid(*axes, indexing="ij"))

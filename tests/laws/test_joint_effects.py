@@ -1,4 +1,4 @@
-"""Effects of a user's own on what the joints are commanded."""
+"""A user's own effects on the commands of the joints."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from robsim import examples
 
 
 class Weak:
-    """The joints move at a share of what they should."""
+    """The joints move at a share of the commanded speed."""
 
     def driven(self, wanted, drive):
         return 0.8 * wanted
@@ -38,7 +38,7 @@ def with_effects(experiment, *effects, **more):
 
 
 def moved(run, dt):
-    """The velocities at which the joints have moved in each period, and those commanded."""
+    """The actual velocities of the joints in each period, and the commanded ones."""
     q, qd = run.q.values, run.qd.values
     live = ~np.isnan(q[1:, 0])
     return (np.diff(q, axis=0) / dt)[live], qd[:-1][live]

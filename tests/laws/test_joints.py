@@ -146,7 +146,7 @@ def gripper():
 
 
 def slope_of(robot, link, q, v):
-    """Twist of a link by central differences, and the order at which they converge."""
+    """Twist of a link by central differences, and the order of their convergence."""
     twists = []
     for step in (1e-2, 5e-3):
         ahead, behind = (robot.fk(robot.integrate(q, v, h), link) for h in (step, -step))
@@ -211,7 +211,7 @@ def both(first, second):
 
 
 def test_in_a_scene_joints_follow_those_of_their_own_robot():
-    """Names get that of the robot in front; poses are products, and Jacobians derivatives."""
+    """Names get the prefix of the robot; poses are products, and Jacobians derivatives."""
     scene = both(crawler(), crawler(curves.Arc(3.0, -2.0)))
     q, v = np.array([[7.0], [0.3], [1.0], [-0.4]]), np.array([[0.5], [0.7], [0.4], [-0.3]])
     one, other = scene.robots
@@ -474,7 +474,7 @@ def test_a_chord_that_does_not_fit_is_refused(curve, chord, told):
     ],
 )
 def test_a_chord_is_found_wherever_its_wheels_are(curve, chord):
-    """Also beyond the ends, and where a curve goes to and fro many times before it is so far."""
+    """Also beyond the ends, and on a curve that goes to and fro many times before it is so far."""
     length, radius = chord
     robot = hung(curve, Chord("s", length, radius, gives="angle"))
     for s in (-5.0, 0.0, 0.3 * curve.length, curve.length, curve.length + 5.0):

@@ -1,4 +1,4 @@
-"""What reads scenes must know rails, cars, wheels and fingers: no crash, and numbers that hold."""
+"""All analyses of scenes accept rails, cars, wheels and fingers: no crash, and correct numbers."""
 
 import numpy as np
 import pytest

@@ -31,7 +31,7 @@ def close(a, b, tolerance):
 
 
 def seen(X):
-    """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
+    """The image of points (runs, marks, 3) in axes of a camera with K = I."""
     X = np.asarray(X, float)
     return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
@@ -270,7 +270,7 @@ def test_eight_marks_have_two_vanishing_points():
         np.testing.assert_array_equal(VanishingPoint().interaction(seen(X[:, marks])), L[:, rows])
 
 
-# where a feature does not exist
+# features that do not exist
 
 
 @BOTH

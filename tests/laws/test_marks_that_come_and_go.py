@@ -1,4 +1,4 @@
-"""Marks that come and go in a run: what is left of them, the same bits, late images, logs."""
+"""Marks that come and go in a run: the remaining marks, the same bits, late images, logs."""
 
 from dataclasses import replace
 
@@ -8,11 +8,11 @@ from poster import BESIDE, GOAL, HIDDEN, LESS, POSTER, SCENE
 
 import robsim as rs
 
-# what is left
+# remaining marks
 
 
 def leaving(scene=SCENE, task=None, **how):
-    """A run in which the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
+    """A run: the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
     task = task or rs.IBVS(rs.tasks.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
     along = rs.Pose.at(0, 0, 0, rpy=(0, np.pi / 2, 0))
     joint = rs.joints.Joint("prismatic", place=along)
@@ -168,7 +168,7 @@ def test_a_log_of_marks_that_come_and_go_is_the_run_again():
 
 
 def test_a_weighting_of_a_file_can_be_switched_off():
-    """The empty list is that of a file that says nothing of weightings."""
+    """A file without weightings gives the empty list."""
     made = rs.load_scenario(rs.examples.path("marks_come_and_go"))
     for none in ([], "[]"):
         off = made.at("task.weighting", none)

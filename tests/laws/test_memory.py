@@ -1,4 +1,4 @@
-"""What a controller remembers belongs to its run: the bits depend on neither chunks nor threads."""
+"""The memory of a controller belongs to its run: the bits depend on neither chunks nor threads."""
 
 from dataclasses import dataclass
 
@@ -140,7 +140,7 @@ def test_a_recorded_run_is_the_summarised_one(arrange, around, features, law):
 
 
 def test_a_law_may_keep_nothing_between_two_simulations(arrange, around):
-    """The memory is that of the runs: the same task again gives the same bits."""
+    """The memory belongs to the runs: the same task again gives the same bits."""
     scene, task = arrange("eye_in_hand"), rs.IBVS(law=Eager(), interaction="broyden")
     q0 = around(scene, 3)
     same(closed(scene, task, q0), closed(scene, task, q0))
@@ -177,7 +177,7 @@ class Thrifty:
 def test_what_a_method_returned_may_be_used_again(arrange, around, what):
     scene = arrange("eye_in_hand")
     task = rs.IBVS(features=Thrifty(), law=Thrifty(), **what)
-    q0 = around(scene)[0]  # one run, whose arrays have one layout whether its axis is first or last
+    q0 = around(scene)[0]  # one run; its arrays have one layout whether its axis is first or last
     same(closed(scene, task, q0), closed(scene, rs.IBVS(**what), q0))
 
 

@@ -1,4 +1,4 @@
-"""Missions: legs that begin where the last one ended, things that change hands, and their ends."""
+"""Missions: legs that begin at the end of the last one, things that change hands, and outcomes."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_a_phase_may_expect_another_end():
 
 
 def test_what_turns_out_on_the_way_ends_a_mission_and_loses_nothing():
-    """The second phase carries the cup away, so that the third looks for it where it is not."""
+    """The second phase carries the cup away, so that the third looks for it at the wrong place."""
     lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
     eye = rs.MountedCamera("eye", lens, on="planar_2r.fore", pose=rs.Pose.at(0, 0, -2))
     near = rs.Object("cup", marks=[[0, 0, 0.05], [0.1, 0, 0.05]], pose=rs.Pose.at(1.4, 0.9, 0))

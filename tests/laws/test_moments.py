@@ -31,7 +31,7 @@ def flat(shape):
 
 
 def seen(points, depth=1.0):
-    """What is observed of normalised points (N, 2) at a depth or at depths (N,), in one run."""
+    """Return the observation of normalised points (N, 2) at a depth or depths (N,), in one run."""
     depths = np.broadcast_to(np.asarray(depth, float), (len(points),))
     return rs.features.Observation.of(points, depths, rs.Camera(np.eye(3)))
 
@@ -350,7 +350,7 @@ def test_a_skewed_target_tells_turns_of_up_to_a_half(kind, shape, goal_turn):
     for turn in (-3.0, -2.0, -1.6, -0.3, 0.0, 1.5, 1.6, 2.6, 3.0):
         e = (feature.measure(turned(goal_turn + turn, shape)) - feature.measure(goal))[0]
         assert abs(e[5] - turn) < 1e-13
-        assert np.abs(e[3:5]).max() < 1e-12  # the tilt features do not know of it
+        assert np.abs(e[3:5]).max() < 1e-12  # the tilt features do not depend on it
 
 
 @TOLD
@@ -365,7 +365,7 @@ def test_the_angle_has_no_jump_at_a_quarter_turn(kind, shape):
 
 @KINDS
 def test_a_target_without_a_head_is_turned_by_a_quarter_at_most(kind):
-    """As it was: also where a tilt makes third moments that a rectangle does not have."""
+    """As before: also if a tilt makes third moments that a rectangle does not have."""
     for shape, tilt in ((RECTANGLE, 0.0), (RECTANGLE, 0.3)):
         goal = turned(0.0, shape, tilt)
         feature = DecoupledMoments(kind).towards(goal)

@@ -1,4 +1,4 @@
-"""L by moving the camera a little: what a feature without `compute_interaction` gets."""
+"""L of a feature without `compute_interaction`, by moving the camera a little."""
 
 from dataclasses import replace
 
@@ -88,7 +88,7 @@ def test_a_feature_of_depth_gets_its_interaction_matrix():
 
 
 class MeasuredPixels:
-    """What the camera itself measures, through its lens, in plain NumPy."""
+    """The measurement of the camera itself, through its lens, in plain NumPy."""
 
     unit, tolerance = "px", 0.01
 

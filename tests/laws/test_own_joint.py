@@ -1,4 +1,4 @@
-"""A kind of joint from outside the package does all that those of RobSim do."""
+"""A kind of joint from outside the package can do everything that built-in kinds do."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -60,7 +60,7 @@ class Universal(rs.joints.JointKind):
 
 @dataclass(frozen=True)
 class Spherical(rs.joints.JointKind):
-    """A ball: a unit quaternion, and the angular velocity in the axes of what it carries."""
+    """A ball: a unit quaternion, and the angular velocity in the axes of the carried body."""
 
     name: ClassVar[str] = "spherical"
     coordinates: ClassVar[tuple[str, ...]] = (".qx", ".qy", ".qz", ".qw")

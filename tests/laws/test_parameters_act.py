@@ -1,6 +1,6 @@
 """Every declared field of every kind acts: another value changes the results, or is refused.
 
-No kind or field is excused by a list. What only people read says so in its declaration (`Role`);
+No kind or field is excused by a list. Fields that only people read are declared so (`Role`);
 a field of figures, of files or of the controller changes these instead.
 """
 
@@ -61,7 +61,7 @@ DEEP = [
 
 
 def effects(label):
-    """{field: effect} of a class, the best of all its recipes, and what was tried without any."""
+    """{field: effect} of a class, the best of all its recipes, and the changes tried in vain."""
     cases, found, dead = recipes(label), {}, {}
     for each in fields_of(KINDS[label]):
         if each.role is Role.LABEL:

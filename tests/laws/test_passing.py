@@ -1,4 +1,4 @@
-"""A run that only passes its goal, while what it sees is old, has not converged."""
+"""A run that only passes its goal while its images are old has not converged."""
 
 import numpy as np
 import pytest

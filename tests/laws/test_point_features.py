@@ -1,4 +1,4 @@
-"""Features of single marks: L is the derivative of s, and angles stay near those at the goal."""
+"""Features of single marks: L is the derivative of s, and angles stay near the goal's angles."""
 
 import pickle
 from dataclasses import replace
@@ -31,7 +31,7 @@ def close(a, b, tolerance):
 
 
 def seen(X):
-    """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
+    """The image of points (runs, marks, 3) in axes of a camera with K = I."""
     X = np.asarray(X, float)
     return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
@@ -93,7 +93,7 @@ def test_bearings_are_unit_vectors_and_move_on_the_sphere(seed):
 @steady
 @given(seed=seeds)
 def test_bearings_are_points_in_space_over_their_distance(seed):
-    """s = X/|X| gives sdot = (I - s s') Xdot / |X|: an L found from that of the points in space."""
+    """s = X/|X| gives sdot = (I - s s') Xdot / |X|: an L derived from the L of points in space."""
     X = scattered(seed, marks=1)
     s, distance = X[0, 0] / np.linalg.norm(X), np.linalg.norm(X)
     across = (np.eye(3) - np.outer(s, s)) / distance
@@ -190,7 +190,7 @@ def test_a_feature_towards_a_goal_is_a_value(kind):
     assert here not in (elsewhere, kind(), replace(here, tolerance=1e-3))
 
 
-# where a feature does not exist
+# features that do not exist
 
 
 def test_a_mark_at_the_principal_point_has_no_finite_polar_interaction_matrix():

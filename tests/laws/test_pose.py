@@ -1,4 +1,4 @@
-"""Poses: a group that acts on points, its charts, its batches, and what it refuses."""
+"""Poses: a group that acts on points, its charts, its batches, and its refusals."""
 
 import math
 
@@ -336,7 +336,7 @@ def test_numpy_takes_a_pose_for_its_matrix():
     assert np.linalg.det(T) == 1.0
 
 
-# what is refused
+# refusals
 
 LEFT_HANDED = np.diag([1.0, 1.0, -1.0, 1.0])
 SHEARED = np.eye(4) + 1e-3 * np.eye(4, k=1)

@@ -101,7 +101,7 @@ def test_edges_are_pairs_of_different_vertices_each_once_and_every_vertex_is_use
     edges = [tuple(e) for e in solid.edges.tolist()]
     assert all(a < b for a, b in edges)
     assert len(set(edges)) == len(edges)
-    if not isinstance(solid, Capsule):  # of which circles between the ends of edges are not drawn
+    if not isinstance(solid, Capsule):  # circles between the ends of edges are not drawn
         assert set(np.ravel(edges).tolist()) == set(range(len(solid.vertices)))
 
 

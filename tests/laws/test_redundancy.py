@@ -34,7 +34,7 @@ def of_rank(rng, k, n, rank):
 
 
 def last(*matrices):
-    """A batch whose runs are these."""
+    """A batch of these runs."""
     return np.ascontiguousarray(np.stack(matrices, axis=-1))
 
 
@@ -133,7 +133,7 @@ def test_where_the_error_cannot_be_reduced_it_is_the_classic_projector():
 
 
 def lexicographic(levels, rcond=RCOND):
-    """The same by nested bases N of what is left: qd = qd + N (A N)^+ (rate - A qd)."""
+    """The same by nested bases N of the remaining motion: qd = qd + N (A N)^+ (rate - A qd)."""
     n = levels[0][0].shape[1]
     qd, N = np.zeros(n), np.eye(n)
     for A, rate in levels:

@@ -34,7 +34,7 @@ def by_hand(kind, r, noise=1.0):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(4))
 def test_the_command_is_that_of_numpys_weighted_least_squares(kind, seed):
-    """Of one image with outliers, whose pixels and L are those of the run."""
+    """Of one image with outliers; its pixels and L come from the run."""
     lying = rs.Sensing(noise=1.0, outliers=0.3, outlier_size=60.0)
     task = rs.IBVS(GOAL, features="pixels", gain=0.7)
     weighted = rs.IBVS(GOAL, features="pixels", gain=0.7, weighting=kind)
@@ -53,7 +53,7 @@ def test_the_command_is_that_of_numpys_weighted_least_squares(kind, seed):
 
 
 def interaction_of(run):
-    """L (8, 6) in pixels of what a run measured at an instant, at the true depths."""
+    """L (8, 6) in pixels of the measurement of a run at an instant, at the true depths."""
     points = (run.s.values.reshape(4, 2) - [319.5, 239.5]) / FOCAL
     T = rs.Pose(run.camera_pose.values).inv().matrix
     x, y, i = points[:, 0], points[:, 1], 1 / (square_marks(0.2) @ T[:3, :3].T + T[:3, 3])[:, 2]

@@ -12,7 +12,7 @@ A, SPEED, MARGIN = 2.0, 0.8, 0.05
 
 
 class Wild:
-    """A law that wishes what it likes, for a while each."""
+    """A law that commands random velocities, for a while each."""
 
     in_camera = False
 
@@ -84,7 +84,7 @@ def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
 
 @pytest.mark.parametrize("a", [None, 4.0, 1.0])
 def test_a_frame_stays_behind_its_fence(arm, a):
-    """It does where the way on which it brakes does not bulge, else to half a millimetre."""
+    """It does if its braking path does not bulge, else to half a millimetre."""
     at = arm.scene.pose("camera", arm.start).position
     fence = rs.control.Fence("camera", at - 0.05, at + 0.05)
     safety = rs.Safety(speed=SPEED, acceleration=a, margin=0.0, fence=fence)
@@ -222,7 +222,7 @@ def test_a_simulated_run_is_kept_within_the_same_limits_to_the_bit(arm):
 
 
 def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
-    """Every third period an image, two periods late: depths are those of when it was taken, and
+    """Every third period an image, two periods late: depths belong to its exposure, and
     the watchdog counts from then."""
     sensing = rs.Sensing(latency=2 * DT, period=3 * DT)
     dog = rs.Safety(acceleration=1.5, watchdog=rs.control.Watchdog(3.5 * DT))
@@ -231,7 +231,7 @@ def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
     (sight,) = controller.sights
     for t in range(61):
         image = None
-        if t % 3 == 0:  # at the start that of the start, as old
+        if t % 3 == 0:  # the first image belongs to the start, as old
             q = run.q.values[max(t - 2, 0), :, None]
             image = rs.control.Marks(sight.project(q).pixels[..., 0], (t - 2) * DT)
         command = controller.step(image, run.q.values[t], t * DT)
@@ -304,7 +304,7 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
 
 
 def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
-    """One joint is stopped half way to where it ends without."""
+    """One joint is stopped half way to its end without the limit."""
     made = arm.with_(dt=0.04, duration=12.0)
     low, high = arm.scene.limits.T
     way = made.run().q_end.values - arm.start

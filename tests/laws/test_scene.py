@@ -1,4 +1,4 @@
-"""Scenes: everything on one tree, unique names, and what each camera sees."""
+"""Scenes: everything on one tree, unique names, and the view of each camera."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What no scheme may depend on: where the world lies, how marks are numbered, who moves."""
+"""No scheme depends on the place of the world, on the order of marks, or on which body moves."""
 
 from dataclasses import replace
 
@@ -237,7 +237,7 @@ MIRRORED += ["partitioned", "depth of the goal", "depth filter", "stacked", "ada
 
 @pytest.mark.parametrize("scheme", MIRRORED)
 def test_a_camera_that_moves_and_a_target_that_moves_are_one_relation(arrange, scheme):
-    """Six free motions of one against the other: the twist of the target is that of the camera in
+    """Six free motions of one against the other: the target has the twist of the camera in
     other axes, and as both are held for one period the relative motion is the same."""
     task, camera_moves, target_moves = SCHEMES[scheme], arrange("free"), arrange("free_target")
     start = rs.Pose.at(0.1, 0.05, -0.2, rotvec=(0.1, -0.2, 0.3))
@@ -249,7 +249,7 @@ def test_a_camera_that_moves_and_a_target_that_moves_are_one_relation(arrange, s
 
 
 def test_a_smooth_start_is_one_of_the_joints(arrange):
-    """It takes away what was commanded first, in axes of the joints: here the mirror breaks."""
+    """It subtracts the first command, in axes of the joints: here the mirror symmetry breaks."""
     task = rs.IBVS(smooth_start=3.0)
     camera_moves, target_moves = arrange("free"), arrange("free_target")
     start = rs.Pose.at(0.1, 0.05, -0.2, rotvec=(0.1, -0.2, 0.3))

@@ -1,4 +1,4 @@
-"""Each imperfection of the images has an effect of known size, and none where it is off."""
+"""Each imperfection of the images has an effect of known size, and no effect if it is off."""
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def test_a_belief_that_is_the_truth_changes_no_bit(believed):
     ],
 )
 def test_the_long_way_round_gives_the_same_bits(nothing):
-    """What goes through frames, but spoils nothing, is the plain loop."""
+    """Images that go through frames without any imperfection give the plain loop."""
     same(closed(**nothing), closed())
 
 
@@ -222,7 +222,7 @@ def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(ta
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 1.75])
 def test_late_by_a_part_of_a_period_the_image_was_taken_on_the_arc_between(share):
-    """The camera flew T exp(V t), whose image a camera that stands there sees."""
+    """The camera flew T exp(V t); its image is the image of a camera that stands there."""
     run, whole = closed(in_pixels(), latency=share * DT), int(np.ceil(share))
     for k in range(whole, 30):
         V = run.qd.values[k - whole]
@@ -240,7 +240,7 @@ def test_a_slow_camera_repeats_its_image():
 
 
 def test_hidden_marks_are_left_out_and_keep_their_last_place():
-    """While mark 1 is hidden, the command is that of a task of the other three."""
+    """While mark 1 is hidden, the command equals the command of a task of the other three."""
     hidden = rs.imperfections.Occlusion([1], 0.5, 1.0)
     run = closed(in_pixels(), occlusions=hidden)
     steps = np.flatnonzero(np.isin(run.time.values.round(6), np.arange(0.52, 1.0, 0.04).round(6)))
@@ -267,7 +267,7 @@ def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(
 
 @pytest.mark.parametrize("late", [0, 1, 2])
 def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
-    """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
+    """0.12 s - 0.04 s is a rounding below 0.08 s, the time of the third image."""
     hidden = rs.imperfections.Occlusion([1], 2 * DT, 5 * DT)
     run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
     s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
@@ -295,7 +295,7 @@ def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
 
 
 class Spread:
-    """A user's feature of all marks at once, by LAPACK, which raises where it meets a NaN."""
+    """A user's feature of all marks at once, by LAPACK, which raises if it meets a NaN."""
 
     unit, tolerance = "1", 1e-5
 
@@ -311,7 +311,7 @@ def test_so_does_a_feature_of_the_user():
     run = closed(task, occlusions=rs.imperfections.Occlusion([1], 0.5, 1.0))
     free = closed(task)
     assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
-    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
+    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image that shows it
     np.testing.assert_array_equal(kept, np.repeat(free.s.values[12:13, 4:6], 11, axis=0))
     np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
 

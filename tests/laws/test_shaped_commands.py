@@ -1,4 +1,4 @@
-"""What is done to a command besides the law: gains, smooth starts, limits."""
+"""Shaping of a command after the law: gains, smooth starts, limits."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ def test_the_size_of_a_command_is_that_without_feed_forward(arrange, around, dec
 
 
 class Counting:
-    """A law that remembers how often it was asked; as a joint law otherwise."""
+    """A law that counts its calls; otherwise a joint law."""
 
     def command(self, state):
         count = state.memory.setdefault("asked", np.zeros((len(state.error), 1)))
@@ -76,7 +76,7 @@ def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, aro
 
 # ViSP's tutorial "How to boost your visual servo control law" (visp-doc.inria.fr) counts iterations
 # until the sum of the squares of e is below 1e-4: one for a constant gain, one for an adaptive one,
-# and one for that with mu = 4 of Mansard and Chaumette
+# and another for mu = 4, by Mansard and Chaumette
 BOOSTED = {
     "constant": (rs.IBVS(gain=0.5), 191),
     "adaptive": (rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.4, 30, of="command")), 91),
@@ -111,7 +111,7 @@ def test_a_smooth_start_starts_from_exactly_zero(arrange, around, scheme):
 
 
 def test_a_smooth_start_is_that_of_mansard_and_chaumette(arrange, around, decide):
-    """At every state and time: qd = that of the law, less exp(-mu t) of what it was first."""
+    """At every state and time: qd is the command of the law less exp(-mu t) times the first one."""
     scene = arrange("eye_in_hand")
     run = closed(scene, rs.IBVS(smooth_start=4.0), around(scene, 1, spread=0.06)[0])
     law = decide(scene, rs.IBVS(), run.q.values).command.qd.T

@@ -1,4 +1,4 @@
-"""Stages are given rows by name, whose shapes are checked where a program is put together."""
+"""Stages are called with rows by name; the program checks the shapes of the rows."""
 
 import ast
 from itertools import combinations
@@ -23,7 +23,7 @@ SOURCES = Path(rs.__file__).parent
 
 @pytest.fixture
 def calls(monkeypatch):
-    """What each stage is given from here on, once for each list of shapes."""
+    """The arguments of each stage from here on, once for each list of shapes."""
     found, add = {}, Program.add
 
     def noted(program, stage, /, **rows):
@@ -122,7 +122,7 @@ def test_lists_have_their_length_and_their_entries_checked():
     rows, lost = program.rows(3), program.rows(2)
     program.add(flag_lost_numbers, lost=lost, numbers=[[rows[0], rows[2]], [rows[1]]])
     ((_, numbers),) = program.calls
-    assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, where the list begins, and the list
+    assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, start of the list, and the list
     with pytest.raises(WrongRows, match="numbers takes a list, each a list, each a row, got"):
         program.add(flag_lost_numbers, lost=lost, numbers=[[rows]])
 
@@ -183,7 +183,7 @@ def adding(node):
 
 
 def by_position(node):
-    """What a call that adds a stage is given by position, beside the stage and a shape."""
+    """The positional arguments of a call that adds a stage, beside the stage and a shape."""
     _, *rest = node.args
     if node.func.attr == "computed":  # of so many numbers
         return rest[1:]

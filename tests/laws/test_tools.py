@@ -14,7 +14,7 @@ from robsim.joints import Joint, Link, Mimic
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
 seeds = st.integers(0, 2**32)
-BACK = Pose.at(z=-0.1083)  # where the gripper belongs on the Rhino, from its tool frame
+BACK = Pose.at(z=-0.1083)  # place of the gripper on the Rhino, from its tool frame
 
 
 def close(a, b, tolerance=1e-14):
@@ -110,7 +110,7 @@ def test_shapes_of_the_link_that_carries_it_stay_unless_it_is_bare(rhino):
 
 
 def test_the_tip_of_the_tool_becomes_that_of_both(rhino):
-    """Also where it is not the last link, and where the name is taken."""
+    """Also if it is not the last link, and if the name is taken."""
     arm, tool = rs.robots.puma560(), rs.robots.rhino_gripper()
     assert rhino.tip == tool.tip == "tip"
     left = replace(tool, tip="finger_left")

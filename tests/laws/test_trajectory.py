@@ -126,7 +126,7 @@ def test_velocities_and_accelerations_are_derivatives_to_second_order(seed):
         scale = 1 + np.abs(move.acceleration(t)).max()
         for of, derivative in ((move.at, move.velocity), (move.velocity, move.acceleration)):
             off = apart(of, derivative, 1e-5 * move.duration)
-            if move is quintic:  # smooth: the error falls by four where the step is halved
+            if move is quintic:  # smooth: the error falls by four if the step is halved
                 coarse, fine = (apart(of, derivative, h * move.duration) for h in (2e-3, 1e-3))
                 assert (fine <= 0.26 * coarse + 1e-9 * scale).all()
                 assert off.max() < 1e-6 * scale
@@ -324,7 +324,7 @@ def test_trajectories_are_values(made):
     assert type(one).__name__ in repr(one)
 
 
-# what is refused
+# refusals
 
 GOOD = {"speed": 1.0, "acceleration": 1.0}
 

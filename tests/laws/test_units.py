@@ -45,7 +45,7 @@ def test_a_quantity_is_the_double_nearest_to_its_decimal(text, dimension, value)
 @steady
 @given(st.integers(-(10**17), 10**17), st.integers(-30, 30), st.sampled_from(sorted(POWERS)))
 def test_every_decimal_with_a_metric_unit_is_rounded_once(digits, exponent, unit):
-    """The exact rational number, rounded once, is what float(Fraction) gives."""
+    """The exact rational number, rounded once, equals the result of float(Fraction)."""
     dimension = "length" if unit in LENGTHS else "time"
     exact = Fraction(digits) * Fraction(10) ** (exponent + POWERS[unit])
     assert parse(f"{digits}e{exponent} {unit}", dimension) == float(exact)

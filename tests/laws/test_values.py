@@ -1,4 +1,4 @@
-"""Values compare, hash, copy and pickle by what they hold, and take only what fits."""
+"""Values compare, hash, copy and pickle by their content, and accept valid content only."""
 
 import copy
 import pickle

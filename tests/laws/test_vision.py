@@ -1,4 +1,4 @@
-"""What holds of poses, points and planes that are found in images, whatever the view."""
+"""Properties of poses, points and planes that are estimated from images, in any view."""
 
 import numpy as np
 import pytest
@@ -162,7 +162,7 @@ def test_three_of_four_marks_may_be_on_a_line_or_two_in_one_place():
 
 
 def test_the_second_pose_of_a_plane_is_a_minimum_too():
-    """A small far plane is tilted to one side or to the other; noise hides to which."""
+    """A small far plane is tilted to one side or to the other; noise hides the side."""
     T = rs.Pose.at(0, 0, 2, rpy=(0.6, 0, 0))
     exact = seen(PLAIN, 0.3 * SQUARE, T)
     found = rs.vision.estimate_pose(0.3 * SQUARE, exact, PLAIN)
@@ -196,7 +196,7 @@ def test_the_covariance_is_that_of_many_noisy_images(camera):
 
 
 def chi_squares(tilt, distance, runs=2000, spread=False):
-    """Errors V of poses of a square at 1 px by their covariance, V' C^-1 V, where these are sure.
+    """Errors V of poses of a square at 1 px by their covariance, V' C^-1 V, for sure poses only.
 
     The square is turned by `tilt` degrees about any axis across the view, or by up to that.
     """
@@ -233,9 +233,9 @@ def test_the_pose_of_a_square_is_as_well_known_as_its_covariance_says(tilt, dist
 
 @pytest.mark.full
 def test_of_all_tilts_together_the_covariance_of_a_square_is_right():
-    """It is that of what the image leaves likely, so it is right on average over what there may be.
+    """The covariance covers all poses that the image leaves likely, so it is right on average.
 
-    Of squares at a metre that face the camera exactly, where foreshortening tells least, the mean
+    Of squares at a metre that face the camera exactly, with the least foreshortening, the mean
     is up to 6.9; to first order it is 8.2.
     """
     assert chi_squares(25, 1.0, spread=True).mean() == pytest.approx(6.0, abs=0.3)
