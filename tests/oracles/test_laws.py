@@ -1,6 +1,6 @@
 """Control laws against plain evaluations of their equations by NumPy, one run at a time.
 
-Nothing of RobSim is in what they are compared with, but poses of its robots in two tests.
+The references contain nothing of RobSim, except the poses of its robots in two tests.
 """
 
 from dataclasses import replace
@@ -133,7 +133,7 @@ def test_the_twist_of_the_camera_law_is_the_least_by_its_own_measure(seed, lengt
 
 
 def flying(marks, focal=500.0):
-    """A free camera that starts where the world is, and marks given in axes of the world."""
+    """A free camera that starts at the origin of the world, and marks in axes of the world."""
     eye = rs.MountedCamera("eye", rs.Camera(np.diag([focal, focal, 1.0])), on="free_camera.body")
     return rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=marks)], [eye])
 

@@ -1,6 +1,6 @@
-"""Whole schemes against loops in plain NumPy, and against what is known of them in closed form.
+"""Whole schemes against loops in plain NumPy, and against closed forms.
 
-The loops of NumPy know the pose of the camera and compute features, L and the exponential of a
+The loops of NumPy have the true pose of the camera and compute features, L and the exponential of a
 held twist on their own; RobSim measures pixels and estimates the pose from them.
 """
 
@@ -139,7 +139,7 @@ def test_the_interaction_matrix_is_the_one_that_was_chosen(name, which):
 
 
 def test_levels_are_served_in_nested_null_spaces():
-    """V = V1 + N (A2 N)^+ (r2 - A2 V1), N a basis of what the first level leaves."""
+    """V = V1 + N (A2 N)^+ (r2 - A2 V1), with N a basis of the motions that level 1 leaves free."""
     first, second = hybrid(START, GOAL, 1), pbvs_goal(START, GOAL)
     e1, A1, e2, A2 = first[0][:2], first[1][:2], *second
     goal = rs.Pose(GOAL)
@@ -152,7 +152,7 @@ def test_levels_are_served_in_nested_null_spaces():
 
 
 def test_the_pace_of_the_transpose_is_the_gain_times_the_least_eigenvalue():
-    """edot = -gain A A' e: the slowest part of e decays at gain times that of A A', here L L'."""
+    """edot = -gain A A' e: the slowest part of e decays at gain times the least eigenvalue."""
     _, L = pbvs_camera(GOAL, GOAL)
     controller = rs.PBVS(goal=rs.Pose(GOAL), form="camera", gain=GAIN, inverse="transpose")
     pace = controller.bind(flying()).pace
@@ -252,7 +252,7 @@ def test_the_mark_of_the_hybrid_scheme_goes_straight_in_the_image():
 
 
 def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
-    """Where nothing turns, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
+    """Without rotation, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
     start, dt = GOAL @ pose([0.3, -0.2, -0.4], [0.0, 0.0, 0.0]), 0.02
     adaptive, ends = rs.laws.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
     x = [np.linalg.norm([0.3, -0.2, -0.4])]
@@ -269,7 +269,7 @@ def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
     assert float(run.end_time) < 0.5 * float(ends[float(slow)].end_time)
 
 
-# what is learnt on the way
+# quantities that are learnt during the run
 
 
 def image(T):
@@ -310,7 +310,7 @@ def filtered(state, P, x, V, dt, sigma):
 
 
 def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
-    """The filter is told of the twist that was commanded, and its depths go into L."""
+    """The filter receives the commanded twist, and its depths go into L."""
     dt, steps, sigma = 0.04, 100, 2.0 / FOCAL
     task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.laws.DepthFilter(0.8, 0.6, noise=2.0))
     run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)

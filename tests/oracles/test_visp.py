@@ -1,8 +1,8 @@
 """Features, gains, laws and poses against ViSP 3.5 (visp.json, by generate_visp.cpp).
 
-What a group of the file holds stands in its "meaning". Every case gives the marks in camera axes,
+The "meaning" of a group in the file describes it. Every case gives the marks in camera axes,
 so the features are measured here, not only their interaction matrices compared. The tolerance is
-1e-10 of the largest entry where nothing else is said.
+1e-10 of the largest entry by default.
 
 Where ViSP's L is not the derivative of its own s, by central differences: the entry vx of x_n of
 a dense region (vpFeatureMomentGravityCenterNormalized, off by 1e-3 to 2e-2; 50 digits), replaced
@@ -43,7 +43,7 @@ def cases(group):
 
 
 def values(group, key):
-    """What all cases hold, stacked."""
+    """A field of all cases, stacked."""
     return np.array([case[key] for case in cases(group)])
 
 
@@ -55,7 +55,7 @@ def seen(marks):
 
 
 def posed(T):
-    """An observation whose pose of the target is T (B, 4, 4)."""
+    """An observation with the pose T (B, 4, 4) of the target."""
     view = seen(np.ones((len(T), 3, 3)))
     vars(view)["pose_last"] = move_runs_last(T[:, :3], 2)
     return view
@@ -108,7 +108,7 @@ def test_the_logarithm_of_depth():
 
 
 def test_segments():
-    """ViSP's angle is that of the way from the second end to the first."""
+    """ViSP's angle is the angle of the direction from the second end to the first."""
     view, expected = seen(values("segment", "marks")[:, ::-1]), values("segment", "s")
     s, L = Segments().measure(view).copy(), Segments().interaction(view)
     s[:, 3] = near(s[:, 3], expected[:, 3])
@@ -185,7 +185,7 @@ def inverse(T):
     ],
 )
 def test_parts_of_a_pose(group, feature, sign):
-    """The target is put where the goal camera is; the other rotation vector has the other sign."""
+    """The target is put at the pose of the goal camera; one rotation vector has the other sign."""
     view = posed(inverse(values(group, "T_goal_c")))
     close(sign * feature.measure(view), values(group, "s"))
     close(sign * feature.interaction(view), values(group, "L"))
