@@ -1,4 +1,4 @@
-"""A page in a real browser: what is drawn, and what the controls do."""
+"""A page in a real browser: the drawing, and the effect of the controls."""
 
 import io
 import re
@@ -38,7 +38,7 @@ def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
 
 
 def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp_path):
-    """Normals at the corners of triangles are those of the true surface; a capsule has no line."""
+    """Normals at the corners of triangles equal the true surface normals; a capsule has no line."""
     shapes = (
         rs.shapes.Capsule(0.1, 0.3),
         rs.Wheel(0.1, 0.2, n=32),

@@ -1,4 +1,4 @@
-"""The page of a studio in a real browser: what is touched changes what runs."""
+"""The page of a studio in a real browser: the controls that are touched change the run."""
 
 import re
 
@@ -22,7 +22,7 @@ ON_SCREEN = """(name) => {
 
 
 class Desk:
-    """Pages of a studio, which may ask their server alone, and complain of nothing."""
+    """Pages of a studio, which may send requests to their server alone, and complain of nothing."""
 
     def __init__(self, browser, server):
         self.browser, self.server, self.complaints, self.contexts = browser, server, [], []

@@ -1,4 +1,4 @@
-"""The map of a study in a real browser: what is pointed at, hidden, and opened."""
+"""The map of a study in a real browser: points are selected, hidden and opened."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ COLOR = """((i) => {
 
 @pytest.fixture(scope="module")
 def study():
-    """Two interaction matrices from 40 starts, some of which see too little."""
+    """Two interaction matrices from 40 starts, some of them with too few marks in view."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=20)
     look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.4)
     vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Uniform(0.5, 2)}
@@ -43,7 +43,7 @@ def choose(page, name, value):
 
 
 def place(page, number):
-    """Where the point of a run is on the screen."""
+    """The position of the point of a run on the screen."""
     box = page.locator(".points canvas").bounding_box()
     x, y = page.evaluate(POINT.format(number))
     return box["x"] + x, box["y"] + y
