@@ -1,4 +1,4 @@
-"""The shipped scenarios end as their comments say."""
+"""The shipped scenarios end as their comments claim."""
 
 import numpy as np
 import pytest
