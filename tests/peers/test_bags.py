@@ -1,4 +1,4 @@
-"""Bags: what other readers find in those that we write, and what we find in those of others."""
+"""Bags: other readers read our bags, and we read the bags of others."""
 
 import re
 import runpy

@@ -18,7 +18,7 @@ def controller(name):
 
 
 def read(name, kind, *each):
-    """The commands of some messages, and what of them the scene does not have."""
+    """The commands of some messages, and the commanded joints that the scene does not have."""
     commands = CommandReader(controller(name), kind, {})
     stream = commands.stream(
         "topic /told", [TimedMessage(i * NANO, one) for i, one in enumerate(each)]

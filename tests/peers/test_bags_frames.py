@@ -1,4 +1,4 @@
-"""Bodies that drive or fly, where a bag says in /tf alone where they are."""
+"""Bodies that drive or fly; only the topic /tf of the bag has their poses."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def experiment(name):
 
 
 def without_joints(run, tmp_path, change=lambda each: each):
-    """The bag of a run in which no JointState says where its bodies are."""
+    """The bag of a run without the poses of its bodies in JointState messages."""
 
     def kept():
         for topic, kind, time, each in said(rs.logs.write_bag(run, tmp_path / "whole")):
@@ -36,7 +36,7 @@ def without_joints(run, tmp_path, change=lambda each: each):
 
 @pytest.mark.parametrize("name", ROAMING)
 def test_the_frames_that_we_write_say_where_bodies_are(name, tmp_path):
-    """Also of a car, whose steering and wheels are joints."""
+    """Also for a car with joints for its steering and wheels."""
     run = experiment(name).run(duration=0.4)
     again = rs.logs.read_bag(without_joints(run, tmp_path))
     np.testing.assert_allclose(again.q, run.q, atol=1e-14)
@@ -53,12 +53,12 @@ def test_a_heading_goes_on_beyond_half_a_turn(tmp_path):
 
 
 def chained(run, tmp_path, backwards=False):
-    """A bag in which a camera hangs on a base, that on odom, and that on a map, which corrects."""
+    """A bag with a camera on a base, the base in odom, and odom in a map, which corrects."""
     rng = np.random.default_rng(1)
     mount, fixes = rs.Pose.exp(rng.normal(size=6)), rs.Pose.exp(0.1 * rng.normal(size=(50, 6)))
 
     def frames(t, i):
-        fix = fixes[i // 5]  # said at every fifth instant, dated ahead as a localiser does
+        fix = fixes[i // 5]  # published at every fifth instant, dated ahead as a localiser does
         cam = rs.Pose(run.camera_pose.values[i])
         base = fix.inv() @ cam @ mount.inv()
         if i % 5 == 0:

@@ -1,4 +1,4 @@
-"""What messages say to a controller, and its commands as messages: there and back."""
+"""Messages as input of a controller, and its commands as messages: there and back."""
 
 from types import SimpleNamespace
 
@@ -94,7 +94,7 @@ SAID = [
 
 @pytest.mark.parametrize(("name", "kind"), SAID)
 def test_commands_come_back_from_a_bag(name, kind, tmp_path):
-    """Those of a run, said by a node and recorded, are those of the run that is read."""
+    """Commands that a node publishes and a bag records equal the commands of the read run."""
     made = experiment(name)
     run = made.run(duration=0.4)
     ros = rs.control.RosMessages(rs.Controller(made))

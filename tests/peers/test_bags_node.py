@@ -20,7 +20,7 @@ def experiment(name="chapter_6_1"):
 
 
 class Node:
-    """What the example needs of a node of rclpy, with what was published and logged."""
+    """A stand-in for the node of rclpy in the example, with its publications and its log."""
 
     def __init__(self, **told):
         self.told, self.heard, self.timers = told, {}, []

@@ -114,7 +114,7 @@ def test_a_file_and_an_echo_of_ros_give_its_camera(text, tmp_path):
 
 
 def test_a_chain_of_kalibr_is_a_rig(tmp_path):
-    """T_cn_cnm1 takes points of cam0 to cam1, so a point is seen by both where it is."""
+    """T_cn_cnm1 takes points of cam0 to cam1, so both cameras see a point at its true place."""
     path = written(tmp_path, CAMCHAIN)
     left, right = rs.MountedCamera.rig_from_file(path, on="arm.tool", pose=rs.Pose.at(0, 0, 0.1))
     assert (left.name, right.name, left.on, right.on) == ("cam0", "cam1", "arm.tool", "arm.tool")

@@ -1,4 +1,4 @@
-"""What we write as MJCF, as MuJoCo reads it: poses to 1e-10, limits, masses, equalities."""
+"""Our MJCF files, as MuJoCo reads them: poses to 1e-10, limits, masses, equalities."""
 
 from dataclasses import replace
 
