@@ -1,4 +1,4 @@
-"""Every kind of name with every kind of axis: a row says what the experiment made by hand says."""
+"""Every kind of name with every kind of axis: a row equals the experiment that is built by hand."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ BELIEFS = {
 
 
 def pairs():
-    """Each case with each belief that says other things; by default each case with one of them."""
+    """Each case with each belief about other parts; by default each case with one of them."""
     for i, case in enumerate(CASES):
         beliefs = [name for name, own in BELIEFS.items() if not own.keys() & CASES[case].keys()]
         for j, belief in enumerate(beliefs):
@@ -65,7 +65,7 @@ def study_of(flying, case, belief, **how):
 
 
 def by_hand(found, number):
-    """The end of a run whose experiment is made of the values that the table says."""
+    """The end of a run of the experiment with the values in the table."""
     plan, row = found.plan, found.table.iloc[number]
     values = {}
     for axis in plan.axes:

@@ -1,4 +1,4 @@
-"""What is drawn: moments of distributions, places of starts, and what depends on nothing else."""
+"""Samples: moments of distributions, positions of starts, and independence of other settings."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What matters: rank correlations and correlation ratios, their intervals, and clear errors."""
+"""Sensitivity: rank correlations and correlation ratios, their intervals, and clear errors."""
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ TIED = RNG.integers(0, 4, 400).astype(float)
 
 
 def table(n=600, tasks=("IBVS",)):
-    """Return a study in which one number decides, one bends, one does nothing, and a choice."""
+    """Return a study: one number is decisive, one bends, one has no effect; and a choice."""
     rng = np.random.default_rng(2)
     drawn = {"gain": rng.random(n), "focal": rng.normal(1, 0.1, n), "noise": rng.random(n)}
     frames = []

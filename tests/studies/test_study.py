@@ -1,4 +1,4 @@
-"""What a study says of its runs: the same as each run alone says."""
+"""A study reports of its runs the same as each run alone."""
 
 import numpy as np
 import pytest

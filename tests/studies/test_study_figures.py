@@ -1,4 +1,4 @@
-"""The figures of studies show each run, share and interval where it is, and count them."""
+"""The figures of studies show each run, share and interval at its place, and count them."""
 
 import matplotlib
 import numpy as np
@@ -38,7 +38,7 @@ BEGAN = TABLE[TABLE["began"]]
 
 
 def dots(axes):
-    """Return the dots of axes, those that could not begin first where there are some."""
+    """Return the dots of axes; first the starts that could not begin, if there are any."""
     return [each for each in axes.collections if isinstance(each, PathCollection)]
 
 
@@ -47,7 +47,7 @@ def texts(artist):
 
 
 class Study:
-    """A study, of which figures take the table."""
+    """A study for figures that read its table."""
 
     table = TABLE
 
