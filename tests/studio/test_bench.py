@@ -74,7 +74,7 @@ def test_the_target_is_dragged_and_with_it_the_goal(experiment):
     place = bench.experiment.scene.objects[0].pose
     assert np.allclose(place.position, [0.05, 0.0, 0.0], rtol=0, atol=1e-12)
     goal = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
-    assert np.allclose(goal, before, atol=1e-9)  # it is taught where the camera stands
+    assert np.allclose(goal, before, atol=1e-9)  # the goal is the present pose of the camera
     through(bench)
     end = bench.pair.live.now
     away = end.pixels - bench.pair.live.template["pixels_goal"].values

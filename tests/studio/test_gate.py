@@ -28,7 +28,7 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address_bar(browser):
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
 def test_a_link_in_another_page_loads_the_page_by_an_answer_of_ours(browser, site):
-    """Behind a redirect, browsers take the other page for the one who asks."""
+    """Behind a redirect, browsers take the other page for the origin of the request."""
     got = browser.get(f"/?token={browser.token}", Cookie=None, Sec_Fetch_Site=site)
     assert (got.status, got.headers["refresh"]) == (200, "0; url=/")
     assert got.headers["set-cookie"].startswith(browser.cookie) and "location" not in got.headers

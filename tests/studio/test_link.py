@@ -1,4 +1,4 @@
-"""What a page and the app say to each other, and what is said too often, too long or wrong."""
+"""The messages between a page and the app; messages that are too frequent, too long or wrong."""
 
 import json
 from contextlib import suppress

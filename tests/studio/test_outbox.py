@@ -1,4 +1,4 @@
-"""What waits for a page, and what is waited for: little, and nobody."""
+"""The queue of a page is short, and the simulation waits for nobody."""
 
 import socket
 import threading
@@ -63,7 +63,7 @@ def test_a_page_that_falls_behind_comes_to_the_present_when_it_reads_again(serve
 
 
 def test_what_a_slow_page_reads_is_not_old(server, browser):
-    """Beyond a frame that has begun, only what the system holds lies before the present."""
+    """After a frame that has begun, only the buffer of the system comes before the present."""
     with browser.connected() as slow, browser.page() as other:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
         slow.sendall(browser.handshake())
@@ -111,7 +111,7 @@ def test_a_page_of_which_nothing_is_heard_is_dropped(server, browser, monkeypatc
     with browser.page() as page, browser.connected() as silent:
         silent.sendall(browser.handshake())
         assert everything(silent).count(encode_websocket_frame("").replace(b"\x81", b"\x89")) >= 2
-        page.send("{}")  # whose browser has answered the pings
+        page.send("{}")  # the browser of this page has answered the pings
         assert page.recv(20) == "{}"
 
 

@@ -1,4 +1,4 @@
-"""What a server answers to requests, and how it begins and ends."""
+"""The answers of a server to requests, and how it begins and ends."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""A session: what pages ask for and are told, without a server."""
+"""A session: requests of pages and the messages to them, without a server."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.studio.workbench import Workbench
 
 
 class Pages:
-    """Pages that keep what they are told."""
+    """Pages that keep the messages they receive."""
 
     def __init__(self, experiment):
         self.session = Session(Workbench(experiment), ScenarioShelf.shipped())

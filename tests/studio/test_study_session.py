@@ -18,7 +18,7 @@ from robsim.studio.web.app import UnavailableDownload
 
 @pytest.fixture(scope="module")
 def study():
-    """Sixteen runs, of which ten could not begin."""
+    """Sixteen runs; ten of them could not begin."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=6)
     look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.6)
     vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Choice([1.0, 2.0])}
@@ -44,7 +44,7 @@ def pages(study):
 
 @pytest.fixture
 def told(pages):
-    """The header and the arrays of the map, as a new page is told them first."""
+    """The header and the arrays of the map, which a new page receives first."""
     message = json.loads(pages.session.hello()[0])
     assert message["type"] == "study"
     return unpack_recording(base64.b64decode(message["recording"]))
