@@ -1,4 +1,4 @@
-"""What users may rely on: names, the order of arguments, docstrings, and what is in the package."""
+"""The public surface: names, the order of arguments, docstrings, and the content of the package."""
 
 import ast
 import importlib
@@ -144,7 +144,7 @@ def test_every_public_name_has_a_docstring(name):
     assert text and text.strip().split("\n")[0].rstrip().endswith((".", ":", ")"))
     assert not text.startswith(
         f"{name.split('.')[-1]}("
-    )  # what a dataclass writes when there is none
+    )  # a dataclass writes such a docstring by default
 
 
 @pytest.mark.parametrize("name", CLASSES)

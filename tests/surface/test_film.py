@@ -1,4 +1,4 @@
-"""Films: what each frame shows is compared with the run, and files are read back."""
+"""Films: the content of each frame is compared with the run, and files are read back."""
 
 import importlib.util
 from pathlib import Path
@@ -111,7 +111,7 @@ def test_what_is_after_the_end_of_a_run_is_not_filmed():
     assert said(screen) == f"converged after 20.4 s     t = {float(run.end_time):.2f} s"
 
 
-# ---- what is seen ----
+# ---- the picture ----
 
 
 def said(screen):
@@ -184,7 +184,7 @@ def test_where_the_camera_stands_still_the_velocity_is_that_of_the_target():
 
 
 def placement(screen):
-    """All that says where things are drawn, of all axes."""
+    """All data on the positions of drawings, of all axes."""
     for axes in screen.figure.axes:
         limits = [getattr(axes, f"get_{n}lim")() for n in "xyz" if hasattr(axes, f"get_{n}lim")]
         seen = axes.get_proj().tolist() if hasattr(axes, "get_proj") else ()
@@ -203,7 +203,7 @@ def test_axes_view_and_ground_are_the_same_in_all_frames(name):
         assert list(placement(screen)) == before
         for edge, part in zip(edges, (now[:, :2], now[-40:]), strict=True):
             np.testing.assert_array_equal(part[:, :24], edge[:, :24])
-    np.testing.assert_array_equal(screen[0], first)  # nothing is left of what was drawn since
+    np.testing.assert_array_equal(screen[0], first)  # nothing drawn since is left
 
 
 @pytest.mark.full

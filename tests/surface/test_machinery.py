@@ -1,4 +1,4 @@
-"""The machinery of declarations does not grow: what reads, writes and finds values by name."""
+"""The machinery of declarations, which reads, writes and finds values by name, does not grow."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Pictures side by side: true proportions, one scale, and what is near covers what is far."""
+"""Pictures side by side: true proportions, one scale, and near bodies cover far ones."""
 
 import matplotlib
 import numpy as np

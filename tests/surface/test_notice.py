@@ -42,7 +42,7 @@ def wait(teller):
 
 @pytest.fixture
 def teller(monkeypatch):
-    """A listener of its own, which is not silent in tests, and for which a second is nothing."""
+    """A listener of its own, not silent in tests, with a patience of zero seconds."""
     monkeypatch.setattr(stderr_messages, "is_quiet", lambda: False)
     monkeypatch.setattr(stderr_messages, "_has_reported", False)
     monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)

@@ -1,4 +1,4 @@
-"""The figures show what there is: each drawn number is compared with the one it stands for."""
+"""The figures are complete: each number in them is compared with its value in the run."""
 
 from dataclasses import replace
 
@@ -318,7 +318,7 @@ def test_a_legend_has_each_colour_once():
 
 
 def test_what_has_several_colours_is_named_by_one_that_is_its_own():
-    """Also where it has more of another: the legend explains as many colours as it can."""
+    """Also if it has more of another: the legend explains as many colours as it can."""
     head = [rs.Block(0.1, 0.1, 0.1, "m"), rs.Block(0.5, 0.5, 0.5, "k")]
     arm = rs.Robot.from_dh([[0, 1, 0, 0]], shapes=[[rs.Block(1, 1, 1)], head], links=["head"])
     colors = colors_of(plot.scene(rs.Scene(arm)).axes[0])
@@ -885,7 +885,7 @@ def test_sizes_and_titles_are_the_users(scene, run, compared, examined):
         assert (*figure.get_size_inches(), figure.get_suptitle()) == (9, 6, "my own")
 
 
-# --- all together, and what is refused
+# --- all together, and refusals
 
 
 def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
@@ -986,7 +986,7 @@ def test_a_notebook_shows_a_figure_once_as_the_value_of_its_cell(backend, scene,
 
 
 def test_a_backend_chosen_while_drawing_may_switch_to_interactive(scene, monkeypatch):
-    """As that of a notebook does when pyplot is first used."""
+    """As the backend of a notebook does when pyplot is first used."""
     monkeypatch.setattr(plt, "get_backend", lambda: (plt.ion(), "agg")[1])
     try:
         plot.scene(scene)
@@ -1007,7 +1007,7 @@ def test_where_windows_open_pyplot_shows_the_figure(scene, monkeypatch):
 
 @pytest.fixture(scope="module")
 def compared(scene):
-    """Three schemes, of which one is too slow to arrive."""
+    """Three schemes; one of them is too slow to arrive."""
     tasks = {
         "current": rs.IBVS(scene.home, gain=2),
         "pose": rs.PBVS(scene.home, gain=2),

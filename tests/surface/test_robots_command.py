@@ -1,4 +1,4 @@
-"""`robsim robots NAME` and `plot.robot`: the table says what the library holds, and it is drawn."""
+"""`robsim robots NAME` and `plot.robot`: the table agrees with the library, and it is drawn."""
 
 import tomllib
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The robot library: its numbers, their sources, its shapes, and how it is asked for."""
+"""The robot library: its numbers, their sources, its shapes, and access to it."""
 
 import json
 import subprocess
@@ -210,7 +210,7 @@ def test_a_robot_on_a_cable_hangs_below_it(name):
     robot = robots.load(name)
     cable = robot.links[1].joint.curve
     middle = cable.at(cable.length / 2).position
-    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file tells
+    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file mentions
     hang = dict(zip((k.name for k in robot.links), robot.frames(robot.home), strict=True))
     np.testing.assert_allclose(hang["rear"][:3, 3][[0, 2]], cable.at(3.0).position[:2], atol=1e-15)
     wheels = [link for link in hang if link.endswith("wheel")]
@@ -248,7 +248,7 @@ def test_the_links_of_the_arms_of_textbooks_are_drawn_in_different_colours():
 
 
 def spans(link, T, line):
-    """Where a line (point, direction) is inside the boxes around shapes, as (enter, leave)."""
+    """The interval (enter, leave) of a line (point, direction) in the boxes around shapes."""
     for shape in link.shapes:
         box = (rs.Pose(T) @ shape.pose).inv()
         point, along = box @ line[0], box.rotation @ line[1]

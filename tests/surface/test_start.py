@@ -1,4 +1,4 @@
-"""A quick start: what `import robsim` loads, and what the kernels may import."""
+"""A quick start: the modules that `import robsim` loads, and the imports of the kernels."""
 
 import ast
 import json
@@ -17,7 +17,7 @@ LATE = (
 )
 ROOT = Path(robsim.__file__).parent
 KERNELS = sorted((ROOT / "kernels").rglob("*.py"))
-COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that know how Numba compiles
+COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that depend on how Numba compiles
 
 
 @cache
@@ -30,7 +30,7 @@ def loaded_by(*steps):
     return [set(json.loads(line)) for line in done.stdout.splitlines()]
 
 
-STEPS = {  # in the order of what they may load, so that none hides behind another
+STEPS = {  # in the order of their dependence, so that none hides behind another
     "import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()": (),
     "import robsim.testing, robsim.files.examples": (),
     "rs.kinematics.clearance": (),
@@ -100,7 +100,7 @@ def test_kernels_import_math_numpy_numba_and_kernels_only(path):
 
 
 def test_kernels_work_without_the_rest_of_us():
-    """Only the package itself, which is imported first, brings what is not a kernel."""
+    """Only the package itself, which is imported first, loads modules outside the kernels."""
     code = "import sys, types; from pathlib import Path; import importlib.util as u\n"
     code += f"root = types.ModuleType('robsim'); root.__path__ = [{str(ROOT)!r}]\n"
     code += "sys.modules['robsim'] = root\n"

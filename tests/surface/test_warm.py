@@ -1,4 +1,4 @@
-"""`robsim warm`: all that users do is done once, in processes, and told."""
+"""`robsim warm`: all uses are run once, in processes, and reported."""
 
 import sys
 
@@ -49,7 +49,7 @@ def test_what_fails_is_told_by_its_name():
 
 @pytest.fixture
 def called(monkeypatch, capsys):
-    """`robsim warm` in this process: what it prints."""
+    """Run `robsim warm` in this process; return its output."""
 
     def call():
         monkeypatch.setattr(sys, "argv", ["robsim", "warm", "-j", "1"])

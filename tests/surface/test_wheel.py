@@ -47,14 +47,14 @@ def wheel(tmp_path_factory):
 
 @pytest.fixture
 def installed(wheel, tmp_path):
-    """The folder of the package, in a place that the build did not know."""
+    """The folder of the package, at a path that is unknown at build time."""
     with zipfile.ZipFile(wheel) as file:
         file.extractall(tmp_path / "elsewhere")
     return tmp_path / "elsewhere" / "robsim"
 
 
 def python(installed, code, **more):
-    """Run code with the package that is installed there: its output and what it says."""
+    """Run code with the package that is installed there; return its output and its messages."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     environment |= {
         "PYTHONPATH": str(installed.parent),
@@ -73,7 +73,7 @@ def python(installed, code, **more):
 
 
 def demo(installed, **more):
-    """Run the demo: the level that served, what was compiled, and a digest of its motion."""
+    """Run the demo: the level that served, the compiled kernels, and a digest of its motion."""
     out, err = python(installed, DEMO, **more)
     file, *rest = json.loads(out.splitlines()[-1])
     assert Path(file).parent == installed and "converged" in out

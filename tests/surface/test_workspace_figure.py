@@ -1,4 +1,4 @@
-"""The figure of a workspace shows each point where it is, in the colour of its manipulability."""
+"""The figure of a workspace shows each point at its place, in the colour of its manipulability."""
 
 from dataclasses import replace
 
