@@ -96,7 +96,7 @@ def written(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NO
 
 
 def changed(content, of, change):
-    """The messages, with what `change` makes of those of one topic: (number, time, message)."""
+    """Yield the messages, those on one topic changed by `change`: (topic, kind, time, message)."""
     count = -1
     for topic, kind, time, each in content:
         if topic != of:
@@ -107,7 +107,7 @@ def changed(content, of, change):
 
 
 def remake(each, **fields):
-    """A message in which some fields are others."""
+    """Return the message with some fields replaced."""
     names = [name for name, _ in message_types.load_typestore().fielddefs[each.__msgtype__][1]]
     return make_message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
 

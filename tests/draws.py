@@ -1,4 +1,4 @@
-"""Properties of drawn values, of which a few are drawn by default and the rest by `full`."""
+"""Properties of random values; a few values are tried by default and the rest by `full`."""
 
 import pytest
 from hypothesis import given, settings

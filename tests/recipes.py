@@ -1,4 +1,4 @@
-"""Short experiments in which the fields of every declared class act, as the tables of texts."""
+"""Short experiments that make the fields of every declared class act, as the tables of texts."""
 
 import tomllib
 from copy import deepcopy
@@ -41,7 +41,7 @@ SHAPED = {
     "smooth_start": 3.0,
     "limit": {"joint": "0.5 rad/s"},
 }
-# other values of a key, where none can be guessed from the one that stands there
+# other values of a key if none can be guessed from the present one
 OTHERS = {
     "about": [{"position": "0, 0, -80 cm"}],
     "pose": [{"position": "0, 0, -80 cm"}],
@@ -110,7 +110,7 @@ def example(name, *path, **changes):
 
 
 def driven(*links, home, tip, by, **robot):
-    """The tables of a robot with these links, whose joints follow a trajectory, and its place."""
+    """The tables of a robot with these links and joints that follow a trajectory, and its place."""
     one = {"name": "arm", "links": [{"name": "base"}, *links], "home": home, "tip": tip, **robot}
     follow = {"kind": "follow_joints", "by": by, "duration": "0.5 s"}
     return {"schema": 1, "robots": [one], "task": follow, "run": RUN}, ("robots", 0)
@@ -148,7 +148,7 @@ def crawler(kind, of, **changes):
 
 
 def solid(table):
-    """A solid whose corners a camera sees."""
+    """A solid with corners that a camera sees."""
     objects = [FLYING["objects"][0], {"name": "solid", "shapes": [table]}]
     made = task("ibvs", target="solid")[0]
     return world(made, objects=objects), ("objects", 1, "shapes", 0)
@@ -216,7 +216,7 @@ def reaching(**given):
 
 
 def carried():
-    """Two cameras that stand still watch what a redundant arm holds."""
+    """Two fixed cameras watch the object that a redundant arm holds."""
     scene = rs.Scene(rs.robots.panda())
     T = scene.pose("panda.flange")
     cube = {
@@ -254,7 +254,7 @@ def mission():
 
 
 def hanging():
-    """A mission in which a plate goes with the arm, and stays where it is."""
+    """A mission: a plate moves with the arm, and then stays at its place."""
     made = mission()
     look, turn = made["task"]["phases"]
     turn["attach"], look["release"] = {"plate": "panda.link1"}, ["plate"]
@@ -694,7 +694,7 @@ RECIPES = {
 
 
 def place(noun, name):
-    """The case of a kind of a family of which no recipe is given."""
+    """The case of a kind that belongs to a family without a recipe."""
     key = {"feature": "features", "interaction matrix": "interaction"}.get(noun, noun.split()[0])
     if noun in ("feature", "law", "inverse", "interaction matrix", "secondary motion"):
         return [part(key, {"kind": name}, ARM if noun == "inverse" else FLYING)]

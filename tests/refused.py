@@ -1,4 +1,4 @@
-"""Values of a text that the declarations refuse: what is tested of each."""
+"""Values of a text that the declarations refuse, as the tests of refusals list them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from robsim.vision.intrinsics import FocalLengths
 
 
 def spec_of_key(field: DeclaredField, key: str) -> Spec:
-    """Return what one key of the table around a field may hold."""
+    """Return the values that one key of the table around a field accepts."""
     spec = field.spec
     if isinstance(spec, Table) and spec.flat:
         return next(each.spec for each in fields_of(spec.declared) if each.name == key)
@@ -150,7 +150,7 @@ def _(spec: JointLimits) -> list[Any]:
 
 @refused.register
 def _(spec: OriginSpec) -> list[Any]:
-    """Return no values: whoever replaces the keys by links refuses what is wrong."""
+    """Return no values: code that replaces the keys by links refuses wrong values."""
     return ()
 
 
