@@ -1,4 +1,4 @@
-"""What a frame of a film takes, against drawing the same figure anew (see README.md)."""
+"""The time of a frame of a film, against drawing the same figure anew (see README.md)."""
 
 import os
 import tempfile
@@ -21,7 +21,7 @@ def drawn(run, path: Path) -> float:
 
 
 def anew(run, scene) -> float:
-    """Seconds in which `plot.run` draws the figure of a run as pixels."""
+    """Seconds that `plot.run` takes to draw the figure of a run as pixels."""
     start = time.perf_counter()
     figure = rs.plot.run(run, scene)
     figure.savefig(os.devnull, format="rgba", dpi=100)
