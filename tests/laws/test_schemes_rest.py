@@ -138,7 +138,7 @@ def test_a_secondary_motion_has_all_that_the_features_leave(
 
 @pytest.mark.parametrize("name", FREE)
 def test_a_secondary_motion_leaves_the_image_alone_for_good(arrange, name):
-    """Held for a second at 1 ms, the error is of first order in the period, and half at half of it."""
+    """Held for a second at 1 ms, the error is of first order in the period and halves with it."""
     scene, ends = arrange(name), []
     for dt in (2e-3, 1e-3):
         task = rs.IBVS(secondary=Wander(), gain=2.0)
