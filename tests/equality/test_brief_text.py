@@ -313,7 +313,7 @@ def test_any_tables_are_laid_out_as_toml(tables):
     assert tables_of(format_toml(tables), "text") == tables
 
 
-def test_the_folder_is_that_of_the_process_by_default():
+def test_the_default_folder_is_the_current_one():
     scenario = load_scenario(examples.path("visp_tutorial"))
     assert scenario.to_toml() == scenario.to_toml(folder=os.curdir)
 

@@ -97,7 +97,7 @@ def stopped(experiment, at, monkeypatch, **how):
 @pytest.mark.parametrize("name", list(cases()))
 @pytest.mark.parametrize("at", [1, 4, 9])
 @pytest.mark.parametrize("chunk", [3, 256])
-def test_what_is_taken_up_has_the_same_bits(name, at, chunk, monkeypatch):
+def test_a_resumed_run_has_the_same_bits(name, at, chunk, monkeypatch):
     experiment = cases()[name]
     part = stopped(experiment, at, monkeypatch, chunk=chunk, threads=1)
     if name != "mission":
@@ -255,7 +255,7 @@ def test_resume_needs_a_file():
         NOISY.run(resume=True)
 
 
-def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
+def test_an_experiment_without_a_text_has_no_checkpoint_and_is_refused_at_once():
     class Mine:
         def command(self, state):
             raise AssertionError("nothing runs")
@@ -264,7 +264,7 @@ def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
         NOISY.with_(task=rs.IBVS(VISP.task.goal, law=Mine())).run(checkpoint="point")
 
 
-def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_on(monkeypatch):
+def test_where_no_checkpoint_can_be_written_that_is_reported_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
     long = NOISY.with_(duration=8_000.0, record="summary")
     with warnings.catch_warnings(record=True) as said:

@@ -58,7 +58,7 @@ def test_a_configuration_alone_equals_its_row_in_any_batch(name, method):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_they_are_those_of_the_tree_that_a_simulation_moves(name):
+def test_they_agree_with_the_tree_that_a_simulation_moves(name):
     robot = ROBOTS[name]
     q, tree = some(robot, 5), robot.tree
     bodies = tree.bodies(np.ascontiguousarray(q.T))
@@ -80,14 +80,14 @@ def test_it_does_not_matter_how_coordinates_are_given():
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("row", [0, 200])
 @pytest.mark.parametrize("method", ["fk", "frames", "jacobian"])
-def test_what_a_kernel_finds_unusual_is_an_error(value, row, method):
+def test_an_unusual_finding_of_a_kernel_is_an_error(value, row, method):
     q = some(ROBOTS["puma560"])
     q[row, 3] = value
     with pytest.raises(rs.errors.InputError, match=rf"q: {value} at index \({row}, 3\)"):
         getattr(ROBOTS["puma560"], method)(q)
 
 
-def test_what_may_be_degrees_is_unusual_and_large_angles_of_computations_pass():
+def test_possible_degrees_are_unusual_and_large_angles_of_computations_pass():
     assert batch_kinematics.USUAL_COORDINATE <= LARGEST_RADIANS
     robot = ROBOTS["puma560"]
     q = some(robot)
@@ -112,7 +112,7 @@ def test_a_closed_form_alone_equals_its_row_in_any_batch(name):
             same(getattr(found, part), getattr(whole, part)[rows])
 
 
-def test_what_a_robot_keeps_of_one_search_does_not_show_in_the_next():
+def test_the_memory_of_one_search_does_not_change_the_next():
     used = rs.robots.panda().named("used")
     T = used.fk(some(used, 30))
     ways = (

@@ -61,7 +61,7 @@ def others(control):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
-def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
+def test_a_number_changed_by_its_path_agrees_with_the_file(name, every):
     experiment = rs.load_scenario(examples.path(name))
     compared = 0
     for control in list(controls(experiment))[::every]:
@@ -81,7 +81,7 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
-def test_what_a_file_refuses_is_refused_by_a_path(name, every):
+def test_a_value_that_a_file_refuses_is_refused_by_a_path(name, every):
     experiment = rs.load_scenario(examples.path(name))
     refused = 0
     for control in list(controls(experiment))[::every]:
@@ -134,7 +134,7 @@ def calls_of(change):
     return count
 
 
-def test_a_number_has_a_path_and_what_is_none_has_not():
+def test_a_number_has_a_path_and_other_values_have_none():
     experiment = rs.load_scenario(examples.path("wrong_calibration"))
     found = find_path(experiment, "belief.cameras.camera.focal")
     assert found.get(find_path_owner(experiment, "belief.cameras.camera.focal")) == 960.0

@@ -357,13 +357,13 @@ class Mine:
         return -state.gain * np.zeros(state.jacobian.shape[::2])
 
 
-def test_a_run_of_python_code_says_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
+def test_a_run_of_python_code_reports_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal, law=Mine()), starts[0], duration=0.1)
     with pytest.raises(rs.errors.InputError, match="Mine is Python code"):
         replay(run)
 
 
-def test_what_is_no_run_says_so(puma_scene, puma_goal, starts):
+def test_a_file_that_is_no_run_is_reported(puma_scene, puma_goal, starts):
     with pytest.raises(rs.errors.InputError, match=r"attrs\['scenario'\]"):
         replay(xr.Dataset())
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
@@ -436,7 +436,7 @@ def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
 
 
 @pytest.mark.parametrize("change", [{"seed": 3}, {"sensing": rs.Sensing(noise=1.0)}, {"dt": 0.02}])
-def test_a_run_with_changes_has_a_text_that_says_them(example, change):
+def test_the_text_of_a_run_with_changes_contains_the_changes(example, change):
     run = example.run(**change)
     assert run.attrs["scenario"] != example.to_toml(complete=True)
     identical(replay(run), run)
@@ -463,7 +463,7 @@ EACH = [pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in exam
 
 
 @pytest.mark.parametrize("name", EACH)
-def test_the_examples_and_their_full_texts_say_the_same(name):
+def test_the_examples_and_their_full_texts_give_the_same_experiment(name):
     scenario = load_scenario(examples.path(name))
     scenario.check()
     again = Experiment.from_text(scenario.to_toml())

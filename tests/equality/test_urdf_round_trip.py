@@ -210,7 +210,7 @@ def test_the_frame_of_an_axis_is_a_rotation_to_the_last_digit(seed):
     assert (R[:, 2] == axis).all() and np.linalg.det(R) > 0
 
 
-def test_what_the_format_cannot_express_is_refused_by_name_all_at_once(tmp_path):
+def test_robots_that_the_format_cannot_express_are_refused_by_name_all_at_once(tmp_path):
     path = tmp_path / "rover.urdf"
     car = rs.joints.Joint("car", steering=rs.joints.Steering(0.5))
     wheel = rs.joints.Joint("revolute", follows=rs.joints.Ackermann("body.steering"))
@@ -238,7 +238,7 @@ def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, c
             write(tmp_path / "robot.xml")
 
 
-def test_where_a_file_cannot_be_written_is_told(tmp_path):
+def test_where_a_file_cannot_be_written_is_reported(tmp_path):
     (tmp_path / "file").write_text("mine")
     for write in (robots.panda().to_urdf, robots.panda().to_mjcf):
         with pytest.raises(rs.errors.FileError, match=r"cannot write .*robot\.xml"):

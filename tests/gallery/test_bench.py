@@ -92,7 +92,7 @@ def test_cns_150_has_fifty_pairs_in_each_third_of_rotation_and_three_scales():
 # who succeeds: golden numbers, as docs/bench.md prints them
 
 
-def test_who_succeeds_on_vit_500():
+def test_schemes_that_succeed_on_vit_500():
     table = found("vit_500").table
     assert {*table["runs"]} == {412} and {*table["not_begun"]} == {88}
     assert successes("vit_500") == [412, 323, 412, 387, 412, 412, 407]
@@ -114,7 +114,7 @@ def test_starts_above_a_poster_that_see_less_than_the_square_begin_and_arrive():
 
 
 @pytest.mark.full
-def test_who_succeeds_above_a_poster_whose_marks_may_leave_the_image():
+def test_schemes_that_succeed_above_a_poster_with_marks_that_may_leave_the_image():
     table = found("vit_500_poster").table.set_index(["group", "scheme"])
     every, less = table.loc["all"], table.loc["sees less than the square"]
     begun = list(FORTY)
@@ -137,7 +137,7 @@ def test_the_poster_is_seen_as_a_whole_at_the_goal():
     assert less.sum() == 88 and (marks[less].min(), marks[less].max()) == (10, 29)
 
 
-def test_who_succeeds_on_cns_150():
+def test_schemes_that_succeed_on_cns_150():
     assert successes("cns_150") == [321, 312, 450, 402, 450, 447, 218]
 
 
@@ -225,7 +225,7 @@ def test_the_errors_are_within_their_limits_and_in_their_own_runs():
     assert {np.sum(kind == each) for each in set(kind)} == {50}
 
 
-def test_robust_weights_leave_a_quarter_of_what_noise_and_outliers_leave():
+def test_robust_weights_leave_a_quarter_of_the_error_of_noise_and_outliers():
     """Medians: 22, 19 and 18 mm become 5 to 6; noise alone leaves 3."""
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["image"]
@@ -236,7 +236,7 @@ def test_robust_weights_leave_a_quarter_of_what_noise_and_outliers_leave():
     assert off[[*calibration.ROBUST]].max() < 6.5
 
 
-def test_robust_weights_of_sixteen_marks_leave_what_noise_leaves():
+def test_robust_weights_of_sixteen_marks_leave_the_error_of_noise_alone():
     """Of four marks one that lies leaves three; of sixteen it leaves enough for all runs."""
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["image"]
@@ -248,7 +248,7 @@ def test_robust_weights_of_sixteen_marks_leave_what_noise_leaves():
     assert 1e3 * rows.max().max() < 10.0
 
 
-def test_every_published_number_is_what_its_scenario_gives():
+def test_every_published_number_is_the_result_of_its_scenario():
     assert found("gallery").data["success"].all()
     assert str(found("gallery")).count("agrees") == 30
     off = replace(
@@ -269,7 +269,7 @@ def test_threads_and_chunks_change_no_bit(how):
     pd.testing.assert_frame_equal(one.data, other.data, check_exact=True)
 
 
-def test_rows_are_those_of_the_runs():
+def test_rows_agree_with_the_runs():
     suite = some(CNS, range(150, 450, 20))
     rows = rs.bench(suite, {"mine": rs.PBVS()}, builtin=False).data
     one = suite.experiment(rs.PBVS(suite.task_goal, gain=2.0)).vary(suite.varied).run()
@@ -310,7 +310,7 @@ def test_a_scheme_is_a_task_a_class_or_a_function():
         assert (rows[rows["scheme"] == name]["distance_to_goal"] == first).all()
 
 
-def test_the_table_counts_what_began_with_the_interval_of_wilson():
+def test_the_table_counts_runs_that_began_with_the_interval_of_wilson():
     rows, table = found("vit_500").data, found("vit_500").table.set_index("scheme")
     for name in BUILT_IN:
         own = rows[rows["scheme"] == name]
@@ -334,7 +334,7 @@ def test_the_tables_as_texts():
     assert "20 [8, 42]  10" in str(found("shift_lag")).splitlines()[3]
 
 
-def test_a_stop_leaves_what_is_done(monkeypatch):
+def test_a_stop_keeps_the_finished_part(monkeypatch):
     def three_of(run):
         outcome = run.outcome.copy()
         outcome[3:] = rs.Outcome.RUNNING

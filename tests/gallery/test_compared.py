@@ -46,7 +46,7 @@ def test_every_scheme_arrives(seven):
     assert (seven.converged() == 1).all()
 
 
-def test_what_each_scheme_keeps_straight(seven):
+def test_each_scheme_keeps_its_own_path_straight(seven):
     """Lines bend because commands are held while the camera turns: by a term of first order in the
     period, so that a quarter of it leaves a quarter of the bend."""
     data = seven.data.sel
@@ -82,7 +82,7 @@ def _bend_of_marks(run):
     return [detour(way[:, n], goal[n]) for n in range(len(goal))]
 
 
-def test_the_retreat_is_that_of_l_current_and_the_partitioned_scheme_avoids_most_of_it(seven):
+def test_the_retreat_agrees_with_l_current_and_the_partitioned_scheme_avoids_most_of_it(seven):
     retreat = dict(zip(seven.names, seven.data.retreat.values, strict=True))
     assert retreat["current"] == pytest.approx(0.735, rel=0.02)
     assert retreat["partitioned"] < 0.2 * retreat["current"]
@@ -165,7 +165,7 @@ def test_a_smooth_start_follows_its_closed_form(mu):
     assert (run.qd.values[0] == 0.0).all()
 
 
-def test_also_with_a_turn_and_what_it_costs_and_saves():
+def test_also_with_a_turn_with_its_cost_and_saving():
     """Delay ln(mu/(mu - gain))/gain, peak (gain/mu)^(gain/(mu - gain)) of the jump that is saved.
     The command at the start is subtracted in axes of the camera, which turns by 52 degrees; the
     error follows the closed form within the 1 percent of the periods all the same."""
@@ -257,7 +257,7 @@ def test_unprojected_the_lift_stays_between_task_and_limit(ceiling):
     assert float(run.pixel_error) == pytest.approx(np.sqrt(2) * 500 * x, rel=1e-3)
 
 
-def test_the_measures_of_the_way_are_those_of_the_runs(ceiling):
+def test_the_measures_of_the_way_agree_with_the_runs(ceiling):
     """The margin of the table belongs to the lift, the joint that meets its limit."""
     for name, run in ceiling.runs.items():
         lift = run.dropna("time").q.values[:, 2]

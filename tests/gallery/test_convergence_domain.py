@@ -39,7 +39,7 @@ def test_the_trap_is_one_place(study):
     assert (stuck["angle_to_goal"] / deg).between(31.6, 31.8).all()
 
 
-def test_the_shipped_study_says_the_same_starts(study):
+def test_the_shipped_study_has_the_same_starts(study):
     plan = read_plan(rs.load_scenario(rs.examples.path("local_minimum")))
     assert plan.runs == 6000 and plan.seed == 1
     assert plan.start == study.plan.start

@@ -62,7 +62,7 @@ def test_a_camera_without_a_size_sees_marks_anywhere(views):
     )
 
 
-def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
+def test_marks_that_noise_moves_off_the_image_are_not_seen(bench, views):
     """The marks that are left are where noise has put them, in the image."""
     loud = bench.at("sensing.noise", 60.0)
     seen = rs.calibration.simulate_views(loud, views.q).pixels
@@ -80,7 +80,7 @@ def test_joints_in_degrees_are_outside_their_limits(views):
 
 
 @pytest.mark.parametrize(("over", "fits"), [(0.09, True), (0.11, False)])
-def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
+def test_encoders_may_measure_a_little_more_than_the_limits(views, over, fits):
     q = views.q.copy()
     q[4, 1] = views.scene.limits[1, 1] + over
     if fits:
@@ -92,7 +92,7 @@ def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
             rs.calibration.CalibrationViews(views.scene, q, views.pixels)
 
 
-def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd):
+def test_marks_behind_the_camera_are_reported_before_any_least_squares(views, capfd):
     """Of a robot without limits; LAPACK itself would print."""
     free = remove_joint_limits(rs.Experiment(views.scene, rs.IBVS())).scene
     there = rs.calibration.CalibrationViews(free, np.degrees(views.q), views.pixels)
@@ -103,7 +103,7 @@ def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd)
     assert capfd.readouterr() == ("", "")
 
 
-def test_least_squares_that_fail_say_what_to_look_at(views, monkeypatch):
+def test_least_squares_that_fail_report_a_remedy(views, monkeypatch):
     def fails(*_):
         raise np.linalg.LinAlgError("SVD did not converge")
 
@@ -135,7 +135,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_what_does_not_fit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
+def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
     with pytest.warns(rs.errors.FitWarning) as told:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
     text, worst = str(told[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()

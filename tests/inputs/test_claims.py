@@ -52,7 +52,7 @@ def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
     assert not list(here.iterdir())
 
 
-def test_what_a_killed_process_had_claimed_is_free(here):
+def test_a_folder_claimed_by_a_killed_process_is_free(here):
     other = process(HOLD)
     other.stdout.readline()
     other.kill()

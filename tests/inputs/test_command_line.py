@@ -222,7 +222,7 @@ def test_a_robot_that_its_safety_holds_gets_no_advice_on_its_law(robsim):
     assert "The safety stops joint deck 150 mm before its limit." in robsim("explain", "out").out
 
 
-def test_what_cannot_be_explained_is_told(robsim):
+def test_a_run_that_cannot_be_explained_is_reported(robsim):
     robsim("explain", "nothing").told("no file nothing")
     robsim("explain", ".").told("no file run.nc")
     robsim("explain", "lift.toml").told("lift.toml is not a NetCDF-4 file")
@@ -269,7 +269,7 @@ def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
         ),
     ],
 )
-def test_check_refuses_what_a_run_would(robsim, change, words):
+def test_check_refuses_the_same_scenarios_as_a_run(robsim, change, words):
     for command in ("check", "run"):
         done = robsim(command, "lift.toml", "--set", change)
         assert done.status == 2 and words in done.err
@@ -372,13 +372,13 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_bad_input_is_told_with_file_key_value_and_what_would_be_valid(robsim, command, case):
+def test_bad_input_is_reported_with_file_key_value_and_a_valid_value(robsim, command, case):
     old, new, *parts = BAD[case]
     robsim(command, changed(old, new)).told("bad.toml", *parts)
     assert files() == ["bad.toml", "lift.toml"]
 
 
-def test_files_that_cannot_be_read_are_told(robsim):
+def test_files_that_cannot_be_read_are_reported(robsim):
     Path("empty.toml").touch()
     Path("huge.toml").write_bytes(b"# nothing\n" * 500_000)
     Path("binary.toml").write_bytes(bytes(range(256)))
@@ -396,7 +396,7 @@ def test_files_that_cannot_be_read_are_told(robsim):
     assert files() == before
 
 
-def test_a_change_that_cannot_be_made_is_told(robsim):
+def test_a_change_that_cannot_be_made_is_reported(robsim):
     for change, *parts in (
         ("task.gian=2", "'gian'", "did you mean 'gain'?"),
         ("task.gain", "expected key=value, as in task.gain=2"),
@@ -417,7 +417,7 @@ def test_a_record_beyond_the_memory_is_refused_and_leaves_nothing(robsim, monkey
     assert "run.nc" not in " ".join(files())
 
 
-def test_unknown_commands_options_and_names_are_told(robsim):
+def test_unknown_commands_options_and_names_are_reported(robsim):
     for arguments, part in (
         (["rum"], "No such command 'rum'"),
         (["run"], "Missing argument 'FILE'"),
@@ -439,7 +439,7 @@ def test_bad_input_has_status_2_in_a_process_too(here):
 # ---- where results cannot go ----
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(robsim):
+def test_a_folder_that_cannot_be_written_is_reported_before_anything_runs(robsim):
     Path("file").write_text("mine", encoding="utf-8")
     for folder in ("file", "file/below", "/proc/none/out", "x" * 300):
         for command in (["run", "lift.toml"], ["demo"]):
@@ -471,12 +471,12 @@ def locked(here, robsim):
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="there are no such permissions here")
-def test_a_folder_without_permission_is_told(locked, robsim):
+def test_a_folder_without_permission_is_reported(locked, robsim):
     robsim("run", "lift.toml", "-o", "locked").told("cannot write locked: Permission denied")
     robsim("run", "lift.toml", "-o", "locked/out").told("Permission denied")
 
 
-def test_a_figure_that_cannot_be_written_is_told_and_the_run_is_kept(robsim):
+def test_a_figure_that_cannot_be_written_is_reported_and_the_run_is_kept(robsim):
     Path("out/scene.png").mkdir(parents=True)
     robsim("run", "lift.toml", "-o", "out", "--force").told("cannot write", "scene.png")
     assert rs.open_run("out/run.nc").attrs["title"] == "RobSim run"
@@ -510,7 +510,7 @@ def test_no_other_file_of_that_name_is_written_over_either(robsim, name):
     assert Path(name).read_text(encoding="utf-8") == SCENARIO
 
 
-def test_a_scenario_in_the_folder_of_its_results_survives_what_is_refused(robsim):
+def test_a_scenario_in_the_folder_of_its_results_survives_a_refusal(robsim):
     Path("scenario.toml").write_text(SCENARIO, encoding="utf-8")
     for change in ("task.gain=0", "task.goal.q=['1 m']", "cameras.eye.size=[1, 1]"):
         done = robsim("run", "scenario.toml", "--set", change, "-o", ".", "--force")
@@ -520,7 +520,7 @@ def test_a_scenario_in_the_folder_of_its_results_survives_what_is_refused(robsim
     assert Path("scenario.toml").read_text(encoding="utf-8") == SCENARIO
 
 
-def test_what_is_refused_leaves_no_folder_behind(robsim):
+def test_a_refusal_leaves_no_folder_behind(robsim):
     robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]").told("task.goal")
     robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]", "-o", "out").told("task.goal")
     assert files() == ["lift.toml"]
@@ -565,7 +565,7 @@ main()
 
 
 @pytest.mark.skipif(pty is None, reason="there are no pseudo-terminals here")
-def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here):
+def test_ctrl_c_in_the_middle_of_a_run_saves_the_simulated_part_and_reports_it(here):
     Path("endless.toml").write_text(ENDLESS, encoding="utf-8")
     ours, theirs = pty.openpty()
     command = [sys.executable, "-c", START, "run", "endless.toml"]

@@ -256,7 +256,7 @@ def wrongly_told(tables, key, wrong):
 
 
 @every_kind
-def test_what_is_read_is_written_and_read_again(kind, name, path, table, around):
+def test_values_that_are_read_are_written_and_read_again(kind, name, path, table, around):
     made = read(whole(kind, name, path, table, around)[0])
     again = Experiment.from_text(made.to_toml(), SOURCE)
     assert again == made and again.to_toml() == made.to_toml()

@@ -6,7 +6,7 @@ import robsim as rs
 
 
 @pytest.mark.parametrize("name", ["car", "straight_image_lines"])
-def test_convergence_at_another_pose_is_told(name, tmp_path, called):
+def test_convergence_at_another_pose_is_reported(name, tmp_path, called):
     path = rs.examples.path(name)
     status, out, _ = called("run", str(path), "--no-figures", "-o", str(tmp_path / "run"))
     run = rs.open_run(tmp_path / "run" / "run.nc")
@@ -18,7 +18,7 @@ def test_convergence_at_another_pose_is_told(name, tmp_path, called):
     assert ("A pose has six numbers" in told) == (name == "car")
 
 
-def test_a_run_that_arrives_says_so_and_warns_of_nothing(tmp_path, called):
+def test_a_run_that_arrives_reports_it_and_warns_of_nothing(tmp_path, called):
     path = rs.examples.path("visp_tutorial")
     out = called("run", str(path), "--no-figures", "-o", str(tmp_path / "run"))[1]
     assert "final pose   camera 0.0176 mm and 0.00123 degrees from its goal" in out

@@ -218,7 +218,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_one_line_that_says_where_it_is(mistake):
+def test_a_mistake_is_one_line_that_names_its_place(mistake):
     old, new, told = MISTAKES[mistake]
     with pytest.raises(rs.errors.FileError) as caught:
         read(old, new)

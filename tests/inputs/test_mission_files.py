@@ -76,7 +76,7 @@ def test_every_key_of_a_phase():
         ),
     ],
 )
-def test_what_is_wrong_is_said_where_it_stands(text, words):
+def test_each_fault_is_reported_at_its_place(text, words):
     with pytest.raises(rs.errors.FileError) as caught:
         rs.Experiment.from_text(TOP + text)
     for word in words:
@@ -87,7 +87,7 @@ def robsim(*arguments):
     return CliRunner().invoke(cli, [str(each) for each in arguments])
 
 
-def test_the_commands_know_missions(tmp_path, monkeypatch):
+def test_the_commands_accept_missions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = TOP + phase() + phase(name="b")
     Path("mission.toml").write_text(text, encoding="utf-8")

@@ -48,7 +48,7 @@ def test_a_chain_of_1000_links_is_written(tmp_path):
     assert text.count("<body ") == 1000 == text.count("</body>")
 
 
-def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
+def test_a_base_that_floats_on_a_moving_body_is_refused_with_all_other_faults(tmp_path):
     links = [
         rs.joints.Link("base"),
         rs.joints.Link("arm", "base", rs.joints.Joint("revolute")),
@@ -62,7 +62,7 @@ def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
     assert not (tmp_path / "robot.xml").exists()
 
 
-def test_meshes_are_left_out_and_that_is_told(tmp_path):
+def test_meshes_are_left_out_and_that_is_reported(tmp_path):
     with pytest.warns(
         rs.errors.FileWarning, match="meshes are left out, .* those of base"
     ) as caught:

@@ -46,7 +46,7 @@ def test_the_least_that_any_limit_leaves_counts(system):
     assert get_free_memory() == 0.0
 
 
-def test_where_the_system_does_not_tell_there_are_a_few_gigabytes(system, monkeypatch):
+def test_a_system_that_does_not_report_its_memory_has_a_few_gigabytes(system, monkeypatch):
     def unknown(name):
         raise ValueError("unrecognized configuration name")
 

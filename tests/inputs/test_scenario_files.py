@@ -237,7 +237,7 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     )
 
 
-def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
+def test_missing_keys_have_the_defaults_of_simulate_and_ibvs():
     import inspect
 
     scenario = read(RHINO[: RHINO.index("[start]")], "gain = 1.5", "")
@@ -485,7 +485,7 @@ def test_no_belief_is_none():
     assert read().task.belief is None
 
 
-def test_a_belief_changes_what_it_names_and_nothing_else():
+def test_a_belief_changes_the_numbers_it_names_and_nothing_else():
     truth = read().scene
     belief = believed('[[belief.cameras]]\nname = "eye"\nfocal = [900, 900]')
     assert belief.camera().camera.K.tolist() == [[900, 0, 319.5], [0, 900, 239.5], [0, 0, 1]]
@@ -576,7 +576,7 @@ def test_changes_reach_every_kind_of_path():
     assert scenario.task.belief.object().pose.position[0] == 0.3
 
 
-def test_changes_are_in_the_text_and_the_text_says_the_same():
+def test_changes_are_in_the_text_and_the_text_gives_the_same_experiment():
     scenario = read(set={"task.gain": "2", "belief.cameras.eye.focal": "[900, 900]"})
     assert "gain = 2" in scenario.text
     again = Experiment.from_text(scenario.text)
@@ -623,7 +623,7 @@ def test_a_motion_is_changed_by_the_name_of_its_robot():
     assert "cannot be set" in refusal(text, set=["motions.belt.robot=fly"])
 
 
-def test_a_change_takes_what_makes_no_sense_beside_it_away():
+def test_a_change_removes_keys_that_make_no_sense_beside_it():
     task = read(RICH, set={"task.law": "joint", "task.inverse": "pseudo_inverse"}).task
     assert (task.law, task.inverse) == (rs.laws.JointLaw(), rs.laws.PseudoInverse())
     goal = read(
@@ -877,7 +877,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize("old,new,parts", WRONG)
-def test_what_is_wrong_is_told_with_file_key_value_and_what_would_be_valid(old, new, parts):
+def test_each_fault_is_reported_with_file_key_value_and_a_valid_value(old, new, parts):
     start = time.perf_counter()
     message = refusal(RHINO, old, new)
     assert time.perf_counter() - start < 5  # a file that is slow to refuse takes minutes
@@ -920,7 +920,7 @@ WRONG_LINKS = [
 
 
 @pytest.mark.parametrize("old,new,parts", WRONG_LINKS)
-def test_what_is_wrong_in_a_robot_is_told_with_its_link(old, new, parts):
+def test_a_fault_of_a_robot_is_reported_with_its_link(old, new, parts):
     message = refusal(RICH, old, new)
     assert message.startswith("bench.toml: ")
     assert all(part in message for part in parts), message
@@ -976,7 +976,7 @@ def test_a_start_in_the_plane_is_two_lengths_and_an_angle(kind):
         ),
     ],
 )
-def test_what_is_wrong_with_a_joint_in_the_plane_is_told(old, new, parts):
+def test_a_fault_of_a_joint_in_the_plane_is_reported(old, new, parts):
     message = refusal(CART, old, new)
     assert all(part in message for part in parts), message
 
@@ -1124,7 +1124,7 @@ WRONG_TASKS = [
 
 
 @pytest.mark.parametrize("task,parts", WRONG_TASKS)
-def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
+def test_a_fault_of_a_task_is_reported_with_its_key(task, parts):
     message = refusal(RHINO, 'kind = "ibvs"\ngain = 1.5', task)
     assert all(line.startswith("bench.toml: ") for line in message.splitlines())
     assert all(part in message for part in parts), message
@@ -1132,7 +1132,7 @@ def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
     assert len(set(paths)) == len(paths) <= 3, message
 
 
-def test_two_tasks_for_one_joint_are_told_when_they_are_bound():
+def test_two_tasks_for_one_joint_are_reported_when_they_are_bound():
     scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("parallel"))
     with pytest.raises(
         rs.errors.FileError, match=r"^bench\.toml: task: two tasks command one joint: sh"
@@ -1151,7 +1151,7 @@ def test_tasks_within_tasks_are_not_too_many(levels):
     assert time.perf_counter() - start < 5
 
 
-def test_ten_problems_are_told_and_the_others_counted():
+def test_ten_problems_are_reported_and_the_others_counted():
     many = "\n".join(f"key{i} = {i}" for i in range(12))
     lines = refusal(RHINO, "gain = 1.5", many).splitlines()
     assert len(lines) == 11
@@ -1159,7 +1159,7 @@ def test_ten_problems_are_told_and_the_others_counted():
     assert lines[10] == "bench.toml: and 2 more"
 
 
-def test_problems_in_several_tables_are_told_together():
+def test_problems_in_several_tables_are_reported_together():
     text = RHINO.replace("gain = 1.5", "gain = -1").replace('dt = "40 ms"', "dt = 3")
     assert [line.split(": ")[1] for line in refusal(text).splitlines()] == ["task.gain", "run.dt"]
 
@@ -1239,7 +1239,7 @@ def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
         scenario.run()
 
 
-def test_a_scene_in_which_nothing_moves_is_told_with_the_file():
+def test_a_scene_in_which_nothing_moves_is_reported_with_the_file():
     scenario = read(RHINO, 'on = "rhino_xr4.tool"', "")
     with pytest.raises(
         rs.errors.FileError, match=r"^bench\.toml: task: no joint moves camera 'eye'"

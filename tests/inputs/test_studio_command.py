@@ -54,7 +54,7 @@ def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
         (["--speed"], "No such option"),
     ],
 )
-def test_what_is_wrong_is_said_before_anything_is_served(
+def test_each_fault_is_reported_before_anything_is_served(
     arguments, reason, tmp_path, monkeypatch, called
 ):
     monkeypatch.chdir(tmp_path)

@@ -60,7 +60,7 @@ def test_it_is_refused(make, reason):
         make()
 
 
-def test_what_looks_like_millimetres_is_warned_of():
+def test_possible_millimetres_are_warned_of():
     with pytest.warns(
         rs.errors.UnitWarning, match="size of a tag in metres: 80 looks like mil"
     ) as told:
@@ -97,7 +97,7 @@ def test_marks_are_the_corners_of_the_black_square():
     )
 
 
-def test_what_is_missing_is_told(monkeypatch):
+def test_a_missing_part_is_reported(monkeypatch):
     """Each extra program by its name, with the command that installs it."""
     for name in ("cv2", "pyapriltags"):
         monkeypatch.setitem(sys.modules, name, None)
@@ -111,7 +111,7 @@ def test_what_is_missing_is_told(monkeypatch):
         rs.vision.TagDetector([rs.vision.Tag("DICT_4X4_50", 0, 0.1)])
 
 
-def test_yaml_without_its_reader_is_told(monkeypatch, tmp_path):
+def test_yaml_without_its_reader_is_reported(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "yaml", None)
     (tmp_path / "a.yaml").write_text("K: 3\n")
     with pytest.raises(

@@ -69,14 +69,14 @@ def refusal(text):
 
 
 @pytest.mark.parametrize("what", MISTAKES)
-def test_a_mistake_is_told_in_one_line(what):
+def test_a_mistake_is_reported_in_one_line(what):
     old, new, told = MISTAKES[what]
     assert old in TEXT
     message = refusal(TEXT.replace(old, new, 1))
     assert message.startswith(f"bench.toml: {told}") and "\n" not in message
 
 
-def test_several_are_told_together_and_none_because_of_another():
+def test_several_are_reported_together_and_none_because_of_another():
     text, several = TEXT, ("a misspelt key", "no unit", "another unit", "another type")
     for what in several:
         old, new, _ = MISTAKES[what]

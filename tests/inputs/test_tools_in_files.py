@@ -39,7 +39,7 @@ def joined():
     return arm.with_tool(gripper, rs.Pose.at(z=-0.1083), bare=True).at(rs.Pose.at(z=0.1))
 
 
-def test_a_tool_in_a_file_is_that_of_python():
+def test_a_tool_in_a_file_agrees_with_python():
     scenario = read()
     assert scenario.scene.robot() == joined()
     again = Experiment.from_text(scenario.to_toml())

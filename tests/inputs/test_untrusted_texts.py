@@ -100,7 +100,7 @@ def test_a_refusal_names_its_key(said, key):
         ("".join(f"[a.b.c.d.e.f.g.h{i}]\n" for i in range(1001)), "more than 1000 keys of 8 parts"),
     ],
 )
-def test_what_is_no_toml_is_told_with_its_line(more, message):
+def test_invalid_toml_is_reported_with_its_line(more, message):
     assert message in refused(more=more)
 
 

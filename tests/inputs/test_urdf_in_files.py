@@ -107,7 +107,7 @@ def test_nor_is_the_file_of_a_tool_needed(bench):
         ),
     ],
 )
-def test_what_is_wrong_is_told_with_its_key(bench, old, new, told):
+def test_each_fault_is_reported_with_its_key(bench, old, new, told):
     with pytest.raises(rs.errors.FileError, match=f"^[^\n]*bench.toml: {told}[^\n]*$"):
         bench(old, new)
 

@@ -137,7 +137,7 @@ def test_a_mark_that_any_camera_loses_ends_the_run(marks):
         assert rs.Outcome(int(run.outcome)).name == ending
 
 
-def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant():
+def test_with_a_constant_interaction_matrix_a_feature_is_measured_once_an_instant():
     class Counted:
         unit, tolerance, calls = "1", 1e-5, 0
 

@@ -44,7 +44,7 @@ def integrated(u, v, lag, limit, rate, dt, steps):
 @given(
     st.floats(-3, 3), st.floats(-3, 3), st.floats(0.02, 1), st.floats(0.5, 4), st.floats(0.5, 50)
 )
-def test_the_response_is_that_of_the_differential_equation(u, v, lag, limit, rate):
+def test_the_response_agrees_with_the_differential_equation(u, v, lag, limit, rate):
     """The midpoint rule errs by h^2, also at the bend of the slope at the end of the ramp."""
     exact, rough = (
         followed(u, v, lag, limit, rate, 0.3),
@@ -92,7 +92,7 @@ def closed(scene, **actuation):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
-def test_the_joints_go_as_the_response_says(arm):
+def test_the_joints_move_as_the_response_predicts(arm):
     """q moves by the mean, and qd_actual is the velocity, of each period."""
     told = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
     run = closed(arm, **told)
@@ -122,7 +122,7 @@ def test_a_joint_has_its_own_limit(arm):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
-def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
+def test_the_camera_velocity_agrees_with_the_joints_not_with_the_command(arm):
     run = closed(arm, lag=0.2)
     robot = arm.robot()
     for k in (0, 5, 50):
@@ -215,7 +215,7 @@ def _error(after, scene, dt, parts=100):
         ({"encoder": np.nan}, "Actuation.encoder: nan"),
     ],
 )
-def test_what_makes_no_sense_is_refused(made, words):
+def test_contradictory_values_are_refused(made, words):
     with pytest.raises(rs.errors.InputError) as error:
         rs.Actuation(**made)
     assert words in str(error.value)

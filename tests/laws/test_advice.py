@@ -247,7 +247,7 @@ def camera_in_target(scene, q):
     return T_w_o.inv() @ T_w_c
 
 
-def test_what_a_mistake_moves_is_where_runs_end():
+def test_the_predicted_shift_of_a_mistake_is_the_end_of_runs():
     """All errors of the belief of an arm with a computed goal, to the second order of each."""
     scene = scene_of("in hand")
     task = rs.IBVS(goal=goal_at_home(scene), belief=scene.believe(focal=1.02), gain=4.0)
@@ -276,7 +276,7 @@ def test_mistakes_leave_a_shown_goal_where_it_is():
     assert "Calibration: no small mistake moves the end, but" in str(advice)
 
 
-def test_the_limit_of_a_small_mistake_is_that_of_the_task_which_makes_it():
+def test_the_limit_of_a_small_mistake_agrees_with_the_task_which_makes_it():
     experiment = example("depth_scale")
     before = rs.advise(experiment)
     effects = {effect.name: effect for effect in before.effects}
@@ -339,7 +339,7 @@ def test_outliers_are_noise_where_no_robust_weights_leave_them_out():
     assert [each for each in advice.notes if each.startswith("outliers have no part in the noise")]
 
 
-def test_what_is_shown_of_it():
+def test_the_text_of_advice_shows_its_numbers():
     advice = rs.advise(example("noise_floor", "task.gain=60"))
     assert repr(advice).startswith("Advice(gain 60: stable up to 50 per second (limited by the")
     assert "1.2 times too high" in advice.stability

@@ -22,7 +22,7 @@ def test_without_a_mistake_it_is_the_truth():
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 @pytest.mark.parametrize("joints", ["RRR", "RPR", "PPR"])
 @pytest.mark.parametrize("row", range(3))
-def test_errors_of_a_row_are_those_of_the_table(convention, joints, row):
+def test_errors_of_a_row_agree_with_the_table(convention, joints, row):
     errors = np.array([0.05, 0.02, -0.03, 0.04])
     wrong = ROWS.copy()
     wrong[row] += errors
@@ -113,7 +113,7 @@ def test_the_depth_factors_must_be_one_for_each_mark():
         rs.IBVS(depth_scale=[1, 0])
 
 
-def test_the_run_names_what_was_believed_wrongly():
+def test_the_run_names_the_wrong_beliefs():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
         task = rs.IBVS(visp.task.goal, belief=visp.scene.believe(**mistake))

@@ -150,7 +150,7 @@ def test_marks_that_are_not_seen_are_left_out(exact, q):
     assert (np.isnan(found.residuals) == np.isnan(some)).all()
 
 
-def test_rates_of_pixels_are_those_of_finite_differences(exact, q):
+def test_rates_of_pixels_agree_with_finite_differences(exact, q):
     """Of all unknowns at once, with eight coefficients: the error of a step h is of order h^2."""
     lens = exact.at("cameras.camera.distortion", [-0.1, 0.05, 1e-3, -2e-3, 0.02, 0.01, -0.02, 0.03])
     views = rs.calibration.simulate_views(lens, q[:3])
@@ -203,7 +203,7 @@ def test_rates_with_joints_where_the_camera_stands(to_hand):
         (0.5, 2, np.inf, np.log(2)),
     ],
 )
-def test_quantiles_are_those_of_tables(level, n, m, value):
+def test_quantiles_agree_with_tables(level, n, m, value):
     assert abs(fisher_quantile(level, n, m) / value - 1) < 3e-5
 
 
@@ -220,7 +220,7 @@ def normalised_squares(bench, q, trials, also):
     return np.array(squares), found
 
 
-def test_errors_are_as_large_as_the_covariance_says(bench, q):
+def test_errors_are_as_large_as_the_covariance_predicts(bench, q):
     """Of 20 trials the mean of d' C^-1 d is 6 m / (m - 2), to 3 of its standard deviations."""
     squares, found = normalised_squares(bench, q[:8], 20, ["focal", "center"])
     m = found[0].freedom
@@ -240,7 +240,7 @@ def test_the_ellipsoid_of_95_percent_holds_the_truth_in_95_of_100_trials(bench, 
         assert 0.92 <= share <= 0.98, (part, share)
 
 
-def test_the_covariance_is_that_of_the_noise_that_is_given(bench, q):
+def test_the_covariance_agrees_with_the_noise_that_is_given(bench, q):
     views = rs.calibration.simulate_views(bench, q[:5])
     own, given = rs.calibrate(views, ["focal"]), rs.calibrate(views, ["focal"], noise=0.4)
     np.testing.assert_allclose(
@@ -267,7 +267,7 @@ def planned(bench, q, some, seed):
     ), more
 
 
-def test_ten_chosen_views_tell_more_than_twenty_random_ones(bench, q):
+def test_ten_chosen_views_are_worth_more_than_twenty_random_ones(bench, q):
     """In five trials, by the covariance."""
     rng = np.random.default_rng(2)
     pairs = []
@@ -317,7 +317,7 @@ def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
     assert (np.diff(more.angle) < 0).all()
 
 
-def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, q):
+def test_the_cost_of_a_wrong_lens_is_the_shift_of_the_pose(bench, exact, q):
     """The camera stops where the believed lens shows the goal: from `estimate_pose` instead."""
     still = exact.at({"task.tolerance": 1e-6, "run.duration": 25})
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
@@ -336,7 +336,7 @@ def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, 
         assert abs(table["distance_to_goal"][i] / wanted - 1) < 0.05
 
 
-def test_a_cost_is_that_of_the_covariance(bench, q):
+def test_a_cost_agrees_with_the_covariance(bench, q):
     """Draws have its moments, and do not depend on how many there are."""
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     short = bench.with_(duration=0.04)

@@ -43,7 +43,7 @@ def test_a_camera_resized_and_back_is_the_same():
     assert back.distortion == CAMERA.distortion and back.size == CAMERA.size
 
 
-def test_stretching_is_said():
+def test_stretching_is_reported():
     with pytest.raises(
         rs.errors.InputError, match="640 x 480 pixels resized to 640 x 360 changes the s"
     ):
@@ -151,12 +151,12 @@ def test_a_message_of_ros_1_or_2_gives_its_camera(as_message, capital):
     assert rs.Camera.from_ros(SimpleNamespace(**info) if as_message else info) == CAMERA
 
 
-def test_a_rectified_camera_is_that_of_p_without_a_lens():
+def test_a_rectified_camera_agrees_with_p_without_a_lens():
     camera = rs.Camera.from_ros(INFO, rectified=True)
     assert camera == rs.Camera([[700, 0, 300], [0, 700, 200], [0, 0, 1]], (640, 480))
 
 
-def test_a_region_of_interest_and_bins_are_those_of_the_image_that_comes():
+def test_a_region_of_interest_and_bins_agree_with_the_image_that_comes():
     roi = {"x_offset": 100, "y_offset": 50, "width": 321, "height": 240}
     camera = rs.Camera.from_ros({**INFO, "roi": roi, "binning_x": 2, "binning_y": 3})
     assert camera.size == (160, 80)

@@ -43,7 +43,7 @@ def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
 @pytest.mark.parametrize(
     ("degrees", "farthest"), [(30, 1.0353), (60, 1.1547), (90, 1.4142), (120, 2.0)]
 )
-def test_camera_retreat_is_that_of_chaumette(free_scene, degrees, farthest):
+def test_camera_retreat_agrees_with_chaumette(free_scene, degrees, farthest):
     """Chaumette 1998: Z*/cos(theta0/2) - Z*. Periods of 4 ms are eight times the golden
     run's. Its error of first order in dt is 0.2 percent of Z at 0.5 ms and 120 degrees: at 4 ms
     up to 1.6 percent of Z."""
@@ -67,7 +67,7 @@ def test_the_retreat_at_small_periods_is_the_closed_form(free_scene):
 
 
 @pytest.mark.parametrize("gain", [pytest.param(0.5, marks=pytest.mark.full), 2.0])
-def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
+def test_time_to_converge_agrees_with_an_exponential(free_scene, gain):
     """Of a pure translation, e is 0.4 exp(-gain t) in one component: ln(e0/tol)/gain, and the
     period around that time; commands that are held contract by 1 - gain dt per period."""
     task = rs.PBVS(GOAL, gain=gain, tolerance=1e-3)
@@ -81,7 +81,7 @@ def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
     assert abs(found["time"] - late) < dt * (1 + 0.5 * gain * late)
 
 
-def test_what_does_not_converge_has_no_time_and_says_so(free_scene):
+def test_a_run_that_does_not_converge_has_no_time_and_reports_it(free_scene):
     start = GOAL @ rs.Pose.at(0.2, 0, 0)
     found = rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL)}, start, duration=1)
     assert np.isnan(one(found)["time"])
@@ -143,7 +143,7 @@ def test_a_carried_target_is_measured_where_the_camera_stands():
     assert found["retreat"] == 0.0 and found["peak_speed"] == pytest.approx(0.3, rel=1e-9)
 
 
-def test_rotation_is_what_the_camera_turned_forth_and_back():
+def test_rotation_is_the_turn_of_the_camera_forth_and_back():
     """A camera that swings 0.15 rad out and back, by a law that follows the clock."""
 
     class Swing:
@@ -358,7 +358,7 @@ def test_where_no_start_can_begin_there_is_no_share(free_scene):
     ]
 
 
-def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
+def test_a_start_that_cannot_begin_under_one_scheme_alone_is_reported_for_it(free_scene):
     starts = np.stack([(GOAL @ rs.Pose.at(x, 0, 0)).q for x in (0.0, 0.8)])
     small, large = free_scene(SQUARE, **SEEN), free_scene(0.3 * SQUARE)
     scenes = {"a": small, "b": large}
@@ -368,7 +368,7 @@ def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
     assert why in str(found).splitlines() and "under b" not in str(found)
 
 
-def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
+def test_all_schemes_have_the_noise_of_the_same_seed_and_run(batch):
     scene, tasks, starts, _ = batch
     same = {"a": tasks["image"], "b": tasks["image"]}
     settings = {"sensing": rs.Sensing(noise=0.5), "seed": 3, "duration": 1}
@@ -381,7 +381,7 @@ def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
 # ---- the table and its data ----
 
 
-def test_every_measure_has_a_unit_and_says_what_it_is(batch):
+def test_every_measure_has_a_unit_and_a_meaning(batch):
     *_, found = batch
     assert found.data.title == "RobSim comparison" and found.data.outcome.dims == ("scheme", "run")
     for key in measures.MEASURES:
@@ -428,7 +428,7 @@ def test_schemes_may_have_scenes_starts_and_settings_of_their_own(free_scene):
 # ---- errors ----
 
 
-def test_what_cannot_be_compared_is_told_by_name(free_scene):
+def test_runs_that_cannot_be_compared_are_reported_by_name(free_scene):
     scene, bad = free_scene(SQUARE, **SEEN), rs.IBVS(rs.Pose.at(0, 0, 1))
     cases = {
         "expected tasks by name, as in {'mine': IBVS\\(\\)}, got {}": {},
@@ -475,7 +475,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare({"a": mission})
 
 
-def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
+def test_the_motion_of_joints_that_lag_is_measured_not_their_command(free_scene):
     """Straight along one axis: travel and speed belong to the coordinates themselves."""
     scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
     for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
@@ -492,7 +492,7 @@ def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene)
         )
 
 
-def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
+def test_the_refusal_of_one_scheme_is_reported_before_another_runs(free_scene):
     scene, told = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
     good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
@@ -509,7 +509,7 @@ def test_a_quantile_that_is_no_share_is_refused(free_scene, share):
             found.quantile(share)
 
 
-def test_ctrl_c_gives_the_comparison_of_what_was_simulated(free_scene):
+def test_ctrl_c_gives_the_comparison_of_the_simulated_part(free_scene):
     shares = []
 
     def stop(share):

@@ -52,7 +52,7 @@ def test_the_interaction_matrix_of_an_ellipse_is_its_derivative(n, seed):
 
 @steady
 @given(seed=seeds, a=st.floats(0.05, 0.3), b=st.floats(0.05, 0.3))
-def test_an_ellipse_in_space_is_seen_as_its_dual_conic_says(seed, a, b):
+def test_the_image_of_an_ellipse_in_space_agrees_with_its_dual_conic(seed, a, b):
     """H diag(a^2, b^2, -1) H' is the dual of the image, H = (r1 r2 t): centre and n without a fit.
 
     The dual of (z - c)' M^-1 (z - c) = 1 is proportional to (M - c c', -c; -c', -1), and n = M / 4.
@@ -124,7 +124,7 @@ def test_the_interaction_matrix_of_a_sphere_is_its_derivative(seed, radius):
 
 @steady
 @given(seed=seeds, radius=st.floats(0.02, 0.4))
-def test_a_sphere_is_what_its_outline_tells(seed, radius):
+def test_a_sphere_agrees_with_its_outline(seed, radius):
     """The unit vectors u along tangent rays have w . u = 1 for w = s / sqrt(|s|^2 - 1)."""
     rng = np.random.default_rng(seed)
     X = rng.uniform([-0.4, -0.4, 0.8], [0.4, 0.4, 2.0])

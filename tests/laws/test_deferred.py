@@ -164,7 +164,7 @@ def test_threads_that_read_at_once_read_the_same_object():
 # ---- runs ----
 
 
-def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_asked_for():
+def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_requested():
     run = TUTORIAL.run()
     assert not any(is_set(run, slot) for slot in (*PARTS, "_attrs"))
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.TIME_LIMIT and not is_set(run, "_attrs")
@@ -184,7 +184,7 @@ def test_a_run_that_was_read_keeps_nothing_of_the_loop():
     assert gone() is None
 
 
-def test_what_is_read_late_is_what_is_read_at_once(tmp_path):
+def test_a_late_read_equals_an_early_read(tmp_path):
     starts = np.stack([TUTORIAL.start, TUTORIAL.start + 0.01 * np.eye(7)[0]])
     early, late = (TUTORIAL.with_(start=starts).run(threads=n) for n in (1, 2))
     early.load()
@@ -205,7 +205,7 @@ class Changing(DeclaredValue):
         return -self.share * 0.1 * state.error[:, :6]
 
 
-def test_a_run_says_what_a_law_was_that_has_changed_since(monkeypatch):
+def test_a_run_names_a_law_that_has_changed_since(monkeypatch):
     from robsim.declare.kind_families import family, register
 
     monkeypatch.setattr(family("law"), "loaded", dict(family("law").loaded))
@@ -263,5 +263,5 @@ def test_a_kept_controller_warns_each_time():
         (np.zeros(3), False),
     ],
 )
-def test_only_what_is_of_ours_is_known_to_stay(value, stays):
+def test_only_our_own_values_are_taken_as_constant(value, stays):
     assert is_immutable(value) is stays

@@ -107,7 +107,7 @@ def test_with_a_pixel_of_noise_the_depth_is_found_to_a_few_percent(seed, factor)
     assert np.isfinite(state).all() and np.isfinite(P).all()
 
 
-def test_the_errors_are_about_as_large_as_the_covariance_says():
+def test_the_errors_are_about_as_large_as_the_covariance_predicts():
     """Before the drift that it allows for, and that these marks have not, counts."""
     servo = Servo(3, runs=300, noise=1.0)
     _, state, P = servo.run(DepthFilter(0.6), duration=0.24)
@@ -128,7 +128,7 @@ def test_without_motion_nothing_is_learnt():
     assert np.isfinite(P).all() and (P[-1][:, 2, 2] >= P[0][:, 2, 2]).all()
 
 
-def test_turning_in_place_says_nothing_of_distance():
+def test_turning_in_place_gives_no_information_on_distance():
     servo = Servo(5)
     servo.V[:3] = 0.0
     expected = 0.9 * moved(np.concatenate([servo.image(), np.ones((4, 1, 50))], 1), servo.V, 1.0)
@@ -148,7 +148,7 @@ def test_turning_in_place_says_nothing_of_distance():
     st.sampled_from([0.01, 1.0, 30.0]),
     st.sampled_from([-1.0, 0.0, 1.0, 3.0]),
 )
-def test_whatever_it_is_told_it_stays_finite_and_its_covariance_positive(
+def test_with_any_input_it_stays_finite_and_its_covariance_positive(
     seed, start, sigma, noise, known
 ):
     """Wrong starts, wrong trust, wrong twists, five pixels of noise."""
@@ -222,7 +222,7 @@ def test_the_covariance_follows_the_jacobian_and_grows_by_the_drift():
     np.testing.assert_allclose(covariance[0, :, :, 0], F @ P @ F.T + np.diag(drift), rtol=1e-13)
 
 
-def test_the_correction_is_that_of_kalman():
+def test_the_correction_agrees_with_kalman():
     rng = np.random.default_rng(8)
     root = rng.normal(size=(3, 3))
     P, R = root @ root.T, np.diag([0.3, 0.7]) ** 2
@@ -264,7 +264,7 @@ def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
             np.testing.assert_array_equal(a, b[..., part])
 
 
-def test_what_is_given_is_left_as_it_was():
+def test_the_arguments_are_not_changed():
     servo, depth = Servo(10), DepthFilter(0.9)
     given_ = *begin(depth, servo.image(), K), servo.V, servo.image()
     before = [a.copy() for a in given_]
@@ -292,6 +292,6 @@ def test_it_is_a_value(again):
         ((np.nan,), "DepthFilter.start: nan"),
     ],
 )
-def test_what_is_no_filter_is_refused(arguments, message):
+def test_an_invalid_filter_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         DepthFilter(*arguments)

@@ -59,7 +59,7 @@ def test_the_function_of_lyapunov_sinks_at_the_rate_of_theory(arrange, cone, wha
     assert misses[0] / misses[1] == pytest.approx(2.0, abs=0.1)
 
 
-def test_the_command_is_that_of_the_published_law(arrange, cone):
+def test_the_command_agrees_with_the_published_law(arrange, cone):
     """From the true pose instead of the estimated one, for every step of every run."""
     task = rs.Docking(gain=0.8, turn=2.5, h=1.5)
     run = rs.simulate(arrange("unicycle"), task, cone, duration=3, hold=True)

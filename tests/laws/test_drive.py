@@ -80,7 +80,7 @@ def test_marks_that_are_left_out_are_not_seen(controller, run):
             assert found.health.lost == tuple(f"square[{i}]" for i in range(4))
 
 
-def test_others_and_doubtful_targets_are_told_and_not_used(controller, run):
+def test_other_and_doubtful_targets_are_reported_and_not_used(controller, run):
     pixels, q = at(run, 0)
     first = controller.step({"square": pixels, "tag36h11:7": pixels + 9}, q, 0.0)
     assert first.health.unused == ("tag36h11:7",) and first.phase == "moving"
@@ -90,7 +90,7 @@ def test_others_and_doubtful_targets_are_told_and_not_used(controller, run):
     assert second.health.unused == ("doubtful square",) and len(second.health.lost) == 4
 
 
-def test_what_a_detector_calls_doubtful_is_not_used(controller, run):
+def test_marks_that_a_detector_calls_doubtful_are_not_used(controller, run):
     from robsim.vision.tags.detector import Detections
 
     pixels, q = at(run, 0)
@@ -121,7 +121,7 @@ def test_an_image_that_is_older_than_the_last_is_not_used(controller, run):
     assert third.health.unused == () and third.health.age == pytest.approx(0.08)
 
 
-def test_depths_are_those_of_when_the_image_was_taken(one, run):
+def test_depths_agree_with_the_time_of_the_image(one, run):
     """With the depths at its exposure, a late image gives the command of a new one."""
     measured = one.at("task.interaction", "current")
     controller, late = rs.Controller(measured), rs.Controller(measured)
@@ -170,7 +170,7 @@ def test_calls_may_come_early_late_or_not_at_all(one, run):
         np.testing.assert_array_equal(again.velocities, expected.velocities)
 
 
-def test_convergence_is_told_when_the_run_ends(one):
+def test_convergence_is_reported_when_the_run_ends(one):
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum()) - 1
     told = [controller.step(*at(run, t), t * DT) for t in range(last + 1)]
@@ -247,7 +247,7 @@ AT_THE_START = [each for each in ODD if each[2] != "clock goes backwards"]
 
 
 @pytest.mark.parametrize(("name", "value", "words"), AT_THE_START, ids=range(len(AT_THE_START)))
-def test_what_is_odd_at_the_start_is_an_error(one, run, name, value, words):
+def test_odd_input_at_the_start_is_an_error(one, run, name, value, words):
     given = {"pixels": run.pixels.values[0], "q": run.q.values[0], "t": 0.0, "run": None}
     with pytest.raises(rs.errors.InputError, match=words):
         rs.Controller(one).step(**{**given, name: value})
@@ -261,7 +261,7 @@ def test_marks_that_are_infinite_are_not_seen(controller, run):
     assert controller.step(pixels, q, DT).health.lost == ("square[0]",)
 
 
-def test_what_is_given_may_be_used_again(controller, run):
+def test_arguments_may_be_used_again(controller, run):
     """No array of the caller's is kept or changed, and none of a command changes later."""
     pixels, q = (x.copy() for x in at(run, 0))
     command = controller.step(pixels, q, 0.0)

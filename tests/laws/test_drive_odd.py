@@ -164,7 +164,7 @@ def test_a_pose_is_not_followed_from_marks_that_are_frozen(one, run):
     assert {each.phase for each in told} == {"moving"}  # of points three are enough
 
 
-def test_what_is_not_seen_has_not_arrived(one):
+def test_an_unseen_target_has_not_arrived(one):
     controller, goal = rs.Controller(one), one.task.goal.q
     pixels = one.scene.view(goal).pixels
     assert controller.step(pixels, goal, 0.0).phase == "converged"
@@ -196,14 +196,14 @@ def test_of_several_cameras_one_that_finds_nothing_has_lost_its_marks():
         lambda p: rs.control.Marks({"camera": {"square": p}}, 0.05, doubtful={"square"}),
     ],
 )
-def test_what_is_doubtful_is_so_however_deep(one, run, given):
+def test_a_doubtful_mark_is_doubtful_however_deep(one, run, given):
     controller = rs.Controller(one)
     driven(controller, run, 1)
     command = controller.step(given(run.pixels.values[1]), run.q.values[1], 0.05)
     assert command.health.unused == ("doubtful square",) and len(command.health.lost) == 4
 
 
-def test_a_doubtful_name_that_is_none_of_the_targets_is_told(one, run):
+def test_a_doubtful_name_that_is_none_of_the_targets_is_reported(one, run):
     controller = rs.Controller(one)
     odd = rs.control.Marks(run.pixels.values[0], 0.0, doubtful=["sqare"])
     assert controller.step(odd, run.q.values[0], 0.0).health.unused == ("doubtful sqare",)
@@ -271,7 +271,7 @@ def test_a_law_that_fails_stops_a_robot_without_limits_at_once(one, run):
     assert not any(command.velocities.any() for command in commands[13:])
 
 
-def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
+def test_a_command_that_was_not_finite_once_is_braked_and_forgotten(one, run):
     class Leaps:
         in_camera, bad = False, False
 
@@ -307,7 +307,7 @@ ODDER = [
 
 
 @pytest.mark.parametrize("given", ODDER, ids=range(len(ODDER)))
-def test_odd_containers_are_told_in_a_line(one, run, given):
+def test_odd_containers_are_reported_in_a_line(one, run, given):
     controller = rs.Controller(one)
     driven(controller, run, 3)
     command = controller.step(given, run.q.values[3], 3 * DT)
@@ -325,14 +325,14 @@ def test_a_fault_is_of_one_call(one, run):
     assert same.health.fault == "" and same.phase == "holding"
 
 
-def test_why_it_holds_is_told(one, run):
+def test_why_it_holds_is_reported(one, run):
     controller = rs.Controller(one.with_(safety=rs.Safety(hold_to_run=True)))
     assert driven(controller, run, 1)[0].health.limits == ("not released",)
 
 
 @pytest.mark.parametrize("k", [1, 2, 3, 4])
 @pytest.mark.parametrize("start", [0.0, 123.456, 1.7e9])
-def test_a_watchdog_of_whole_periods_is_that_of_the_simulation(one, k, start):
+def test_a_watchdog_of_whole_periods_agrees_with_the_simulation(one, k, start):
     made = one.with_(
         sensing=rs.Sensing(period=5 * DT), safety=rs.Safety(watchdog=rs.control.Watchdog(k * DT))
     ).with_(duration=1.6)

@@ -256,7 +256,7 @@ def test_a_puma_takes_the_goal_with_all_its_postures(puma_scene, puma_goal):
         np.testing.assert_allclose(each.eigenvalues, -1.0, atol=1e-6)
 
 
-def test_what_is_out_of_reach_of_joints_or_image_is_said():
+def test_a_goal_out_of_reach_of_joints_or_image_is_reported():
     """The elbow may not bend to the other side, and the goal itself is in the image."""
     robot = rs.robots.planar_2r()
     rows = [[0, 0, 1, 0], [0, 0, 1, 0]]
@@ -345,7 +345,7 @@ def test_the_same_seed_gives_the_same_bits(free_scene):
     np.testing.assert_array_equal(one.starts, again.starts)
 
 
-def test_it_is_a_sequence_that_says_who_ended_where(free_scene):
+def test_it_is_a_sequence_with_the_end_of_each_start(free_scene):
     equilibria = found(free_scene, "tilted", count=60)
     assert len(equilibria) == len(list(equilibria)) == 3
     assert equilibria[0] is equilibria.goal and equilibria[1:2] == equilibria.minima
@@ -366,14 +366,14 @@ def test_none_may_be_found(free_scene):
     assert str(nothing).endswith("elsewhere   100.0%  1 time limit")
 
 
-def test_the_table_says_what_is_there(free_scene):
+def test_the_table_lists_the_equilibria(free_scene):
     text = str(found(free_scene, "tilted", count=60))
     assert text.startswith("3 equilibria; runs from 60 starts\n")
     assert [row.split()[0] for row in text.splitlines()[2:5]] == ["goal", "minimum", "saddle"]
     assert "0.0275" in text and "-1.0508 to  -0.9519" in text
 
 
-def test_starts_of_a_flying_camera_are_where_the_documentation_says(free_scene):
+def test_starts_of_a_flying_camera_are_placed_as_documented(free_scene):
     """Distance and cosine of the angle are uniform, the middle of the marks is in the centre."""
     points, goal = CASES["planar"]
     field = VectorField.of(free_scene(points), rs.IBVS(goal=goal))

@@ -114,7 +114,7 @@ SEVERAL = {
 
 
 @pytest.mark.parametrize("task", SEVERAL)
-def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange, around, task):
+def test_among_several_tasks_broyden_learns_from_the_final_command(arrange, around, task):
     """The update explains the step that was executed, not the step of the scheme alone."""
     scene, before = arrange("eye_in_hand"), None
     controller = SEVERAL[task].bind(scene)

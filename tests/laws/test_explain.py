@@ -308,7 +308,7 @@ def test_the_true_cause_is_named(made, outcome, about, words):
 
 
 @pytest.mark.parametrize("made", [late, deep, noisy, turned_hand_eye, moving, lagging, wild_marks])
-def test_what_is_wrong_and_harmless_is_told_as_such(made):
+def test_a_harmless_fault_is_reported_as_such(made):
     told = explained(made)
     assert len(told.causes) == 1
     assert any("Not the cause, though wrong as well" in remark for remark in told.remarks)
@@ -354,7 +354,7 @@ def test_ways_of_points_are_not_blamed_for_where_a_pose_is_regulated():
     assert [cause.about for cause in told.causes] == ["no control of the image", "border"]
 
 
-def test_what_is_not_the_cause_is_acquitted():
+def test_a_fault_that_is_not_the_cause_is_acquitted():
     """A local minimum stays one without the noise."""
     told = rs.explain(example("local_minimum", sensing=rs.Sensing(noise=1e-6)))
     assert told.causes[0].about == "local minimum"
@@ -362,7 +362,7 @@ def test_what_is_not_the_cause_is_acquitted():
     assert told.remarks[0].startswith(words)
 
 
-def test_what_needs_only_time_is_not_blamed_on_what_slows_it_down():
+def test_a_run_that_needs_only_time_is_not_blamed_on_a_slow_part():
     told = rs.explain(example("wrong_calibration", duration=6.0))
     assert [cause.about for cause in told.causes] == ["too little time"]
     assert told.remarks[0].endswith("but the run only needs more time.")
@@ -402,7 +402,7 @@ def test_the_advice_was_tried():
         assert f"With L {which} the same start converges" in advice.sentence
 
 
-def test_advice_for_what_moves_is_feed_forward():
+def test_advice_for_a_moving_target_is_feed_forward():
     told = explained(moving)
     assert [advice.about for advice in told.advice][:2] == ["feed_forward", "feed_forward"]
     assert told.causes[0].evidence["drift"] == pytest.approx(0.0125, rel=1e-3)
@@ -432,12 +432,12 @@ def test_where_only_time_is_lacking_no_other_law_and_no_lower_gain_is_advised():
         assert not any("half" in one.sentence or "law" in one.about for one in told.advice), told
 
 
-def test_an_error_of_metres_is_said_in_metres():
+def test_an_error_of_metres_is_reported_in_metres():
     told = str(rs.explain(fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1))))
     assert re.search(r"stays at about \S+ m, and the tolerance is 1e-05 m\.", told)
 
 
-def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
+def test_the_wrong_intrinsics_are_reported_and_no_more():
     goal = rs.GoalPose(rs.Pose.at(0, 0, 0.6))
     bent = rs.Camera(eye().camera.K, (640, 480), distortion=(-0.3, 0.1, 0, 0))
     scene = flying(camera=rs.MountedCamera("eye", bent, on="free_camera.body"))
@@ -465,27 +465,27 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
         assert "with 1e-05 the camera reaches its goal pose" in str(told)
 
 
-def test_what_a_tolerance_leaves_does_not_hide_the_cause():
+def test_the_error_within_a_tolerance_does_not_hide_the_cause():
     larger, goal = flying().believe(size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
     task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
     told = rs.explain(fly(task, sensing=sensing, duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "target model"]
 
 
-def test_the_time_that_would_have_been_enough_is_told():
+def test_the_time_that_would_have_been_enough_is_reported():
     told = explained(slow)
     run = fly(rs.IBVS(gain=0.3), duration=60)
     assert told.causes[0].evidence["arrival_s"] == pytest.approx(float(run.end_time), rel=0.02)
 
 
-def test_the_mark_that_left_and_the_side_are_told():
+def test_the_mark_that_left_and_the_side_are_reported():
     run = run_of(late)
     told, x = explained(late), run.pixels_end.values
     assert "mark 0 of 'square' left the image of 'eye' at the top" in told.what
     assert x[0, 1] < -0.5 and told.when == float(run.end_time)
 
 
-def test_the_joint_the_limit_and_its_speed_are_told():
+def test_the_joint_the_limit_and_its_speed_are_reported():
     run = run_of(limited)
     told = explained(limited)
     assert "joint 'forearm' passed its lower limit of -200 degrees" in told.what
@@ -542,7 +542,7 @@ def test_a_run_that_converged_needs_no_cause():
     assert str(told) == told.what == what
 
 
-def test_a_camera_that_believes_it_has_arrived_is_told_where_it_stands():
+def test_the_explanation_of_a_wrongly_converged_camera_has_its_true_place():
     goal = 'task.goal.computed={position="0, 0, 50 cm", rpy="0, 180, 0 deg"}'
     run = example("wrong_calibration", goal)
     told = rs.explain(run)
@@ -565,7 +565,7 @@ def test_hidden_marks_and_a_wrong_model_leave_a_camera_elsewhere():
     assert told.causes[0].evidence["off_m"] == pytest.approx(0.3 / 1.3, rel=1e-3)
 
 
-def test_a_run_that_was_held_is_told_how_it_stood_at_the_end():
+def test_the_explanation_of_a_held_run_has_its_state_at_the_end():
     task, sensing = rs.IBVS(gain=15.0), rs.Sensing(latency=0.12)
     told = rs.explain(fly(task, START, flying(camera=eye(size=None)), sensing=sensing, hold=True))
     assert told.causes[0].about == "latency"
@@ -593,7 +593,7 @@ class Interrupting:
         return pixels
 
 
-def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
+def test_the_explanation_of_a_stopped_run_has_its_expected_end():
     whole = fly(rs.IBVS(gain=2.0))
     task, sensing = rs.IBVS(gain=2.0), rs.Sensing(effects=[Interrupting()])
     stopped = rs.Experiment(flying(), task, START, sensing=sensing)
@@ -656,7 +656,7 @@ def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     assert told.outcome.name == outcome and told.causes[0].about == about
 
 
-def test_what_is_given_must_be_what_made_the_run():
+def test_a_given_experiment_must_be_the_one_that_made_the_run():
     task, scene = rs.IBVS(law=Half()), flying()
     run = fly(task, scene=scene, sensing=rs.Sensing(noise=0.1))
     with pytest.raises(rs.errors.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
@@ -714,7 +714,7 @@ def test_a_part_of_a_run_or_a_changed_one_is_refused(change, message):
         rs.explain(change(run_of(slow)))
 
 
-def test_what_is_told_beside_a_run_is_checked():
+def test_arguments_beside_a_run_are_checked():
     run = run_of(slow)
     with pytest.raises(rs.errors.InputError, match="experiment: expected an Experiment, got 3"):
         rs.explain(run, 3)
@@ -744,7 +744,7 @@ class Wrapped:
         return self.task.bind(scene, columns)
 
 
-def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
+def test_a_task_with_an_unknown_gain_has_no_gain_in_its_explanation():
     scene, task = flying(), Wrapped(rs.IBVS(gain=0.2))
     told = rs.explain(fly(task, scene=scene), rs.Experiment(scene, task))
     assert "falls at 0.201 per second, and" in told.causes[0].sentence and "nan" not in str(told)
@@ -815,7 +815,7 @@ def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
         (rs.IBVS(gain=0.1, goal=rs.GoalFeatures((SQUARE[:, :2] + 5).ravel())), "not see all marks"),
     ],
 )
-def test_of_a_goal_made_of_numbers_it_is_told_which_pose_has_them(task, where):
+def test_the_pose_of_a_goal_made_of_numbers_is_reported(task, where):
     told = rs.explain(fly(task, duration=1.0), trials=False)
     (goal,) = (cause for cause in told.causes if "goal" in cause.about)
     assert (where or "no pose of the camera") in goal.sentence, told
@@ -825,7 +825,7 @@ def test_of_a_goal_made_of_numbers_it_is_told_which_pose_has_them(task, where):
     ("marks", "free"),
     [(SQUARE[[0, 2]], 2), (SQUARE[:1], 4), ([[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]], 1)],
 )
-def test_a_run_that_converged_without_a_fixed_pose_is_told_so(marks, free):
+def test_a_run_that_converged_without_a_fixed_pose_is_reported(marks, free):
     """Of one, two, or three marks on a line: a camera may stand elsewhere with the same image."""
     told = rs.explain(fly(rs.IBVS(), scene=flying(marks)))
     assert told.outcome is rs.Outcome.CONVERGED
@@ -846,7 +846,7 @@ def test_joints_that_move_a_camera_in_two_ways_need_no_more_than_two_numbers():
     assert all(cause.about != "free motions" for cause in told.causes)
 
 
-def test_marks_that_lie_are_weighed_robustly_on_advice_and_it_is_said_where_they_are():
+def test_outliers_get_the_advice_of_robust_weights_and_their_places_are_reported():
     advised = rs.explain(wild_marks())
     (weigh,) = [each for each in advised.advice if each.about == "weighting"]
     assert "With weighting='tukey' the same start converges after 5" in weigh.sentence

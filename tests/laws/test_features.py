@@ -106,7 +106,7 @@ def test_pixels_have_equation_14_with_the_focal_length_in_pixels():
         ([0, 0, 0, 0, 0, 1], [0.2, -0.1]),  # it turns clockwise, the image anticlockwise
     ],
 )
-def test_signs_are_those_of_a_camera_that_moves(twist, rate):
+def test_signs_agree_with_a_camera_that_moves(twist, rate):
     seen = seen_from_here(PINHOLE, np.array([[[0.2, 0.4, 2.0]]]))  # (0.1, 0.2) at unit depth
     close(rs.features.Points().interaction(seen)[0] @ twist, rate, 1e-14)
 

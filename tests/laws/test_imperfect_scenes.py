@@ -12,7 +12,7 @@ quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @quiet
 @pytest.mark.parametrize("share", [0.5, 1.25])
 @pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.08, acceleration=4.0)])
-def test_what_moves_on_its_own_is_late_as_well(arrange, share, actuation):
+def test_the_image_of_a_moving_target_is_late_as_well(arrange, share, actuation):
     """Revolute joints between two instants: linear without a lag, and exponential with one."""
     scene, whole = arrange("turntable"), int(np.ceil(share))
     sensing = rs.Sensing(latency=share * DT)

@@ -44,7 +44,7 @@ def moved(run, dt):
     return (np.diff(q, axis=0) / dt)[live], qd[:-1][live]
 
 
-def test_joints_move_as_the_effect_says(experiment):
+def test_joints_move_as_the_effect_prescribes(experiment):
     rates, commanded = moved(with_effects(experiment, Weak()).run(), experiment.dt)
     np.testing.assert_allclose(rates, 0.8 * commanded, atol=1e-13)
     assert len(rates) > 20
@@ -62,13 +62,13 @@ def test_effects_follow_one_another_and_the_lag_comes_after_them(experiment):
         v = 0.8 * qd + (v - 0.8 * qd) * np.exp(-experiment.dt / 0.05)
 
 
-def test_an_effect_knows_how_the_joints_moved(experiment):
+def test_an_effect_receives_the_past_motion_of_the_joints(experiment):
     rates, commanded = moved(with_effects(experiment, Heavy()).run(), experiment.dt)
     before = np.concatenate([np.zeros((1, rates.shape[1])), rates[:-1]])
     np.testing.assert_allclose(rates, 0.5 * (commanded + before), atol=1e-12)
 
 
-def test_its_random_numbers_are_those_of_the_run(experiment):
+def test_its_random_numbers_agree_with_the_run(experiment):
     starts = np.stack([experiment.start] * 4)
     runs = with_effects(experiment, Shaking()).with_(start=starts).run(chunk=3, threads=2)
     alone = with_effects(experiment, Shaking()).with_(first_run=2).run()
@@ -114,6 +114,6 @@ class No:
         ("sticky", "no joint effect 'sticky'"),
     ],
 )
-def test_what_is_no_effect_is_refused(experiment, effect, message):
+def test_an_invalid_effect_is_refused(experiment, effect, message):
     with pytest.raises(rs.errors.InputError, match=message):
         with_effects(experiment, effect).run()

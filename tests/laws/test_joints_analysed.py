@@ -126,7 +126,7 @@ def test_how_far_wheels_have_turned_does_not_set_states_apart():
     assert field.distances(a, b) == 0.3
 
 
-def test_a_car_that_cannot_turn_enough_is_told_so():
+def test_a_car_that_cannot_turn_enough_is_reported():
     run = rs.load_scenario(rs.examples.path("car"), ["task.tasks.0.gain=0.5"]).run()
     told = rs.explain(run, trials=False)
     assert told.causes[0].about == "steering limit"
@@ -136,7 +136,7 @@ def test_a_car_that_cannot_turn_enough_is_told_so():
     assert told.causes[0].evidence["asked_rad"] > 0.4189
 
 
-def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
+def test_a_car_that_is_only_to_turn_stands_and_is_reported():
     scenario = rs.load_scenario(rs.examples.path("car"))
     one = [rs.features.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")

@@ -64,7 +64,7 @@ def test_it_ends_as_the_run_did(rhino):
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
 
 
-def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
+def test_a_log_that_goes_on_reports_since_when_its_error_is_small(rhino):
     """Held for a second at its goal; in one period the marks are off."""
     run = rhino.run(hold=True, duration=13.0)
     log, small = (

@@ -160,7 +160,7 @@ def test_constant_depth_equals_scaled_goal_depth_where_all_depths_are_equal(free
     np.testing.assert_allclose(a.s, b.s, atol=1e-13)
 
 
-def test_noise_has_the_deviation_asked_for_and_does_not_enter_the_true_pixels(free_scene):
+def test_noise_has_the_requested_deviation_and_does_not_enter_the_true_pixels(free_scene):
     scene = free_scene(SQUARE, K=[[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     task = rs.IBVS(goal=GOAL, features=rs.features.PixelPoints())
     run = rs.simulate(scene, task, GOAL, sensing=rs.Sensing(noise=0.4), duration=100, seed=3)

@@ -40,7 +40,7 @@ def test_without_the_weighting_the_same_run_ends_with_the_first_mark():
     assert float(plain.end_time) == float(every.end_time) > 0
 
 
-def test_the_end_and_the_marks_are_told():
+def test_the_end_and_the_marks_are_reported():
     run = leaving(weighting="border")
     told = rs.explain(run, trials=False)
     assert "too few marks are left for a command: 5 of 40 are in the image, and L J" in told.what
@@ -58,7 +58,7 @@ def test_the_end_and_the_marks_are_told():
     assert "Try: With weighting='border' the same start" in str(rs.explain(blind))
 
 
-def test_a_start_that_sees_too_little_is_told_before_the_run():
+def test_a_start_that_sees_too_little_is_reported_before_the_run():
     away = rs.Pose.at(3.0, 0, 0.61, rpy=(np.pi, 0, 0)).q
     task = rs.IBVS(GOAL, weighting="border")
     with pytest.raises(rs.errors.InputError, match="sees too few marks to command by"):

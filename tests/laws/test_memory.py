@@ -94,7 +94,7 @@ SPOILT = {
 @pytest.mark.parametrize("spoilt", SPOILT)
 @pytest.mark.parametrize("name", ["eye_in_hand", "eye_to_hand"])
 @pytest.mark.parametrize("task", TASKS)
-def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, spoilt):
+def test_no_run_depends_on_the_others_in_its_chunk(arrange, around, task, name, spoilt):
     scene = arrange(name)
     check(scene, TASKS[task], around(scene, RUNS, spread=0.08), duration=1.5, **SPOILT[spoilt])
 
@@ -174,14 +174,14 @@ class Thrifty:
     [{}, {"interaction": "mean"}, {"interaction": "broyden"}, {"smooth_start": 3.0}],
     ids=str,
 )
-def test_what_a_method_returned_may_be_used_again(arrange, around, what):
+def test_the_array_that_a_method_returned_may_be_used_again(arrange, around, what):
     scene = arrange("eye_in_hand")
     task = rs.IBVS(features=Thrifty(), law=Thrifty(), **what)
     q0 = around(scene)[0]  # one run; its arrays have one layout whether its axis is first or last
     same(closed(scene, task, q0), closed(scene, rs.IBVS(**what), q0))
 
 
-def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
+def test_memory_without_a_row_for_each_run_is_refused(arrange, around):
     class Forgetful:
         def command(self, state):
             state.memory["once"] = 3.0

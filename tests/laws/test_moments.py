@@ -101,7 +101,7 @@ CROOKED = np.array([[0.1, 0], [0.7, -0.2], [0.5, 0.3], [0.9, 0.8], [0.4, 0.5], [
 
 
 @pytest.mark.parametrize("polygon", [CROOKED, L_SHAPE, PENTAGON], ids=["crooked", "L", "pentagon"])
-def test_moments_are_those_of_integration_by_scan_lines(polygon):
+def test_moments_agree_with_integration_by_scan_lines(polygon):
     raw = {(i, j): scanned(polygon, i, j) for i, j in UP_TO_4}
     x, y = raw[1, 0] / raw[0, 0], raw[0, 1] / raw[0, 0]
     centre, mu = centred(polygon)
@@ -308,14 +308,14 @@ def test_the_angle_is_counted_from_that_at_the_goal(feature, row, goal_turn):
     assert abs((near.measure(half) - near.measure(goal))[0, row] - 0.2) < 1e-13
 
 
-def test_what_is_measured_towards_a_goal_is_still_a_value():
+def test_an_ellipse_measured_towards_a_goal_is_still_a_value():
     goal = seen(L_SHAPE)
     feature = RegionMoments(tolerance=1e-3)
     assert feature.towards(goal) == feature.towards(goal) != feature
     assert feature.towards(goal).tolerance == 1e-3 and feature.alpha_goal is None
 
 
-def test_the_order_of_marks_is_that_of_the_border_for_regions_only():
+def test_the_order_of_marks_agrees_with_the_border_for_regions_only():
     mixed = L_SHAPE[[0, 3, 1, 5, 2, 4]]
     s, t = (PointMoments().measure(seen(x)) for x in (L_SHAPE, mixed))
     np.testing.assert_allclose(s, t, rtol=0, atol=1e-15)
@@ -344,7 +344,7 @@ def turned(turn, shape, tilt=0.0):
 
 @TOLD
 @pytest.mark.parametrize("goal_turn", [0.0, 1.5, -1.5, 3.0])
-def test_a_skewed_target_tells_turns_of_up_to_a_half(kind, shape, goal_turn):
+def test_a_skewed_target_shows_turns_of_up_to_a_half(kind, shape, goal_turn):
     goal = turned(goal_turn, shape)
     feature = DecoupledMoments(kind).towards(goal)
     for turn in (-3.0, -2.0, -1.6, -0.3, 0.0, 1.5, 1.6, 2.6, 3.0):

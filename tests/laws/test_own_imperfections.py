@@ -166,7 +166,7 @@ def test_two_of_a_kind_have_random_numbers_of_their_own(own, experiment):
     assert off.std() == pytest.approx(5.0, rel=5 / np.sqrt(2 * off.size))
 
 
-def test_a_file_says_it_and_a_path_changes_it(own, experiment):
+def test_a_file_sets_it_and_a_path_changes_it(own, experiment):
     Shake, DeadZone = own
     made = shaken(experiment, Shake(0.5)).with_(actuation=rs.Actuation(effects=DeadZone(0.02)))
     again = rs.Experiment.from_text(made.to_toml())

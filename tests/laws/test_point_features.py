@@ -212,7 +212,7 @@ def test_marks_without_an_image_are_not_finite(feature):
     assert not np.isfinite(feature.measure(lost)).any()
 
 
-def test_units_tolerances_and_what_each_needs():
+def test_units_tolerances_and_the_needs_of_each():
     for feature, unit in ((Polar, "1"), (Spherical, "1"), (LogDepth, "1"), (Points3D, "m")):
         assert (feature().unit, feature().tolerance) == (unit, 1e-5)
         assert getattr(feature, "measures_depth", False) == (feature in (LogDepth, Points3D))

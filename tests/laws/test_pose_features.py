@@ -323,7 +323,7 @@ def test_with_both_features_the_camera_flies_straight_to_the_goal():
 
 @steady
 @given(seed=seeds)
-def test_compose_and_inverse_are_those_of_matrices(seed):
+def test_compose_and_inverse_agree_with_matrices(seed):
     A, B = poses(seed, 9), poses(seed + 1, 9)
     out = np.empty((3, 4, 9))
     se3.compose(last(A), last(B), out)

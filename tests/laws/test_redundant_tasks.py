@@ -98,7 +98,7 @@ class Between:
         return (largest < 0.06) & (largest > 0.03)
 
 
-def test_a_latch_stays_and_without_it_the_condition_is_asked_anew(arrange, around, decide):
+def test_a_latch_stays_and_without_it_the_condition_is_evaluated_anew(arrange, around, decide):
     scene, timing = arrange("eye_in_hand"), {"dt": 0.04, "duration": 6.0, "hold": True}
     q0 = around(scene, 5, spread=0.15, seed=2)
     for latch in (True, False):
@@ -205,7 +205,7 @@ def test_a_switch_may_hold_tasks_side_by_side(arrange, around):
         (rs.IBVS(smooth_start=1.0), "joints, secondary, smooth_start and limit belong"),
     ],
 )
-def test_what_is_done_to_the_whole_command_is_no_business_of_one_level(task, message):
+def test_shaping_of_the_whole_command_does_not_belong_to_one_level(task, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.Priorities([task, rs.PBVS()])
 

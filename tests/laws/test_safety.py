@@ -68,7 +68,7 @@ def test_ends_of_braking():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
+def test_whatever_a_law_commands_joints_stay_within_all_limits(arm, seed):
     safety = rs.Safety(speed=SPEED, acceleration=A, margin=MARGIN)
     wild = arm.with_(safety=safety).at("task.law", Wild(seed)).at("task.secondary", None)
     q, commands = driven(wild, 1500)
@@ -178,7 +178,7 @@ def test_an_image_without_a_mark_is_none_for_the_watchdog(arm):
     )
 
 
-def test_hold_to_run_moves_only_while_it_is_told(arm):
+def test_hold_to_run_moves_only_while_it_is_reported(arm):
     safety = rs.Safety(acceleration=1.0, hold_to_run=True)
     controller = rs.Controller(arm.with_(safety=safety))
     pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
@@ -192,7 +192,7 @@ def test_hold_to_run_moves_only_while_it_is_told(arm):
     assert np.abs(np.diff(velocities(let_go), axis=0)).max() <= DT * (1 + 1e-9)
 
 
-def test_a_wish_that_is_not_finite_is_not_commanded():
+def test_a_command_that_is_not_finite_is_not_passed_on():
     class Broken:
         in_camera = False
 
@@ -221,7 +221,7 @@ def test_a_simulated_run_is_kept_within_the_same_limits_to_the_bit(arm):
     assert not np.array_equal(run.qd.values, arm.run(duration=2.0).qd.values)
 
 
-def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
+def test_late_and_rare_images_agree_with_the_simulation_to_the_bit(arm):
     """Every third period an image, two periods late: depths belong to its exposure, and
     the watchdog counts from then."""
     sensing = rs.Sensing(latency=2 * DT, period=3 * DT)
@@ -303,7 +303,7 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     assert any("fence" in command.health.limits for command in commands)
 
 
-def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
+def test_a_margin_that_stops_a_joint_is_reported_in_degrees(arm):
     """One joint is stopped half way to its end without the limit."""
     made = arm.with_(dt=0.04, duration=12.0)
     low, high = arm.scene.limits.T

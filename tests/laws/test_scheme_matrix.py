@@ -228,7 +228,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("arrangement", "law", "reason"), REFUSED)
-def test_what_makes_no_sense_is_refused_with_a_reason(arrangement, law, reason):
+def test_contradictory_arrangements_are_refused_with_a_reason(arrangement, law, reason):
     with pytest.raises(rs.errors.InputError, match=reason):
         rs.simulate(scene_of(arrangement), task_of(arrangement, law), duration=1)
 

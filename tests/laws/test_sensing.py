@@ -39,7 +39,7 @@ def same(a, b):
 
 
 @pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL), rs.Hybrid(GOAL)])
-def test_what_is_off_changes_no_bit(task):
+def test_an_imperfection_that_is_off_changes_no_bit(task):
     plain = rs.simulate(SCENE, task, Q0, duration=2.0)
     perfect = rs.Sensing(noise=0, quantisation=0, outliers=0, dropped=0, latency=0, period=None)
     exact = rs.Actuation(lag=0, velocity=None, acceleration=None, encoder=0)
@@ -98,7 +98,7 @@ def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(
     assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
 
 
-def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
+def test_marks_behind_the_camera_are_not_seen_in_steps_either():
     behind = rs.Pose(SCENE.pose("camera", Q0).matrix) @ rs.Pose.at(rotvec=(0, np.pi, 0))
     run = closed(in_pixels(), behind.q, quantisation=0.5)
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
@@ -130,7 +130,7 @@ def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
     assert rs.replay(run).identical(run)
 
 
-def test_what_never_comes_within_a_run_is_the_first_image():
+def test_an_image_later_than_the_run_leaves_the_first_image():
     """Later than any run, or rarer than any number of periods."""
     for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
         s = closed(duration=0.4, **late).s.values
@@ -142,7 +142,7 @@ def test_occlusions_may_come_from_a_generator():
     assert rs.Sensing(occlusions=(each for each in [hidden])).occlusions == (hidden,)
 
 
-def test_outliers_are_the_share_and_the_size_that_was_asked_for():
+def test_outliers_are_the_share_and_the_size_that_was_requested():
     starts = np.repeat(Q0[None], 100, axis=0)
     run = closed(in_pixels(), starts, outliers=0.2, outlier_size=30.0, duration=0.8)
     away = (run.s.values - flat(run.pixels)).reshape(-1, 4, 2)
@@ -198,7 +198,7 @@ def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypat
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])
-def test_late_by_whole_periods_the_features_are_those_of_then_to_the_bit(periods):
+def test_features_late_by_whole_periods_agree_with_the_past_to_the_bit(periods):
     run = closed(in_pixels(), latency=periods * DT)
     s, true = run.s.values, flat(run.pixels)
     np.testing.assert_array_equal(s[periods:], true[:-periods])
@@ -379,7 +379,7 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: closed(period=0.01), "must be a multiple of the control period"),
     ],
 )
-def test_what_makes_no_sense_is_refused(made, words):
+def test_contradictory_values_are_refused(made, words):
     with pytest.raises(rs.errors.InputError) as error:
         made()
     assert words in str(error.value)

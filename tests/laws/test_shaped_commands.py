@@ -17,7 +17,7 @@ def closed(scene, task, q0, **more):
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("scheme", [rs.IBVS, rs.PBVS, rs.Hybrid])
-def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, decide, scheme, name):
+def test_an_adaptive_gain_follows_the_norm_at_every_state(arrange, around, decide, scheme, name):
     """gain A^+ e with one number between the limits, which grows as the error sinks."""
     scene = arrange(name)
     run = closed(scene, scheme(gain=GAIN), around(scene, 1, spread=0.06)[0])
@@ -34,7 +34,7 @@ def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, de
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("law", ["joint", "camera"])
-def test_an_adaptive_gain_may_be_that_of_the_largest_joint_velocity(
+def test_an_adaptive_gain_may_follow_the_largest_joint_velocity(
     arrange, around, decide, law, name
 ):
     """max |qd| of the same law at a gain of one, at every state."""
@@ -67,7 +67,7 @@ class Counting:
         return rs.laws.JointLaw().command(state)
 
 
-def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, around):
+def test_a_law_that_remembers_is_requested_its_size_without_a_trace(arrange, around):
     scene, gain = arrange("eye_in_hand"), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     q0 = around(scene, 2, spread=0.06)
     a, b = (closed(scene, rs.IBVS(gain=gain, law=law), q0) for law in (Counting(), "joint"))
@@ -110,7 +110,7 @@ def test_a_smooth_start_starts_from_exactly_zero(arrange, around, scheme):
         assert (run.qd[:, 0] == 0.0).all() and (np.abs(run.qd[:, 1]).max("velocity") > 1e-4).all()
 
 
-def test_a_smooth_start_is_that_of_mansard_and_chaumette(arrange, around, decide):
+def test_a_smooth_start_agrees_with_mansard_and_chaumette(arrange, around, decide):
     """At every state and time: qd is the command of the law less exp(-mu t) times the first one."""
     scene = arrange("eye_in_hand")
     run = closed(scene, rs.IBVS(smooth_start=4.0), around(scene, 1, spread=0.06)[0])

@@ -308,7 +308,7 @@ def test_the_data_are_left_as_they_were():
 
 @steady
 @given(seeds, sizes, sizes, sizes)
-def test_products_are_those_of_numpy_run_by_run(seed, m, k, n):
+def test_products_agree_with_numpy_run_by_run(seed, m, k, n):
     rng = np.random.default_rng(seed)
     A, B, out = rng.normal(size=(m, k, 4)), rng.normal(size=(k, n, 4)), np.empty((m, n, 4))
     pseudoinverse.multiply_matrices(A, B, out)

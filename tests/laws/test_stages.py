@@ -107,7 +107,7 @@ def test_points_and_depths_in_each_others_place_are_named():
 
 
 @pytest.mark.parametrize("given", [3, np.int64(3), -1, (0, 1), "0", np.zeros((4, 2)), Address(3)])
-def test_what_is_no_rows_is_refused(given):
+def test_an_invalid_rows_is_refused(given):
     program = Program()
     rows = {"points": program.rows(4, 2), "depth": program.rows(4)}
     rows |= {"s": program.rows(8), "L": program.rows(8, 6)}
@@ -161,7 +161,7 @@ def weighed(w, step, n="count", m="count", A="n, m", x="m", factor="whole", out=
             w[(out + i) * 8 + b] = factor * total
 
 
-def test_a_stage_of_ones_own_computes_what_it_says():
+def test_a_stage_of_ones_own_computes_its_formula():
     rng = np.random.default_rng(1)
     A, x = rng.normal(size=(3, 2, 5)), rng.normal(size=(2, 5))
 
@@ -202,7 +202,7 @@ def test_no_stage_is_given_a_number_by_its_position():
     assert found > 100 and unchecked == 0
 
 
-def test_every_stage_but_those_called_by_symbol_declares_what_it_takes():
+def test_every_stage_but_those_called_by_symbol_declares_its_arguments():
     plain = set()
     for path in (SOURCES / "kernels").rglob("*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:

@@ -106,7 +106,7 @@ def test_a_table_is_written_as_csv(batch, tmp_path):
     assert header.startswith("run,time,outcome,") and len(rows) == 33
 
 
-def test_what_is_no_table_is_told(demo):
+def test_an_invalid_table_is_reported(demo):
     with pytest.raises(rs.errors.InputError, match="expected a run, a Dataset of simulate, got 3"):
         rs.logs.to_table(3)
     with pytest.raises(rs.errors.InputError, match="no table of 'step'; did you mean 'steps'"):

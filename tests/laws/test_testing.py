@@ -60,7 +60,7 @@ def test_a_feature_in_plain_numpy_passes():
         ("nan", "not finite"),
     ],
 )
-def test_a_wrong_feature_is_told_what_is_wrong(broken, words):
+def test_the_fault_of_a_wrong_feature_is_reported(broken, words):
     assert words in " ".join(check_feature(UserPoints(broken)))
 
 
@@ -68,7 +68,7 @@ def test_a_flipped_sign_is_seen_in_every_column():
     assert len(check_feature(UserPoints("sign"))) == 6
 
 
-def test_a_feature_without_unit_or_tolerance_is_told():
+def test_a_feature_without_unit_or_tolerance_is_reported():
     said = check_feature(UserPoints(unit=None, tolerance=-1))
     assert [s.split()[0] for s in said] == ["UserPoints.unit", "UserPoints.tolerance"]
 
@@ -102,11 +102,11 @@ class UserLaw:
         ("offset", "zero velocity for zero error"),
     ],
 )
-def test_a_wrong_law_is_told_what_is_wrong(broken, words):
+def test_the_fault_of_a_wrong_law_is_reported(broken, words):
     assert words in " ".join(check_law(UserLaw(broken)))
 
 
-def test_what_only_rounding_makes_of_a_batch_is_no_fault_of_a_user_s_law():
+def test_rounding_differences_of_a_batch_are_no_fault_of_a_user_s_law():
     """Unless the same bits are required, as of RobSim's own laws."""
 
     class Rounded:

@@ -45,7 +45,7 @@ def test_the_lag_behind_a_turning_target_is_rate_over_gain(carousel, gain):
 
 
 @quiet
-def test_the_lag_of_the_current_matrix_is_that_of_its_own_law(carousel):
+def test_the_lag_of_the_current_matrix_agrees_with_its_own_law(carousel):
     """Pan rate = gain x/(1 + x^2) = omega: a little more than omega/gain."""
     run = rs.simulate(carousel, rs.IBVS(), ASIDE, dt=0.01, duration=24, hold=True)
     x = abs(float(run.error[-1, 0]))
@@ -113,7 +113,7 @@ def component(command):
 
 
 @quiet
-def test_feed_forward_of_what_does_not_move_is_nothing(arrange, around):
+def test_feed_forward_of_a_target_at_rest_is_zero(arrange, around):
     """A scene with a turntable that stands still, bit for bit."""
     moving = arrange("turntable")
     scene = replace(moving, motions=[rs.Motion("turntable", [0.0])])
@@ -157,7 +157,7 @@ def passing(arrange, around):
     return follow
 
 
-def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
+def test_a_depth_filter_uses_the_known_motion(passing):
     """Else it takes the motion of the target for parallax."""
     scene, task, run = passing(depth=rs.laws.DepthFilter(0.35))
     plain = passing()[2]
@@ -174,7 +174,7 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     np.testing.assert_allclose(Z, seen.depth, rtol=0.03)
 
 
-def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):
+def test_broyden_learns_the_effect_of_the_joints_and_not_the_known_motion(passing):
     run, plain = passing(interaction="broyden")[2], passing()[2]
     assert (run.error_norm[:, -1] < 2e-3).all() and (plain.error_norm[:, -1] < 2e-3).all()
 

@@ -85,7 +85,7 @@ def test_a_triangle_has_the_time_of_its_formula():
     assert move.velocity(move.duration / 2)[0] == pytest.approx(np.sqrt(0.08 * 2.0), rel=1e-14)
 
 
-def test_what_does_not_move_takes_no_time():
+def test_a_motion_of_zero_length_takes_no_time():
     move = Trapezoid([1.0, 2.0], [1.0, 2.0], speed=1.0, acceleration=1.0)
     assert move.duration == 0.0
     for t in (-1.0, 0.0, 1.0):
@@ -217,7 +217,7 @@ def test_the_orientation_is_interpolated_on_the_sphere(seed, angle):
         np.testing.assert_allclose(T.position, (1 - s) * A.position + s * B.position, atol=1e-15)
 
 
-def test_the_orientation_is_that_of_others():
+def test_the_orientation_agrees_with_others():
     """SciPy 1.17 (Slerp) and mpmath with 40 digits agree on these numbers."""
     turns = (0.3, -1.2, 0.7), (-1.1, 0.4, 2.0)
     move = Straight(*(rs.Pose.at(rotvec=turn) for turn in turns), duration=1.0)

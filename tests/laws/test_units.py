@@ -132,7 +132,7 @@ def test_the_constants_agree_with_the_spellings(unit):
         ["1 cm"],
     ],
 )
-def test_a_bad_spelling_of_one_length_says_what_was_expected(text):
+def test_a_bad_spelling_of_one_length_is_reported_with_the_expected_one(text):
     with pytest.raises(UnitError) as caught:
         parse(text, "length")
     assert repr(text) in str(caught.value)
@@ -142,7 +142,7 @@ def test_a_bad_spelling_of_one_length_says_what_was_expected(text):
 @pytest.mark.parametrize(
     ("text", "numbers"), [("1, 2 cm", 2), ("1, 2, 3, 4 cm", 4), ("1 cm", 1), (",, cm", 0)]
 )
-def test_a_wrong_count_is_told(text, numbers):
+def test_a_wrong_count_is_reported(text, numbers):
     with pytest.raises(UnitError, match=f"has {numbers} numbers, not 3: expected a vector with"):
         parse(text, "length", count=3)
 

@@ -96,7 +96,7 @@ def test_a_car_steers_within_its_rate_and_limit_at_every_step():
     assert run.error.values[-1, 0] > 0.02  # metres to the side of the sign: it cannot turn more
 
 
-def test_the_error_of_a_differential_drive_decays_as_the_law_says():
+def test_the_error_of_a_differential_drive_decays_by_the_law():
     """e = e(0) exp(-gain t) as the period goes to zero, to first order in it."""
     scenario = rs.load_scenario(rs.examples.path("differential_drive"))
     missed = []
@@ -122,7 +122,7 @@ def watched(rates, duration=3.0, dt=0.04):
     return run.q.values[:, 2:], run.qd_actual.values[:, 2:]
 
 
-def test_a_car_is_told_its_speed_and_steering_angle():
+def test_a_car_is_commanded_by_its_speed_and_steering_angle():
     """If the commanded angle changes slowly, the wheels have it at the end of each period."""
     steering = rs.robots.car().links[1].joint.steering
     q, v = watched(lambda t: steering.rates(0.5, 0.4 * np.sin(t)))
@@ -131,7 +131,7 @@ def test_a_car_is_told_its_speed_and_steering_angle():
     close(np.diff(q[:, 2]), 0.04 * 0.5 * np.tan(q[1:, 3]) / steering.wheelbase, 1e-15)
 
 
-def test_a_car_that_is_told_to_turn_at_once_takes_its_time():
+def test_a_car_that_is_commanded_to_turn_at_once_takes_its_time():
     steering = rs.robots.car().links[1].joint.steering
     q, v = watched(steering.rates(0.5, 0.4), duration=0.4)
     close(q[:, 3], np.minimum(3.2 * 0.04 * np.arange(len(q)), 0.4), 1e-15)

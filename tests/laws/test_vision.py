@@ -178,7 +178,7 @@ def test_the_second_pose_of_a_plane_is_a_minimum_too():
 
 
 @pytest.mark.parametrize("camera", [pytest.param(PLAIN, marks=pytest.mark.full), BENT])
-def test_the_covariance_is_that_of_many_noisy_images(camera):
+def test_the_covariance_agrees_with_many_noisy_images(camera):
     """Truth = exp(V) estimate; variances and correlations within 6 percent."""
     p, T = views(11, 7, 1)
     sigma, exact = 0.2, seen(camera, p, T)
@@ -226,7 +226,7 @@ def chi_squares(tilt, distance, runs=2000, spread=False):
         ),
     ],
 )
-def test_the_pose_of_a_square_is_as_well_known_as_its_covariance_says(tilt, distance):
+def test_the_pose_of_a_square_is_as_certain_as_its_covariance(tilt, distance):
     """The mean over 2000 images is 6, the degrees of freedom."""
     assert 5.5 < chi_squares(tilt, distance).mean() < 6.6
 
@@ -311,7 +311,7 @@ def test_no_point_fits_both_images_better(seed):
         assert (miss(found + rng.normal(size=X.shape) * 1e-3) > miss(found)).all()
 
 
-def test_the_covariance_of_points_is_that_of_many_noisy_images():
+def test_the_covariance_of_points_agrees_with_many_noisy_images():
     X, T = rig(3, 1)
     a, b = in_both(X[0], T[0])
     rng, sigma = np.random.default_rng(4), 0.2
@@ -336,7 +336,7 @@ def test_a_parallel_rig_has_the_depth_error_of_the_textbook():
     np.testing.assert_allclose(np.sqrt(C[:, 2, 2]), expected, rtol=1e-12)
 
 
-def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
+def test_a_point_off_the_epipolar_line_is_a_miss_and_one_along_it_is_not():
     """In a parallel rig of equal cameras an offset d of a row is shared: d/2 in each image."""
     T, X = rs.Pose.at(0.12, 0, 0), np.array([[0.1, 0.05, 1.5]])
     a, b = in_both(X, T, right=PLAIN)
@@ -347,7 +347,7 @@ def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
     assert np.linalg.norm(along.points - X) > 0.5
 
 
-def test_the_miss_of_noise_is_as_large_as_that_of_a_coordinate():
+def test_the_miss_of_noise_is_as_large_as_the_noise_of_a_coordinate():
     X, T = rig(9, 1, 2000)
     rng = np.random.default_rng(9)
     a, b = (p + 0.3 * rng.normal(size=p.shape) for p in in_both(X, T))
@@ -399,7 +399,7 @@ def planes(seed, runs=20, points=6):
 
 @steady
 @given(seed=seeds, points=st.sampled_from([4, 5, 30]))
-def test_a_homography_is_that_of_the_motion_itself(seed, points):
+def test_a_homography_agrees_with_the_motion_itself(seed, points):
     R, t, n, a, b = planes(seed, points=points)
     expected = R + t[:, :, None] * n[:, None]
     H = rs.vision.estimate_homography(a, b)
@@ -413,7 +413,7 @@ def test_a_homography_is_that_of_the_motion_itself(seed, points):
 
 @steady
 @given(seed=seeds)
-def test_the_motion_is_among_those_of_its_homography(seed):
+def test_the_motion_is_among_the_motions_of_its_homography(seed):
     R, t, n, a, b = planes(seed)
     found = rs.vision.decompose_homography(3.0 * rs.vision.estimate_homography(a, b), a)
     whole = np.concatenate([R.reshape(-1, 9), t, n], axis=1)

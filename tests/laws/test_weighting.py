@@ -88,7 +88,7 @@ def interaction(points, depths):
 
 
 @pytest.mark.parametrize("start", LESS[:6])
-def test_the_command_is_that_of_numpys_weighted_least_squares_of_the_marks_that_are_seen(start):
+def test_the_command_agrees_with_numpys_weighted_least_squares_of_the_visible_marks(start):
     q = POSTER.starts[start]
     run = step(rs.IBVS(GOAL, gain=0.7, weighting=rs.weights.Border(width=60)), q)
     points, depths = points_by_hand(q)
@@ -184,7 +184,7 @@ def test_a_hidden_mark_counts_less_and_less_from_its_last_place_and_comes_back_s
 
 
 @pytest.mark.parametrize("form", ["goal", "camera"])
-def test_a_pose_is_that_of_the_marks_that_are_there(form):
+def test_a_pose_agrees_with_the_visible_marks(form):
     """Hidden marks that stay in the task spoil it; with a weighting they do not count."""
     q = POSTER.starts[LESS[0]]
     task = rs.PBVS(GOAL, form=form, weighting="border")

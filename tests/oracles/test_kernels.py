@@ -95,7 +95,7 @@ def test_projection_and_its_inverse_agree_with_opencv(spec):
 
 
 @pytest.mark.parametrize("target", ["triangle", "square", "roof", "cloud"])
-def test_the_pose_of_a_target_is_that_of_opencv_without_and_with_noise(target):
+def test_the_pose_of_a_target_agrees_with_opencv_without_and_with_noise(target):
     """OpenCV's own last digits are 3e-11 m or rad, because it minimises a sum of noise."""
     data = stored("pnp_opencv.json")
     marks = np.array(data["targets"][target])

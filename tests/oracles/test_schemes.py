@@ -116,7 +116,7 @@ def loop(name, dt, steps):
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-def test_the_whole_path_is_that_of_a_plain_loop(name):
+def test_the_whole_path_agrees_with_a_plain_loop(name):
     run = simulated(name, 0.04, 6.0)
     path, errors, twists = loop(name, 0.04, len(run.time))
     assert np.linalg.norm(errors[-1]) < 1e-2 * np.linalg.norm(errors[0])
@@ -251,7 +251,7 @@ def test_the_mark_of_the_hybrid_scheme_goes_straight_in_the_image():
     halves(slow)
 
 
-def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
+def test_an_adaptive_gain_arrives_by_its_scalar_equation():
     """Without rotation, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
     start, dt = GOAL @ pose([0.3, -0.2, -0.4], [0.0, 0.0, 0.0]), 0.02
     adaptive, ends = rs.laws.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
@@ -309,7 +309,7 @@ def filtered(state, P, x, V, dt, sigma):
     return state + gain @ (x - state[:2]), P - gain @ P[:2]
 
 
-def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
+def test_a_loop_with_filtered_depths_agrees_with_a_plain_loop():
     """The filter receives the commanded twist, and its depths go into L."""
     dt, steps, sigma = 0.04, 100, 2.0 / FOCAL
     task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.laws.DepthFilter(0.8, 0.6, noise=2.0))
@@ -330,7 +330,7 @@ def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
     close(Z, X[:, 2], 0.02)  # it has learnt them
 
 
-def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
+def test_a_loop_with_a_learnt_jacobian_agrees_with_a_plain_loop():
     """Broyden's rule from a start that is wrong by a third, in the camera's own axes."""
     dt, steps, (x, X), (x_goal, _) = 0.04, 100, image(START), image(GOAL)
     A = point_rows(x, X[:, 2]) * np.random.default_rng(0).uniform(0.7, 1.3, (8, 6))
@@ -347,7 +347,7 @@ def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
         T, before = T @ held(V, dt), x
 
 
-def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
+def test_a_loop_with_estimated_motion_agrees_with_a_plain_loop():
     """The marks are carried at a constant rate; e + d/gain in place of e."""
     dt, lag, rates = 0.04, 0.1, np.array([0.05, -0.02, 0.03, 0.1, -0.05, 0.2])
     home = rs.robots.free_camera().home
@@ -380,7 +380,7 @@ def q_of(T):
     return np.r_[T[:3, 3], 0.5 * w * np.sinc(half / np.pi), np.cos(half)]
 
 
-def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
+def test_a_computed_goal_is_the_expected_view_of_each_camera_on_the_hand():
     """T_right_o = T_right_left T_left_o: the second camera's view follows from the first's."""
     hand = {"left": pose([-0.06, 0, 0.02], [0, 0.1, 0.3]), "right": pose([0.07, 0, 0], [0.1, 0, 0])}
     lens = rs.Camera(np.diag([FOCAL, FOCAL, 1.0]))
@@ -434,7 +434,7 @@ def placed(T, goal, marks, k1, k2, variant, dt, steps):
 
 
 @pytest.mark.parametrize("variant", ["corrected", "printed", "completed"])
-def test_the_whole_path_of_a_placed_body_is_that_of_a_plain_loop(variant):
+def test_the_whole_path_of_a_placed_body_agrees_with_a_plain_loop(variant):
     """With an angle of 53 degrees at mark a."""
     marks = np.array([[0, 0, 0], [0.1, 0, 0], [0.06, 0.08, 0.0]])
     start, goal = pose([0.1, -0.1, 0.2], [0.3, -0.4, 0.5]), pose([-0.05, 0.05, 0.0], [0, 0.1, 0])

@@ -109,7 +109,7 @@ def test_points_stand_at_their_numbers(desk, study):
     )
 
 
-def test_pointing_tells_the_row(desk, study):
+def test_pointing_shows_the_row(desk, study):
     page = desk.page()
     number = alone(page, study.table, task__interaction="current", began=True)
     page.mouse.move(*place(page, number))
@@ -151,7 +151,7 @@ def test_an_opened_run_can_be_changed(desk):
     until(page, "robsim.state.changes.includes('task.gain')")
 
 
-def test_the_ten_worst_are_those_of_the_study(desk, study):
+def test_the_ten_worst_agree_with_the_study(desk, study):
     page = desk.page()
     choose(page, "task.interaction", "all")
     for name in ("distance_to_goal", "end_time"):
@@ -187,7 +187,7 @@ def test_a_rectangle_that_is_dragged_is_looked_at(desk, study):
     assert page.evaluate(SHOWN) == before
 
 
-def test_a_shade_tells_a_number(desk, study):
+def test_a_shade_represents_a_number(desk, study):
     page = desk.page()
     choose(page, "colour", "end_time")
     told = study.table[(study.table["task.interaction"] == "current") & study.table["began"]]
@@ -213,7 +213,7 @@ def test_on_a_phone_a_tap_shows_the_row_and_a_button_opens_it(desk, study):
     assert page.evaluate("scrollY") == 90
 
 
-def test_two_pages_look_at_what_they_chose(desk, study):
+def test_two_pages_look_at_their_own_choices(desk, study):
     one, two = desk.page(), desk.page()
     one.locator(".worst button").first.click()
     one.wait_for_selector("body:not(.map)")

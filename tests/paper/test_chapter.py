@@ -149,7 +149,7 @@ def test_erratum_2_the_pseudo_inverse_is_the_inverse_of_the_gram_matrix_times_th
     assert np.abs(printed @ L - np.eye(6)).max() > 1
 
 
-def test_erratum_2_what_is_minimal_is_the_distance_from_exponential_decay(free_scene):
+def test_erratum_2_the_law_minimises_the_distance_from_exponential_decay(free_scene):
     """V minimises ||edot + gain e||: any other twist is farther from edot = -gain e."""
     run = rs.simulate(free_scene(SQUARE), rs.IBVS(goal=GOAL, gain=0.7), START, duration=0.04)
     X, _ = image(START, SQUARE)
@@ -287,7 +287,7 @@ def test_erratum_4_three_points_look_the_same_from_four_poses(free_scene, n):
     close(run.q_end[:3], there.position, 1e-4)
 
 
-def test_erratum_4_a_fourth_point_tells_the_four_poses_apart():
+def test_erratum_4_a_fourth_point_separates_the_four_poses():
     four = np.vstack([TRIANGLE, [[0, 0, 0]]])
     for n in range(3):
         away = image(with_mark_drawn_nearer(n), four)[1] - image(ABOVE, four)[1]

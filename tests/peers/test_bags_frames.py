@@ -35,7 +35,7 @@ def without_joints(run, tmp_path, change=lambda each: each):
 
 
 @pytest.mark.parametrize("name", ROAMING)
-def test_the_frames_that_we_write_say_where_bodies_are(name, tmp_path):
+def test_the_frames_that_we_write_have_the_poses_of_bodies(name, tmp_path):
     """Also for a car with joints for its steering and wheels."""
     run = experiment(name).run(duration=0.4)
     again = rs.logs.read_bag(without_joints(run, tmp_path))

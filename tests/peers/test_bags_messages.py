@@ -32,7 +32,7 @@ def test_joints_are_known_by_name(ros):
     np.testing.assert_array_equal(some.joints(state(q[:1], ["arm_0"])), q)
 
 
-def test_times_are_those_of_headers(ros):
+def test_times_agree_with_headers(ros):
     assert ros.time(state([], [], 7.25)) == 7.25 and ros.time(state([], [])) is None
     assert ros.marks(detections({}, 3.5)).t == 3.5 and ros.marks(detections({}), t=2.0).t == 2.0
 
@@ -49,7 +49,7 @@ def test_marks_are_known_by_name(ros):
     np.testing.assert_array_equal(seen, [*[[np.nan] * 2] * 3, [5, 6]])
 
 
-def test_what_is_not_looked_for_is_told_by_the_controller(ros):
+def test_a_target_that_is_not_looked_for_is_reported_by_the_controller(ros):
     run, names = experiment().run(duration=0.2), ros.controller.scene.coordinate_names
     places = {f"cube.{i}": place for i, place in enumerate(run.pixels.values[0])}
     marks = ros.marks(detections(places | {"cup": (1, 2)}, 5.0))
@@ -133,7 +133,7 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
         other.command([1] * 5, message_types.TRAJECTORY)
 
 
-def test_a_twist_is_that_of_the_body():
+def test_a_twist_agrees_with_the_body():
     ros = rs.control.RosMessages(rs.Controller(experiment("visp_tutorial")))
     each = sent(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
     assert [getattr(each.linear, a) for a in "xyz"] == [1, 2, 3]
@@ -143,7 +143,7 @@ def test_a_twist_is_that_of_the_body():
     assert (each.linear.x, each.angular.z, each.linear.y, each.angular.x) == (0.5, -0.25, 0, 0)
 
 
-def test_what_does_not_fit_is_told_in_a_line(ros):
+def test_an_unsuitable_message_is_reported_in_a_line(ros):
     names = list(ros.controller.scene.coordinate_names)
     for call, words in (
         (lambda: ros.joints(state([np.nan] * 5, names, 2.5)), r"shoulder is nan, at 2.5 s"),
@@ -187,7 +187,7 @@ def test_what_does_not_fit_is_told_in_a_line(ros):
         ros.marks(seen)
 
 
-def test_frames_are_left_out_where_joints_say_where_a_body_is():
+def test_frames_are_left_out_if_joints_have_the_pose_of_a_body():
     ros = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
     moved = frames(("world", "unicycle.body", rs.Pose.at(3, 4, 0, rpy=(0, 0, 1))), t=1.5)
     assert ros.roams and ros.time(moved) == 1.5
@@ -200,7 +200,7 @@ def test_frames_are_left_out_where_joints_say_where_a_body_is():
     assert not rs.control.RosMessages(rs.Controller(experiment())).roams
 
 
-def test_an_april_tag_that_is_there_twice_is_told():
+def test_an_april_tag_that_is_there_twice_is_reported():
     scene = rs.load_scenario(rs.examples.path("visp_tutorial"))
     ros = rs.control.RosMessages(rs.Controller(scene))
     tag = april_tag("tag36h11", 3, np.arange(8).reshape(4, 2))

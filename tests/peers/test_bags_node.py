@@ -73,7 +73,7 @@ def node(monkeypatch):
     return started
 
 
-def test_the_node_of_the_example_commands_what_is_simulated(node):
+def test_the_commands_of_the_example_node_equal_the_simulated_ones(node):
     run = experiment().run(duration=1.0)
     ros, _ = node(
         names=[f"{name}=arm_{name}" for name in run.coordinate.values],
@@ -155,7 +155,7 @@ def test_the_node_waits_for_the_word_to_run(node, tmp_path, monkeypatch):
     assert moved == [False, False, True, True]
 
 
-def test_without_ros_it_says_what_is_needed(monkeypatch):
+def test_without_ros_it_names_the_missing_packages(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "examples")
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(SystemExit, match=r"^needs ROS 2: source /opt/ros/DISTRO/setup.bash"):

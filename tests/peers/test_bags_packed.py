@@ -27,7 +27,7 @@ def test_chunks_of_mcap_that_are_compressed_are_read(content, run, tmp_path):
 
 
 @pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_what_is_compressed_and_damaged_is_told(packed, content, tmp_path, monkeypatch):
+def test_damaged_compressed_data_is_reported(packed, content, tmp_path, monkeypatch):
     path = written(tmp_path / "bag", content, packed=packed)
     monkeypatch.setattr(zstd, "LARGEST", 100)
     monkeypatch.setattr(zstd, "LARGEST_FILE", 1000)
@@ -40,7 +40,7 @@ def test_what_is_compressed_and_damaged_is_told(packed, content, tmp_path, monke
         refused(odd, "cut off|damaged")
 
 
-def test_nothing_is_left_of_what_was_unpacked(content, tmp_path, monkeypatch):
+def test_nothing_is_left_of_the_unpacked_files(content, tmp_path, monkeypatch):
     path = written(tmp_path / "bag", content, packed=CompressionMode.FILE)
     (tmp_path / "scratch").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))

@@ -52,7 +52,7 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("case", CHANGES)
-def test_what_does_not_fit_is_told_in_a_line(case, content, tmp_path):
+def test_an_unsuitable_message_is_reported_in_a_line(case, content, tmp_path):
     topic, change, words = CHANGES[case]
     refused(written(tmp_path / "bag", changed(content, topic, change)), words)
 
@@ -148,7 +148,7 @@ def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
     assert told > 10
 
 
-def test_a_truncated_database_is_told(run, tmp_path):
+def test_a_truncated_database_is_reported(run, tmp_path):
     whole = rs.logs.write_bag(run, tmp_path / "run.db3").read_bytes()
     (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
     refused(tmp_path / "cut.db3", "cut off or damaged")

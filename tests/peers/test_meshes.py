@@ -73,7 +73,7 @@ def test_nothing_outside_of_the_package_is_opened(tmp_path):
     assert drawn(robot) == [] and lack(robot).endswith("outside of its package")
 
 
-def test_scale_and_colour_are_those_of_the_urdf(tmp_path):
+def test_scale_and_colour_agree_with_the_urdf(tmp_path):
     color = '<material name="m"><color rgba="1 0.5 0 1"/></material>'
     robot = urdf(tmp_path, "../meshes/box.stl", scale='scale="2 -1 0.5"', color=color)
     trimesh.creation.box((0.2, 0.2, 0.2)).apply_translation((0.1, 0.1, 0.1)).export(
@@ -160,7 +160,7 @@ def test_files_and_surfaces_that_are_too_large_are_refused(tmp_path, monkeypatch
     mesh_files._parse_mesh_file.cache_clear()
 
 
-def test_without_the_extra_it_is_said_once_for_all_meshes(tmp_path, monkeypatch):
+def test_without_the_extra_it_is_reported_once_for_all_meshes(tmp_path, monkeypatch):
     robot = urdf(tmp_path, "../meshes/ball.stl", more=BOX.replace("collision", "visual"))
     BALL.export(tmp_path / "arm/meshes/ball.stl")
     mesh_files._parse_mesh_file.cache_clear()

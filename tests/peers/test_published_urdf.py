@@ -151,7 +151,7 @@ def test_it_is_read_and_has_the_poses_of_pinocchio_or_it_is_refused(
                 np.testing.assert_allclose(ours, theirs, rtol=0, atol=TOLERANCE)
 
 
-def test_what_moves_weighs_what_pinocchio_says(published, name, pinocchio_reads, some_coordinates):
+def test_moving_links_have_pinocchios_masses(published, name, pinocchio_reads, some_coordinates):
     """Mass, centre and tensor of the whole, if no link has an inertia that no body can have."""
     if name in REFUSED:
         return

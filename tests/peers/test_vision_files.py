@@ -79,7 +79,7 @@ def test_a_file_of_opencv_gives_its_camera(case, version, tmp_path):
 @pytest.mark.parametrize("ending", ["yaml", "yml", "xml"])
 @pytest.mark.parametrize("count", [0, 4, 5, 8])
 @pytest.mark.parametrize("size", [(640, 480), None])
-def test_opencv_reads_what_we_write_to_the_last_digit(ending, count, size, tmp_path):
+def test_opencv_reads_our_files_to_the_last_digit(ending, count, size, tmp_path):
     camera = rs.Camera(K, size, distortion=LENS[:count])
     path = camera.to_file(tmp_path / f"camera.{ending}")
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
@@ -90,7 +90,7 @@ def test_opencv_reads_what_we_write_to_the_last_digit(ending, count, size, tmp_p
     assert rs.Camera.from_file(path) == camera
 
 
-def test_what_we_write_has_all_that_ros_asks_for(tmp_path):
+def test_our_files_have_all_fields_that_ros_requires(tmp_path):
     """As camera_calibration_parsers reads it: plain YAML, where tags do not matter."""
     path = rs.Camera(K, (640, 480), distortion=LENS).to_file(tmp_path / "camera.yaml")
     found = yaml.safe_load(path.read_text().replace("!!opencv-matrix", ""))
@@ -162,7 +162,7 @@ def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
         (CAMCHAIN.replace("1.0, 0.0, -0.11", "2.0, 0.0, -0.11"), "cam1: T_cn_cnm1: "),
     ],
 )
-def test_what_is_no_rig_is_refused(text, reason, tmp_path):
+def test_an_invalid_rig_is_refused(text, reason, tmp_path):
     with pytest.raises(rs.errors.FileError, match=re.escape(reason)):
         rs.MountedCamera.rig_from_file(written(tmp_path, text))
 

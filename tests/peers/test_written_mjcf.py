@@ -84,7 +84,7 @@ def lean(i):
     return rs.Pose.at(0.1 * i, -0.2, 0.3, rpy=(0.4, i, 2.0))
 
 
-def test_mujoco_ties_what_mimics(written, model, some_coordinates):
+def test_mujoco_ties_mimics(written, model, some_coordinates):
     """Where our coordinates are, its equality constraints are kept."""
     for q in some_coordinates(written):
         data = put(model, written, q)

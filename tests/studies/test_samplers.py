@@ -48,7 +48,7 @@ def test_evenly_drawn_numbers_miss_no_cell():
     np.testing.assert_array_equal(two, points[[5, 200], 1])
 
 
-def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
+def test_a_sample_depends_on_seed_name_and_number_alone():
     some = np.array([7, 3, 40])
     whole = drawn(rs.samplers.Normal(0, [1.0, 2.0]), shape=(2,))
     np.testing.assert_array_equal(drawn(rs.samplers.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
@@ -150,7 +150,7 @@ def test_anywhere_is_within_the_limits():
     assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
 
 
-def test_what_is_given_comes_in_turn_and_together():
+def test_given_values_come_in_turn_and_together():
     """Rows of two names belong together, whichever runs are looked at, and from a text too."""
     rows = np.arange(6.0).reshape(3, 2)
     np.testing.assert_array_equal(

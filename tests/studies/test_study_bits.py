@@ -87,7 +87,7 @@ main()
 """
 
 
-def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatch):
+def test_a_full_disk_keeps_the_finished_part(noisy, how, wanted, tmp_path, monkeypatch):
     write = atomic_files._write_synced
 
     def full(path, content):
@@ -119,7 +119,7 @@ def test_a_study_that_was_killed_goes_on_to_the_same_bits(noisy, how, wanted, tm
     assert not list((tmp_path / "out").glob(".robsim-*"))  # nor of its draft
 
 
-def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
+def test_trajectories_agree_with_the_runs(noisy, how, tmp_path):
     some = rs.study(noisy, 4, store=tmp_path, trajectories=10, chunk=5, **how)
     ways = some.trajectories()
     for number in (0, 11):
@@ -132,7 +132,7 @@ def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
         assert ways.time.values.tolist() == pytest.approx([0.4 * i for i in range(11)])
 
 
-def test_a_worker_is_told_all_it_needs(noisy, how):
+def test_a_worker_receives_everything_it_needs(noisy, how):
     plan = rs.study(noisy, 12, **how).plan
     work = pickle.dumps(plan)
     there, here = (

@@ -92,7 +92,7 @@ def test_dots_can_have_the_colours_of_a_number_or_of_a_choice():
     }
 
 
-def test_of_very_many_runs_a_fair_sample_is_drawn_and_that_is_told():
+def test_of_very_many_runs_a_fair_sample_is_drawn_and_that_is_reported():
     many = pd.concat([TABLE] * 150, ignore_index=True)
     axes = plot.study(many, "start_x", "start_y").axes[0]
     assert len(dots(axes)[1].get_offsets()) == 100_000
@@ -246,6 +246,6 @@ def test_a_figure_is_drawn_into_the_axes_of_the_user(draw):
         (lambda t: plot.study_sensitivity(5), "expected a study or its table"),
     ],
 )
-def test_what_cannot_be_drawn_is_told(draw, message):
+def test_a_figure_that_cannot_be_drawn_is_reported(draw, message):
     with pytest.raises(rs.errors.InputError, match=message):
         draw(TABLE)

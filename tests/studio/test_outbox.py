@@ -40,7 +40,7 @@ def test_an_outbox_counts_bytes_and_lets_one_frame_of_any_size_pass():
     assert box.take() is None and box.start_anew()
 
 
-def test_frames_are_those_of_the_protocol():
+def test_frames_agree_with_the_protocol():
     assert (
         encode_websocket_frame("é") == b"\x81\x02\xc3\xa9"
         and encode_websocket_frame(b"\0") == b"\x82\x01\0"
@@ -62,7 +62,7 @@ def test_a_page_that_falls_behind_comes_to_the_present_when_it_reads_again(serve
             pass
 
 
-def test_what_a_slow_page_reads_is_not_old(server, browser):
+def test_messages_that_a_slow_page_reads_are_not_old(server, browser):
     """After a frame that has begun, only the buffer of the system comes before the present."""
     with browser.connected() as slow, browser.page() as other:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
@@ -76,7 +76,7 @@ def test_what_a_slow_page_reads_is_not_old(server, browser):
     assert len(read) < 1_200_000
 
 
-def test_who_broadcasts_waits_for_nobody_even_where_the_app_does(server, browser, app, monkeypatch):
+def test_a_broadcast_waits_for_nobody_even_if_the_app_does(server, browser, app, monkeypatch):
     begun, held, waited = threading.Event(), threading.Event(), []
     app.receive = lambda message: begun.set() or waited.append(held.wait(20))
     with browser.page() as page:

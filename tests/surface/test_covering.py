@@ -40,7 +40,7 @@ class Item:
         self.marks.append(mark.name)
 
 
-def test_each_test_is_thinned_by_itself_and_only_where_it_asks_for_it():
+def test_each_test_is_thinned_by_itself_and_only_on_request():
     pairs = pytest.mark.covering(2).mark
     whole = list(product("ab", "xy", "uv"))
     items = [

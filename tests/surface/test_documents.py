@@ -46,7 +46,7 @@ def test_the_tests_that_hold_the_promises_exist():
         assert not test or f"def {test}(" in (ROOT / path).read_text(), test
 
 
-def test_the_written_pages_say_what_the_code_says():
+def test_the_written_pages_agree_with_the_code():
     """In a process of its own, without the kinds that tests register."""
     check = [sys.executable, ROOT / "docs/build.py", "--check"]
     done = subprocess.run(check, check=False, capture_output=True, text=True)
@@ -151,7 +151,7 @@ def test_the_readme_shows_the_quickstart_example():
     assert example.split('"""', 2)[2].strip() == shown.strip()
 
 
-def test_the_seven_steps_are_those_of_the_example():
+def test_the_seven_steps_agree_with_the_example():
     shown = "\n".join(blocks(ROOT / "docs" / "seven_steps.md"))
     example = (ROOT / "examples" / "seven_steps.py").read_text(encoding="utf-8")
     lines = [line for line in example.split('"""', 2)[2].splitlines() if line]

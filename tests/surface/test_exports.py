@@ -168,7 +168,7 @@ def test_a_member_that_users_rely_on_is_there(name):
     assert all(hasattr(getattr(rs, name), member) for member in MEMBERS[name].split())
 
 
-def test_the_defaults_of_a_run_are_those_of_the_documentation():
+def test_the_defaults_of_a_run_agree_with_the_documentation():
     given = inspect.signature(rs.simulate).parameters
     defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "sensing")}
     assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "sensing": None}
@@ -209,7 +209,7 @@ def test_the_command_line_has_its_commands_with_a_sentence_each():
         assert command.help and command.help.split("\n")[0].endswith(".")
 
 
-def test_the_version_is_that_of_the_package():
+def test_the_version_agrees_with_the_package():
     assert importlib.metadata.version("robsim") == rs.__version__
 
 

@@ -68,7 +68,7 @@ def written(run, path, **how):
         *(pytest.param(*each, marks=pytest.mark.full) for each in [(8, 2, 5), (3, 1, 4)]),
     ],
 )
-def test_frames_are_as_many_as_rate_and_speed_say(arm, tmp_path, fps, speed, frames):
+def test_the_number_of_frames_follows_from_rate_and_speed(arm, tmp_path, fps, speed, frames):
     pictures, spans = written(arm, tmp_path / "run.gif", fps=fps, speed=speed)
     assert len(pictures) == frames
     assert sum(spans) == 10 * round(100 * (frames / fps + PAUSE))
@@ -101,7 +101,7 @@ def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
 
 
 @pytest.mark.full
-def test_what_is_after_the_end_of_a_run_is_not_filmed():
+def test_the_time_after_the_end_of_a_run_is_not_filmed():
     run = example("visp_tutorial").run()
     assert np.isnan(run.error_norm.values[-1])
     footage = build_film_source(run)
@@ -178,7 +178,7 @@ def test_curves_are_drawn_until_now(arm):
     assert [now, now] in [list(line.get_xdata()) for line in v.get_lines()]
 
 
-def test_where_the_camera_stands_still_the_velocity_is_that_of_the_target():
+def test_with_a_camera_at_rest_the_velocity_agrees_with_the_target():
     screen = screen_of(example("eye_to_hand", duration=0.4).run())
     assert screen.figure.axes[2].get_ylabel().startswith("v of puma560.flange")
 
@@ -282,7 +282,7 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
         assert np.abs(picture - screen[min(k, len(screen) - 1)][..., :3]).mean() < 3
 
 
-def test_folders_are_made_and_shares_told(short, tmp_path):
+def test_folders_are_made_and_progress_reported(short, tmp_path):
     shares = []
     path = rs.plot.save_film(
         short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append
@@ -290,7 +290,7 @@ def test_folders_are_made_and_shares_told(short, tmp_path):
     assert path.stat().st_size > 1000 and shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
 
-def test_a_stop_leaves_what_was_there(short, tmp_path):
+def test_a_stop_keeps_the_old_file(short, tmp_path):
     def stop(share):
         if share > 0.3:
             raise KeyboardInterrupt
@@ -322,7 +322,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("how", "message"), BAD.values(), ids=BAD)
-def test_what_cannot_be_filmed_so_is_refused_at_once(short, tmp_path, how, message):
+def test_a_film_that_is_impossible_is_refused_at_once(short, tmp_path, how, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.plot.save_film(short, tmp_path / "run.gif", **how)
     assert not list(tmp_path.iterdir())
@@ -392,7 +392,7 @@ def test_run_writes_a_page_and_a_film_beside_the_rest(called, monkeypatch, tmp_p
     assert sorted(path.name for path in Path("out").iterdir()) == ["run.nc", "scenario.toml"]
 
 
-def test_what_cannot_be_shown_in_motion_is_refused_before_it_is_simulated(called, tmp_path):
+def test_a_film_that_is_impossible_is_refused_before_it_is_simulated(called, tmp_path):
     where = tmp_path / "out"
     command = ["run", str(rs.examples.path("visp_tutorial")), "-o", str(where)]
     status, _, err = called(*command, "--gif", "--set", "run.record=summary")

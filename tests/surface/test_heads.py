@@ -28,7 +28,7 @@ def of_options(arguments, option):
 
 
 @pytest.mark.parametrize("name", rs.examples.names())
-def test_its_first_paragraph_is_short_and_says_what_to_watch(name):
+def test_its_first_paragraph_is_short_and_names_an_effect_to_watch(name):
     first, lines = head(name)
     assert len(first) <= MOST and "Watch " in first
     assert len(SENTENCE.findall(first)) in (2, 3)

@@ -12,7 +12,7 @@ import robsim
 from robsim.declare import families, family
 
 
-def test_the_files_of_a_family_say_which_kinds_it_has():
+def test_the_files_of_a_family_list_its_kinds():
     for module in pkgutil.walk_packages(robsim.__path__, "robsim."):
         import_module(module.name)
     for noun, each in families().items():

@@ -42,7 +42,7 @@ STEPS = {  # in the order of their dependence, so that none hides behind another
 }
 
 
-def test_what_is_heavy_is_loaded_only_by_what_needs_it():
+def test_heavy_modules_are_loaded_only_on_demand():
     (before,) = loaded_by("import numba")  # which looks for SciPy
     for (step, allowed), loaded in zip(STEPS.items(), loaded_by(*STEPS), strict=True):
         assert "robsim" in loaded

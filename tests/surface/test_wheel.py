@@ -129,7 +129,7 @@ def test_truncated_files_are_compiled_anew(installed):
     assert {name.partition(".")[0] for name in compiled} == {"outcome_rules"}
 
 
-def test_a_wheel_of_other_sources_or_versions_is_told_in_one_line(installed):
+def test_a_wheel_of_other_sources_or_versions_is_reported_in_one_line(installed):
     made_with = installed / "kernels/_prebuilt/versions.txt"
     versions, kernels = made_with.read_text().splitlines()
     edited = installed / "kernels" / FILE_OF_ONE
