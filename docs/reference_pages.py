@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator
 from enum import Enum
-from functools import partial
+from functools import cache, partial
 from textwrap import dedent
 from types import ModuleType
 from typing import Any
@@ -21,6 +21,7 @@ SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
 MEMBERS = property | classmethod | staticmethod
 
 
+@cache
 def list_public_names() -> dict[str, list[str]]:
     """Return the public names by module, `robsim` first."""
     modules = [name for name in dir(rs) if isinstance(getattr(rs, name), ModuleType)]
@@ -95,6 +96,8 @@ def write_entry(value: Any, name: str) -> Iterator[str]:
     yield from ("", "```text", format_signature(value, name), "```", "")
     yield render_doc(inspect.getdoc(value) or "")
     if inspect.isclass(value):
+        for base, module in list_public_bases(value).items():
+            yield from ("", f"Has the members of [`{base}`]({module}.md#{base.lower()}), too.")
         for member, found in list_members(value):
             kind = found.fget if isinstance(found, property) else found
             yield from ("", f"### `{name}.{member}`", "")
@@ -104,11 +107,20 @@ def write_entry(value: Any, name: str) -> Iterator[str]:
             yield render_doc(inspect.getdoc(getattr(kind, "__func__", kind)) or "")
 
 
+def list_public_bases(kind: type[Any]) -> dict[str, str]:
+    """Return the public base classes of a class, each with the module that has its entry."""
+    modules = {n: m for m, names in reversed(list_public_names().items()) for n in names}
+    names = [base.__name__ for base in kind.__mro__[1:] if any(n[0] != "_" for n in vars(base))]
+    return {name: modules[name] for name in names if name in modules}
+
+
 def list_members(kind: type[Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the public methods and properties of a class, those of its bases included."""
+    """Yield the public methods and properties of a class and of its bases without an entry."""
     found: dict[str, Any] = {}
+    public = set(list_public_bases(kind))
     for owner in reversed(kind.__mro__):
-        if owner.__module__.startswith("robsim") and owner.__module__ != "robsim.base.value":
+        own = owner.__module__.startswith("robsim") and owner.__module__ != "robsim.base.value"
+        if own and owner.__name__ not in public:
             found |= {n: v for n, v in vars(owner).items() if not n.startswith("_")}
     for name, value in found.items():
         cached = type(value).__name__ == "cached_property"
@@ -189,8 +201,9 @@ def render_section(title: str, body: str) -> str:
         if line and not line.startswith(" "):
             name, _, kind = line.partition(" : ")
             items.append(f"- `{name}`" + (f" : {kind}" if kind else ""))
-        elif line.strip():
-            items[-1:] = [f"{items[-1]}{' ' if items else ''}{line.strip()}"] if items else [line]
+        elif line.strip() and items:  # a type goes on with an indent of two, the meaning has four
+            new = line.startswith("    ") and "\n" not in items[-1]
+            items[-1] += ("  \n  " if new else " ") + line.strip()
     text = "\n".join(items)
     return text + (f"\n\n{render_prose(examples)}" if examples else "")
 

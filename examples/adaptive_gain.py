@@ -1,4 +1,4 @@
-"""Kermorgant and Chaumette 2014: a gain that grows as the error decreases, and a constant gain."""
+"""Compare an adaptive gain (Kermorgant and Chaumette 2014) with a constant gain."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -15,7 +15,7 @@ truth = bench.scene
 
 
 def calibrated(q, seed):
-    """Return the calibration from views at some coordinates."""
+    """Return the calibration from simulated views at the coordinates q."""
     return rs.calibrate(rs.calibration.simulate_views(bench, q, seed=seed), ALSO)
 
 

@@ -1,4 +1,4 @@
-"""A wrong camera does not move the end for a shown goal, but does for a computed goal."""
+"""A wrong camera model moves the final pose for a computed goal, but not for a shown goal."""
 
 import matplotlib.pyplot as plt
 import numpy as np

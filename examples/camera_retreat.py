@@ -1,4 +1,4 @@
-"""Chaumette 1998: a pure rotation about the optical axis under three interaction matrices."""
+"""Simulate a roll of the camera under three interaction matrices (Chaumette 1998)."""
 
 import matplotlib.pyplot as plt
 import numpy as np

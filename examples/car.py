@@ -1,4 +1,4 @@
-"""A car drives up to a sign, limited by its steering: one gain for both errors, or two."""
+"""A car drives up to a sign within its steering limit, with one gain for both errors or two."""
 
 import matplotlib.pyplot as plt
 import numpy as np

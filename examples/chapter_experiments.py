@@ -1,4 +1,4 @@
-"""The chapter's two experiments: image-based servoing (6.1), and placing with two cameras (6.2)."""
+"""Run the chapter's experiments: image-based servoing (6.1), and placing with two cameras (6.2)."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""The convergence domain of four points: starts from which image-based servoing is trapped."""
+"""Find the starts from which image-based servoing of four points is trapped."""
 
 import matplotlib.pyplot as plt
 

@@ -1,4 +1,4 @@
-"""Depths that are all wrong by one factor a: the translation converges at a times the gain."""
+"""Depths that are all wrong by one factor a: the translation converges with a times the gain."""
 
 import matplotlib.pyplot as plt
 import numpy as np

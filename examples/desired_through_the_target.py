@@ -14,7 +14,7 @@ scenario = rs.load_scenario(rs.examples.path("desired_through_the_target"))
 
 
 def depths(degrees, dt):
-    """Return the depths (start, time) of the camera from some rolls about the optical axis."""
+    """Return the depths (start, time) of the camera for starts with a roll of `degrees`."""
     turns = [rs.Pose.at(0, 0, -1, rpy=(0, 0, angle)) for angle in np.radians(degrees)]
     starts = np.array([turn.q for turn in turns])
     run = rs.simulate(scenario.scene, scenario.task, starts, dt=dt, duration=3, hold=True)

@@ -25,7 +25,7 @@ FIRST = 1  # number of the first command, which answers no state
 
 
 class Driver:
-    """A controller that answers packets, and a record of its commands, state by state."""
+    """A controller that answers packets of the robot, and records its commands."""
 
     def __init__(self, controller):
         self.controller, self.image, self.state, self.last = controller, None, None, None
@@ -76,7 +76,7 @@ class Driver:
 
 
 def drive(link, driver, duration):
-    """Answer states until the controller has converged or the duration is over."""
+    """Answer the states of the robot until the controller has converged or the time is over."""
     link.send(packets.pack(packets.Command(FIRST, 0.0, REST)))
     try:
         while select.select([link], [], [], SILENCE)[0]:
@@ -94,7 +94,7 @@ def drive(link, driver, duration):
 
 
 def driven(experiment):
-    """Start a robot, drive it, and end its process in any case."""
+    """Start the process of a robot, drive the robot, and always end the process."""
     driver = Driver(rs.Controller(experiment))
     robot = subprocess.Popen(
         [sys.executable, "-m", "udp_robot.robot"], cwd=HERE, stdout=subprocess.PIPE, text=True

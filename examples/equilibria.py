@@ -1,4 +1,4 @@
-"""The equilibria of image-based servoing, and the starts that end in its trap (L current)."""
+"""Find the equilibria of image-based servoing, and the starts that it traps (L current)."""
 
 import matplotlib.pyplot as plt
 import numpy as np

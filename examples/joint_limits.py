@@ -1,4 +1,4 @@
-"""Marey and Chaumette 2010: a joint limit is avoided with six joints and a task of rank six."""
+"""Avoid a joint limit with six joints and a task of rank six (Marey and Chaumette 2010)."""
 
 import matplotlib.pyplot as plt
 

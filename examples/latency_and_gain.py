@@ -10,7 +10,7 @@ DT = 0.04  # seconds, as in the scenario
 
 
 def looking_late(periods, gain_dt, *changes):
-    """Run with images that are some periods old, at a value of gain times dt."""
+    """Run the scenario with images that are `periods` control periods old, at a gain times dt."""
     changes = [f"sensing.latency={1000 * DT * periods} ms", f"task.gain={gain_dt / DT}", *changes]
     return rs.load_scenario(rs.examples.path("latency_and_gain"), changes).run()
 

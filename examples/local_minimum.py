@@ -1,4 +1,4 @@
-"""A local minimum of image-based servoing: two views differ by a pixel, from half a metre apart."""
+"""A local minimum: a pixel from the goal in the image, half a metre in space."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""The error that a pixel of noise leaves at rest, as a function of the gain."""
+"""The error that a pixel of noise leaves when the camera is at rest, for several gains."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""The chapter's section 6.1 in Python: a Rhino XR-4 servoing on a cube."""
+"""Run the chapter's section 6.1: a Rhino XR-4 servoing on a cube."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Five methods that turn the camera about its axis without a retreat, and their costs."""
+"""Five schemes that turn the camera about its axis without a retreat, and their costs."""
 
 import matplotlib.pyplot as plt
 import numpy as np

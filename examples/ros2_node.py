@@ -43,7 +43,7 @@ QUEUE = 1  # queue length of commands: only the latest command is useful
 
 
 def pairs(texts):
-    """Return the keys and values of texts "KEY=VALUE"."""
+    """Return the dictionary of texts "KEY=VALUE"."""
     return dict(text.split("=", 1) for text in texts if text)
 
 
@@ -104,7 +104,7 @@ class Servo:
             self.node.get_logger().warning(str(error))
 
     def on_run(self, message):
-        """Store the permission to move, or its withdrawal."""
+        """Store the message that permits or forbids motion."""
         self.released = time.monotonic() if message.data else -HOLDS
 
     def on_joints(self, message):
@@ -116,7 +116,7 @@ class Servo:
         self._on(self.ros.frames, message)
 
     def on_still(self, message):
-        """Store static frames."""
+        """Store the transforms of static frames."""
         self._on(lambda each: self.ros.frames(each, still=True), message)
 
     def _on(self, read, message):

@@ -1,4 +1,4 @@
-"""Seven schemes from one start, with the measures of Gans, Hutchinson and Corke 2003 in spirit."""
+"""Compare seven schemes from one start by the measures of Gans, Hutchinson and Corke 2003."""
 
 import robsim as rs
 

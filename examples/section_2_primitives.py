@@ -1,4 +1,4 @@
-"""Sections 2 and 3 of the chapter: its ten functions, in centimetres."""
+"""Sections 2 and 3 of the chapter: use its ten functions, in centimetres."""
 
 import matplotlib.pyplot as plt
 import numpy as np

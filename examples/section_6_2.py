@@ -73,7 +73,7 @@ def place(scene, variant):
 
 
 def report(scene, variant, run):
-    """Print a line of the table: outcome, path length of mark a, remaining angle, tool rotation."""
+    """Print a table row: outcome, path length of mark a, remaining angle, rotation of the tool."""
     lived = run.dropna("time")
     twist = scene.robot().jacobian(lived.q.values) @ lived.qd.values[..., None]
     at_end = rs.Pose(scene.pose("cube", run.q_end.values).matrix)

@@ -10,13 +10,13 @@ DT = 0.04  # seconds, as in the scenario
 
 
 def servo(periods, gain_dt, *changes):
-    """Return the scenario with a camera of some periods, at a value of gain times dt."""
+    """Return the scenario with an image every `periods` control periods, at a gain times dt."""
     changes = [f"sensing.period={1000 * DT * periods} ms", f"task.gain={gain_dt / DT}", *changes]
     return rs.load_scenario(rs.examples.path("slow_camera"), changes)
 
 
 def root_mean_square(gain_dt, lost, steps):
-    """Return the rms error of many runs, 1 at the start, by the mean of (e, e seen)(e, e seen)'."""
+    """Return the rms error of many runs over time, as the second moment of (error, seen error)."""
     arrived = np.array([[1 - gain_dt, 0], [1, 0]])
     kept = np.array([[1, -gain_dt], [0, 1]])
     squares, values = np.ones((2, 2)), [1.0]

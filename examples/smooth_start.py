@@ -1,4 +1,4 @@
-"""Mansard and Chaumette 2007: a command that grows from zero, and its cost in time."""
+"""A command that grows from zero, and the time that it costs (Mansard and Chaumette 2007)."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""Under L current the marks move straight in the image: three exactly, four nearly."""
+"""Under L current, three marks move exactly straight in the image, and four marks nearly."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -8,7 +8,7 @@ from robsim.plot import palette
 
 
 def off_the_chord(run):
-    """Return paths (time, mark, axis) in the image, and distances from the chord / its length."""
+    """Return image paths (time, mark, axis), and their distances from the chord over its length."""
     way = run.pixels.dropna("time", how="all").values
     chord = way[-1] - way[0]
     x, y = np.moveaxis(way - way[0], -1, 0)

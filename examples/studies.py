@@ -1,4 +1,4 @@
-"""Two studies: schemes compared over the rotation at the start, and the effect of wrong numbers."""
+"""Run two studies: schemes over the rotation at the start, and the effect of wrong numbers."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The path length of the camera under three laws, for ten thousand starts around the goal."""
+"""Compare the path of the camera under three laws, from ten thousand starts."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A square seen from the side at the goal: L current is trapped at the mirror image."""
+"""A goal view from the side of a square: L current is trapped at its mirror image."""
 
 import matplotlib.pyplot as plt
 

@@ -1,4 +1,4 @@
-"""Depth errors of a few percent that differ between marks make the goal unstable."""
+"""Depth errors of a few percent that differ between the marks make the goal unstable."""
 
 import matplotlib.pyplot as plt
 import numpy as np

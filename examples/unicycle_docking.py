@@ -1,4 +1,4 @@
-"""A unicycle from several starts: the docking law, and a law that ignores the wheels."""
+"""Dock a unicycle from several starts, by the docking law and by a law that ignores its wheels."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""Wrong link lengths, joint offsets and hand-eye pose: the same end, mostly on a longer path."""
+"""Wrong link lengths, joint offsets and camera mount: the same final pose, on another path."""
 
 from dataclasses import replace
 

@@ -53,11 +53,11 @@ def gaps(pixels, *places):
         (lambda v: {"pixels": np.inf * v.pixels}, "pixels: inf at index (0, 0, 0)"),
         (
             lambda v: {"pixels": gaps(v.pixels, (4, slice(3, None)))},
-            "pixels: 3 marks seen in view 4; a view takes 4 or more: leave it out",
+            "pixels: 3 marks seen in view 4; a view needs 4 or more: leave it out",
         ),
         (
             lambda v: {"pixels": gaps(v.pixels, (2, 7, 1))},
-            "pixels: mark 7 of view 2 has one coordinate only; NaN stands for both",
+            "pixels: mark 7 of view 2 has one coordinate only; both coordinates of a",
         ),
         (
             lambda v: {"scene": on_the_hand(v.scene)},
@@ -91,20 +91,20 @@ def on_the_hand(scene):
         ),
         (
             lambda v: rs.calibrate(alike(v)),
-            "views: the arm hardly turns from one to another: they are all alike",
+            "views: the arm hardly rotates between views; the mount needs rotations about two",
         ),
-        (lambda v: rs.calibrate(about_one_axis(v)), "views: the arm turns about one axis only"),
+        (lambda v: rs.calibrate(about_one_axis(v)), "views: the arm rotates about one axis only"),
         (
             lambda v: rs.calibrate(without_lens(v), ["distortion"]),
-            "also: distortion: the camera has no coefficients; give it those to begin with",
+            "also: distortion: the camera has no coefficients; give the camera initial values",
         ),
         (
             lambda v: rs.calibrate(seeing(v, [0, 6, 28, 34]), ["focal", *LENS_KEYS, *JOINTS]),
-            "views: 24 pixel coordinates do not determine 24 numbers: take more",
+            "views: 24 pixel coordinates do not determine 24 parameters: take more views",
         ),
         (
             lambda v: rs.calibrate(seeing(v, [0, 1, 2, 3])),
-            "pixels: marks seen in view 0: marks: a pose takes three that are not on one line",
+            "marks seen in view 0: marks: a pose needs three marks that are not on one line",
         ),
         (
             lambda v: rs.calibrate(replace(v, pixels=0 * v.pixels)),
@@ -169,13 +169,13 @@ def seeing(views, marks):
         ),
         (
             lambda b, q: rs.calibration.sample_viewpoints(b, 6, q),
-            "start: expected a sampler such as rs.LookAt(",
+            "start: expected a sampler of configurations such as rs.starts.LookAt(",
         ),
         (
             lambda b, q: rs.calibration.sample_viewpoints(
                 b, 2, rs.starts.LookAt("board", distance=(0.01, 0.02))
             ),
-            "viewpoints: none of 2 sees the whole target: widen start",
+            "viewpoints: none of 2 samples sees the whole target: widen start",
         ),
     ],
 )
@@ -212,10 +212,15 @@ def test_the_arguments_of_a_calibration_are_checked(bench, views, q):
 @pytest.mark.parametrize(
     ("A", "B", "method", "reason"),
     [
-        (np.eye(4), np.eye(4), "park_martin", "poses: expected as many of the mount as of the"),
+        (np.eye(4), np.eye(4), "park_martin", "expected as many poses of the robot as of the"),
         (np.tile(np.eye(4), (2, 1, 1)), np.tile(np.eye(4), (2, 1, 1)), "daniilidis", "3 views or"),
         (np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (4, 1, 1)), "daniilidis", "got (3, 4,"),
-        (np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)), "tsai_lenz", "all alike"),
+        (
+            np.tile(np.eye(4), (3, 1, 1)),
+            np.tile(np.eye(4), (3, 1, 1)),
+            "tsai_lenz",
+            "hardly rotates",
+        ),
         (3, np.eye(4), "tsai_lenz", "pose: expected"),
         (np.eye(4), np.eye(4), "horaud", "no method 'horaud'; methods: tsai_lenz, park_martin"),
     ],
@@ -243,7 +248,7 @@ TILTED = seen_from((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.2))
         (BOARD, TILTED[:2], {}, "pixels: expected 3 views or more, (V, N, 2), got 2"),
         (BOARD, TILTED[0], {}, "pixels: expected 3 views or more, (V, N, 2), got 1"),
         (BOARD, TILTED[:, :5], {}, "pixels: expected shape (..., 12, 2), got (3, 5, 2)"),
-        (BOARD, gaps(TILTED, np.s_[1, 3:]), {}, "pixels: 3 marks seen in view 1; a lens takes 4"),
+        (BOARD, gaps(TILTED, np.s_[1, 3:]), {}, "pixels: 3 marks seen in view 1; a view needs 4"),
         (BOARD, TILTED, {"coefficients": 3}, "coefficients: expected 0, 4, 5 or 8, got 3"),
         (BOARD, TILTED, {"guess": 800}, "guess: expected a Camera, got 800"),
         (BOARD, TILTED, {"size": (640, 0)}, "size must be a whole number from 1 to 1000000"),
@@ -251,14 +256,14 @@ TILTED = seen_from((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.2))
             np.array(BOARD) + [[0, 0, 0.01 * (i % 3)] for i in range(12)],
             TILTED,
             {},
-            "target: its marks are in no plane: give a camera to begin with, guess=",
+            "target: its marks are not in a plane: give a first estimate, guess=",
         ),
         (
             BOARD,
             seen_from((0, 0, 0), (0, 0, 0.3), (0.01, 0, -0.5)),
             {},
-            "views: the planes of all 3 are parallel within 5 degrees, which leaves the "
-            "focal length open: tilt the target by 20 degrees or more",
+            "views: the planes of all 3 are parallel within 5 degrees, so the "
+            "focal length is undetermined: tilt the target by 20 degrees or more",
         ),
         (BOARD, gaps(TILTED, np.s_[2, 4:]), {}, "pixels: the marks of view 2 are on a line"),
     ],
@@ -270,9 +275,7 @@ def test_a_lens_is_not_calibrated(target, pixels, more, reason):
 
 def test_a_lens_without_opencv_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(
-        rs.errors.InputError, match=r"a lens needs OpenCV: pip install 'robsim\[vision\]'"
-    ):
+    with pytest.raises(rs.errors.InputError, match=r"a lens calibration needs OpenCV: pip"):
         rs.calibration.calibrate_lens(
             BOARD, seen_from((0, 0, 0), (0.4, 0, 0), (0, 0.4, 0.2)), (640, 480)
         )

@@ -19,7 +19,7 @@ FILES = {
     "": "empty; expected a calibration of OpenCV, ROS, Kalibr or COLMAP",
     "\n \n": "empty; expected a calibration",
     "<opencv_storage><K": ":1: not valid XML: ",
-    "<calibration/>": ":1: <calibration>: expected <opencv_storage>, as of OpenCV",
+    "<calibration/>": ":1: <calibration>: expected <opencv_storage>, the root of OpenCV",
     "<!DOCTYPE a [<!ENTITY b 'c'>]><opencv_storage/>": "a DOCTYPE is not allowed",
     xml(
         "<fps>30</fps>"
@@ -28,9 +28,9 @@ FILES = {
     xml("<K>text</K>"): "K: expected a matrix, got 'text'",
     xml(MATRIX + MATRIX): "'K' occurs twice",
     xml(MATRIX + MATRIX.replace("K ", "mtx ").replace("/K", "/mtx")): "K and mtx are the same",
-    xml(MATRIX.replace("<rows>3", "<rows>2")): "K: 2.0 rows and 3.0 columns do not hold its 9 num",
+    xml(MATRIX.replace("<rows>3", "<rows>2")): "K: 2.0 rows and 3.0 columns, but 9 num",
     xml(MATRIX.replace("<rows>3</rows>", "")): "K: a matrix has rows, cols and data; rows is miss",
-    xml(MATRIX.replace("240 0 0 1", "240")): "K: 3.0 rows and 3.0 columns do not hold its 6 numb",
+    xml(MATRIX.replace("240 0 0 1", "240")): "K: 3.0 rows and 3.0 columns, but 6 numb",
     xml(MATRIX.replace("240", ".Nan")): "K.data: nan at index (5,); every number must be finite",
     xml(MATRIX.replace("240", "wide")): "K.data: expected a number, got",
     xml(MATRIX.replace("500", "0", 1)): "K: focal lengths must be above zero",
@@ -40,11 +40,11 @@ FILES = {
     xml(MATRIX + "<distortion_model>equidistant</distortion_model>"): "distortion_model 'equidist",
     xml(MATRIX + MATRIX.replace("K ", "D ").replace("/K", "/D")): "distortion: expected 0, 4 (k1",
     "1 PINHOLE 640 480 500 500 320\n": ":1: PINHOLE has 4 parameters, got 3",
-    "1 PINHOLE 640 480 500 500 320 nan\n": ":1: 'nan' is no finite number",
-    "1 PINHOLE 640 480 500 500 320 1e999999999\n": ":1: '1e999999999' is no finite number",
-    "1 PINHOLE 640 480 500 500 320 wide\n": ":1: 'wide' is no finite number",
+    "1 PINHOLE 640 480 500 500 320 nan\n": ":1: 'nan' is not a finite number",
+    "1 PINHOLE 640 480 500 500 320 1e999999999\n": ":1: '1e999999999' is not a finite number",
+    "1 PINHOLE 640 480 500 500 320 wide\n": ":1: 'wide' is not a finite number",
     "1 PINHOLE 0 480 500 500 320 240\n": ":1: image size must be a whole number from 1 to",
-    "1 OPENCV_FISHEYE 640 480 500 500 320 240 0 0 0 0\n": ":1: 'OPENCV_FISHEYE' is not modelled",
+    "1 OPENCV_FISHEYE 640 480 500 500 320 240 0 0 0 0\n": ":1: 'OPENCV_FISHEYE' is not supported",
     "1 PINHOLE 640 480 500 500 320 240\nand 2 more\n": ":2: ",
     "1 PINHOLE 640 480 5 5 3 2\n1 PINHOLE 640 480 5 5 3 2\n": ":2: camera '1' occurs twice",
 }
@@ -91,9 +91,9 @@ def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
         ({"k": "K"}, "camera_info: k: expected a number"),
         ({"k": None}, "camera_info: k is missing; keys: "),
         ({"d": [0.1, 0.2, 0.3]}, "camera_info: distortion: expected 0, 4"),
-        ({"distortion_model": "equidistant"}, "'equidistant' is not modelled: expected a persp"),
+        ({"distortion_model": "equidistant"}, "'equidistant' is not supported: expected a persp"),
         ({"width": 0}, "camera_info: image size must be"),
-        ({"roi": {"x_offset": 600, "width": 100, "height": 1}}, "leave an image of 640 x 480"),
+        ({"roi": {"x_offset": 600, "width": 100, "height": 1}}, "exceed the image of 640 x 480"),
         ({"binning_x": -1}, "camera_info: binning must be a whole number from 1 on"),
     ],
 )
@@ -105,7 +105,7 @@ def test_a_wrong_message_is_refused(change, reason):
 @pytest.mark.parametrize("message", [None, 3, "camera", [1, 2]])
 def test_an_invalid_message_is_refused(message):
     with pytest.raises(
-        rs.errors.InputError, match="expected a message CameraInfo or a dict of it, got"
+        rs.errors.InputError, match="expected a CameraInfo message or a dict of its fields, got"
     ):
         rs.Camera.from_ros(message)
 
@@ -117,7 +117,7 @@ def test_a_rectified_camera_needs_p():
 
 def test_parameters_that_other_programs_would_leave_out_are_not_written(tmp_path):
     skewed = rs.Camera([[500, 2, 320], [0, 500, 240], [0, 0, 1]], (640, 480))
-    with pytest.raises(rs.errors.FileError, match="a skew of 2 px, which other programs leave out"):
+    with pytest.raises(rs.errors.FileError, match="2 px, which calibration files cannot store"):
         skewed.to_file(tmp_path / "a.yaml")
     endless = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
     with pytest.raises(rs.errors.FileError, match="COLMAP needs the size of the image"):
@@ -136,7 +136,7 @@ def test_parameters_that_other_programs_would_leave_out_are_not_written(tmp_path
         (lambda c: c.resized(0, 10), "size must be a whole number from 1 to 1000000"),
         (lambda c: c.resized(32.5, 24), "size must be a whole number from 1 to 1000000"),
         (lambda c: c.cropped(-1, 0, 10, 10), "left must be a whole number from 0 on"),
-        (lambda c: c.cropped(10, 0, 640, 480), "640 x 480 pixels from (10, 0) on leave an image"),
+        (lambda c: c.cropped(10, 0, 640, 480), "640 x 480 pixels from (10, 0) on exceed the image"),
         (lambda c: rs.Camera(c.K).resized(3, 2), "a camera without a size cannot be resized"),
         (lambda c: rs.Camera(c.K).cropped(0, 0, 3, 2), "a camera without a size cannot be cropped"),
     ],

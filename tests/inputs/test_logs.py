@@ -46,18 +46,18 @@ TABLES = {
     "no number": (lambda t: put(t, 5, "q[tool]", "x"), r"column q\[tool\]: could not convert"),
     "infinite": (lambda t: put(t, 5, "q[tool]", np.inf), r"column q\[tool\]: inf in row 5"),
     "a joint lacks": (
-        lambda t: put(t, 5, "q[tool]", np.nan), r"column q\[tool\]: empty in row 5, where others",
+        lambda t: put(t, 5, "q[tool]", np.nan), r"column q\[tool\]: empty in row 5, but other",
     ),
-    "no such time": (lambda t: put(t, 5, "time", np.nan), "nan in row 5 is no time in seconds"),
+    "no such time": (lambda t: put(t, 5, "time", np.nan), "nan in row 5 is not a time in seconds"),
     "nanoseconds": (
-        lambda t: t.assign(time=t.time * 1e9 + 1.7e18), "in row 0 is no time in seconds",
+        lambda t: t.assign(time=t.time * 1e9 + 1.7e18), "in row 0 is not a time in seconds",
     ),
     "a mark": (
         lambda t: t.assign(**{"pixels[1,row]": np.nan}), "mark 1 was never seen",
     ),
     "nothing": (lambda t: t.iloc[:0], "nothing was recorded"),
     "one row": (lambda t: t.iloc[:1], r"known for 0 s, which is less than a period of 0.04 s"),
-    "two runs": (lambda t: t.assign(run=np.arange(len(t)) % 2), "it has 2 runs; a log has one"),
+    "two runs": (lambda t: t.assign(run=np.arange(len(t)) % 2), "table has 2 runs; a log has one"),
     "a jump": (
         lambda t: t.assign(time=t.time + 1e3 * (t.index > 4)), r"nothing between 0.16 s and 1000.2",
     ),
@@ -105,10 +105,10 @@ def test_rows_that_are_no_log():
 @pytest.mark.parametrize(
     ("name", "reader"),
     [
-        ("a.mcap", r"rs\.open_bag\(path\)"),
-        ("a.db3", r"rs\.open_bag\(path\)"),
-        ("a.CSV", r"rs\.read_log\(path, experiment\)"),
-        ("a.parquet", r"rs\.read_log\(path, experiment\)"),
+        ("a.mcap", r"rs\.logs\.read_bag\(path\)"),
+        ("a.db3", r"rs\.logs\.read_bag\(path\)"),
+        ("a.CSV", r"rs\.logs\.read_log\(path, experiment\)"),
+        ("a.parquet", r"rs\.logs\.read_log\(path, experiment\)"),
     ],
 )
 def test_the_error_for_a_log_opened_as_a_run_names_the_right_function(name, reader, tmp_path):

@@ -45,7 +45,7 @@ TAG = rs.vision.Tag("tag36h11", 7, size=0.1)
         (lambda: rs.vision.TagDetector([TAG, 3]), "targets: expected a Tag or a Board, got 3"),
         (
             lambda: rs.vision.TagDetector([TAG, rs.vision.Tag("tag36h11", 7, 0.2)]),
-            "have tag 7 of tag36h11 both",
+            "both have tag 7 of tag36h11",
         ),
         (
             lambda: rs.vision.render_targets(rs.Camera(np.eye(3)), {}),

@@ -361,7 +361,7 @@ def test_a_lens_that_is_not_modelled_is_refused():
     lens = np.zeros((1, 14))
     lens[0, 9] = 1e-4
     with pytest.raises(
-        InputError, match=r"tau_x .* not modelled: .* must be zero, got \[0.0, 0.00"
+        InputError, match=r"tau_x .* not supported: .* must be zero, got \[0.0, 0.00"
     ):
         Camera(K, distortion=lens)
     with pytest.raises(InputError, match=r"flat, in a row or in a column, got shape \(1, 1, 5\)"):

@@ -155,7 +155,7 @@ def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
     path = written(tmp_path / "other", other())
     names = {name: f"arm_{name}" for name in rhino.scene.coordinate_names}
     ids = {"cube": [f"tag{i}" for i in range(run.sizes["mark"])]}
-    with pytest.warns(rs.errors.FileWarning, match=r"the scene has no such thing: joint gripper"):
+    with pytest.warns(rs.errors.FileWarning, match=r"the scene does not have them: joint gripper"):
         found = rs.logs.read_bag(
             path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids
         )
@@ -212,7 +212,7 @@ def test_a_bag_is_written_whole_or_not_at_all(run, tmp_path, monkeypatch):
 def test_runs_that_no_bag_can_be_of(run, rhino, tmp_path):
     for what, words in (
         (rhino.run(record="summary"), "only the end of this run was recorded"),
-        (rhino.run(start=np.stack([rhino.scene.home] * 2)), "a bag is of one run, and these are 2"),
+        (rhino.run(start=np.stack([rhino.scene.home] * 2)), "a bag stores a single run, got 2"),
     ):
         with pytest.raises(rs.errors.InputError, match=words):
             rs.logs.write_bag(what, tmp_path / "bag")

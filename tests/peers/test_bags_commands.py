@@ -84,14 +84,14 @@ REFUSED = {
     "a plan": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, [1, 2], count=2),
                "a trajectory of 2 points, at 0 s; commands have one"),
     "no velocity": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, []),
-                    "2 names and 0 of velocit"),
+                    "2 names but 0 velocit"),
     "nan": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, [1, np.nan]),
             "velocity of joint wrist is nan, at 0 s"),
     "world": ("visp_tutorial", message_types.STAMPED, lambda: stamped("map", linear_x=1.0),
-              "a twist in 'map', at 0 s; it is read in axes of the body"),
+              "a twist in 'map', at 0 s; expected axes of the body"),
     "nan twist": ("visp_tutorial", message_types.STAMPED, lambda: stamped("", angular_x=np.nan),
                   "topic /told: nan, at 0 s"),
-    "no body": ("chapter_6_1", message_types.TWIST, twisted, "commands one body .*; here are none"),
+    "no body": ("chapter_6_1", message_types.TWIST, twisted, "one body .*; the scene has none"),
     "fewer": ("chapter_6_1", message_types.NUMBERS,
               lambda: make_message(message_types.NUMBERS, layout=None, data=np.zeros(3)),
               "3 numbers, at 0 s; 5 are commanded"),
@@ -108,7 +108,7 @@ def test_an_invalid_command_is_reported_in_a_line(case):
 
 def test_the_parts_of_twists():
     assert twist_components(["a.vx", "a.wz"]) == (("linear", "x", 0), ("angular", "z", 1))
-    with pytest.raises(rs.errors.InputError, match="here are a, b"):
+    with pytest.raises(rs.errors.InputError, match="the scene has a, b"):
         twist_components(["a.v", "b.omega"])
 
 

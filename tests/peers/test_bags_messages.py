@@ -147,18 +147,18 @@ def test_an_unsuitable_message_is_reported_in_a_line(ros):
     names = list(ros.controller.scene.coordinate_names)
     for call, words in (
         (lambda: ros.joints(state([np.nan] * 5, names, 2.5)), r"shoulder is nan, at 2.5 s"),
-        (lambda: ros.joints(state([0] * 2, names[:1] * 2)), "joint shoulder is there twice"),
-        (lambda: ros.joints(state([0] * 2, names)), "5 names and 2 of position"),
+        (lambda: ros.joints(state([0] * 2, names[:1] * 2)), "joint shoulder occurs twice"),
+        (lambda: ros.joints(state([0] * 2, names)), "5 names but 2 values of position"),
         (lambda: ros.joints(3), "expected a message JointState, got 3: .* no attribute 'position'"),
         (lambda: ros.marks(state([], [])), "of detections, got .* no attribute 'detections'"),
         (lambda: ros.frames(SimpleNamespace(transforms=[4])), "expected a message TFMessage"),
         (lambda: ros.time(SimpleNamespace(header=3)), "expected a message with a time"),
-        (lambda: ros.marks(detections({})), "no time of its own: give t"),
+        (lambda: ros.marks(detections({})), "the message has no time: give t"),
         (lambda: ros.marks(detections({}), "left"), "no camera 'left'; cameras: camera"),
         (lambda: ros.command([0] * 4), r"velocities"),
         (lambda: ros.command([0] * 5, "std_msgs/msg/Float64"), "did you mean 'std_msgs/msg/Float"),
         (lambda: ros.command([0] * 5, None), "no command of type None"),
-        (lambda: ros.command([0] * 5, message_types.TWIST), "commands one body .*; here are none"),
+        (lambda: ros.command([0] * 5, message_types.TWIST), "one body .*; the scene has none"),
         (lambda: ros.command([0] * 5, message_types.TRAJECTORY, ahead=0), "ahead"),
         (lambda: rs.control.RosMessages(3), "expected a Controller, got 3"),
         (
@@ -183,7 +183,7 @@ def test_an_unsuitable_message_is_reported_in_a_line(ros):
         assert "\n" not in str(raised.value)
     seen = detections({"cube.0": (0, 0)}, 2.0)
     seen.detections.append(seen.detections[0])
-    with pytest.raises(rs.errors.InputError, match=r"mark 'cube.0' is there twice, at 2 s"):
+    with pytest.raises(rs.errors.InputError, match=r"mark 'cube.0' occurs twice, at 2 s"):
         ros.marks(seen)
 
 
@@ -207,5 +207,5 @@ def test_an_april_tag_that_is_there_twice_is_reported():
     twice = make_message(
         message_types.APRILTAGS, header=make_header(make_message, NANO), detections=[tag, tag]
     )
-    with pytest.raises(rs.errors.InputError, match=r"mark 'tag36h11_3.0' is there twice, at 1 s"):
+    with pytest.raises(rs.errors.InputError, match=r"mark 'tag36h11_3.0' occurs twice, at 1 s"):
         ros.marks(sent(twice))

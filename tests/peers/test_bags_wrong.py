@@ -17,11 +17,11 @@ CHANGES = {
     ),
     "names": (
         "/joint_states", lambda i, t, m: (t, remake(m, name=m.name[:3])),
-        r"3 names and 5 of position, at 0 s",
+        r"3 names but 5 values of position, at 0 s",
     ),
     "joint twice": (
         "/joint_states", lambda i, t, m: (t, remake(m, name=[*m.name[:4], m.name[0]])),
-        r"joint shoulder is there twice, at 0 s",
+        r"joint shoulder occurs twice, at 0 s",
     ),
     "other joints": (
         "/joint_states", lambda i, t, m: (t, remake(m, name=[f"{n}_joint" for n in m.name])),
@@ -30,7 +30,7 @@ CHANGES = {
     "tag twice": (
         "/camera/detections",
         lambda i, t, m: (t, remake(m, detections=[*m.detections, *m.detections[2:3]])),
-        r"mark 'cube.2' is there twice, at 0 s",
+        r"mark 'cube.2' occurs twice, at 0 s",
     ),
     "never seen": (
         "/camera/detections", lambda i, t, m: (t, remake(m, detections=m.detections[1:])),
@@ -91,7 +91,7 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
     )
     refused(
         bag,
-        r"topic /tf holds tf2_msgs/msg/TFMessage; expected sensor_msgs",
+        r"topic /tf has the type tf2_msgs/msg/TFMessage; expected sensor_msgs",
         topics={"joints": "/tf"},
     )
     with pytest.raises(rs.errors.InputError, match="topics: no 'joint'; did you mean 'joints'"):
@@ -104,7 +104,7 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
         rs.logs.read_bag(bag, marks={"cub": ["1"]})
     with pytest.raises(rs.errors.InputError, match="names: no joint 'elbow'"):
         rs.logs.read_bag(bag, names={"elbow": "a"})
-    with pytest.raises(rs.errors.InputError, match="names: two joints are one in the bag"):
+    with pytest.raises(rs.errors.InputError, match="two joints have the same name in the bag"):
         rs.logs.read_bag(bag, names={"shoulder": "a", "wrist": "a"})
     none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
     refused(none, "it has no /robsim/experiment: give the experiment")
@@ -122,9 +122,9 @@ def test_files_that_are_none(bag, tmp_path):
     whole = bag.read_bytes()
     for size in (0, 7, 100, len(whole) // 2, len(whole) - 1):
         (tmp_path / "cut.mcap").write_bytes(whole[:size])
-        refused(tmp_path / "cut.mcap", "cut off or damaged")
+        refused(tmp_path / "cut.mcap", "truncated or damaged")
     (tmp_path / "cut.db3").write_bytes(whole)
-    refused(tmp_path / "cut.db3", "cut off or damaged")
+    refused(tmp_path / "cut.db3", "truncated or damaged")
 
 
 @pytest.mark.parametrize("suffix", [".mcap", ".db3"])
@@ -151,7 +151,7 @@ def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
 def test_a_truncated_database_is_reported(run, tmp_path):
     whole = rs.logs.write_bag(run, tmp_path / "run.db3").read_bytes()
     (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
-    refused(tmp_path / "cut.db3", "cut off or damaged")
+    refused(tmp_path / "cut.db3", "truncated or damaged")
 
 
 def test_a_definition_in_the_bag_is_compared_and_never_parsed(bag, tmp_path):

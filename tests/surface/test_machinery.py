@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 5100  # lines; 3,900 are wanted
+MOST = 3700  # lines of code, without docstrings and comments
 
 
 def counted():

@@ -15,7 +15,25 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationFit(Value):
-    """The model that fits some views best, and the covariance of its parameters."""
+    """The model with the least reprojection error in some views, and its covariance.
+
+    Attributes
+    ----------
+    views : CalibrationViews
+        Views of the target.
+    model : CalibrationModel
+        Estimated mount, place of the target, camera and offsets of joints.
+    free : Unknowns
+        Names and units of the estimated parameters.
+    covariance : ndarray of shape (P, P)
+        Covariance of the parameters.
+    sigma : float
+        Standard deviation of a pixel coordinate.
+    freedom : float
+        Degrees of freedom of sigma.
+    residuals : ndarray of shape (V, N, 2)
+        Reprojected minus measured pixels.
+    """
 
     views: CalibrationViews
     model: CalibrationModel
@@ -27,12 +45,12 @@ class CalibrationFit(Value):
 
     @property
     def mount(self) -> Pose:
-        """The pose T_m_c of the camera on the frame that carries it."""
+        """The pose T_m_c of the camera in the frame m that carries it."""
         return self.model.mount
 
     @property
     def place(self) -> Pose:
-        """The pose T_f_o of the target on the frame that carries it."""
+        """The pose T_f_o of the target in the frame f that carries it."""
         return self.model.place
 
     @property
@@ -42,7 +60,7 @@ class CalibrationFit(Value):
 
     @property
     def offsets(self) -> Array:
-        """The offsets (nq,) added to encoder coordinates, zero if they are not estimated."""
+        """The offsets (nq,) to add to the encoder coordinates, zero if they are not estimated."""
         return make_read_only(self.model.offsets.copy())
 
     @property
@@ -54,7 +72,7 @@ class CalibrationFit(Value):
     def scene(self) -> Scene:
         """The scene of the views with the estimated camera and the estimated pose of the target.
 
-        A controller may believe it: `experiment.with_(task=replace(task, belief=...))`.
+        Give it to a controller as its belief: `experiment.with_(task=replace(task, belief=...))`.
         """
         eye = replace(self.views.eye, pose=Pose(self.mount.matrix), camera=self.camera)
         return self.views.scene.replacing(

@@ -1,10 +1,13 @@
-"""The parameters of a calibration, and the predicted pixels with their derivatives."""
+"""The parameters of a calibration, and the predicted pixels with their derivatives.
+
+The pixels of a mark p of the target are project(X^-1 A(q) Z p), with the mount X = T_m_c of the
+camera, the pose A = T_m_f of the frames from the joints, and the pose Z = T_f_o of the target.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,54 +54,54 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     joints = dict(_single_joints(views))
     if not has_items(also):
         raise InputError(f"also: expected a list of names, got {format_value(also)}")
-    chosen = tuple(also)
+    extra_names = tuple(also)
     known = [*LENS, *joints]
-    for name in chosen:
+    for name in extra_names:
         if not is_known_name(name, known):
             raise InputError(
                 f"also: no {format_value(name)}; {suggest_names(name, known, 'names')}"
             )
-    lens = _select_lens_numbers(views.lens, chosen)
-    offsets = [joints[name] for name in joints if name in chosen]
+    lens = _select_lens_numbers(views.lens, extra_names)
+    offsets = [joints[name] for name in joints if name in extra_names]
     names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
     names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
-    whole = (np.array(each, dtype=np.int64) for each in (lens, offsets))
-    return Unknowns(tuple(names), tuple(units), *whole)
+    index_arrays = (np.array(each, dtype=np.int64) for each in (lens, offsets))
+    return Unknowns(tuple(names), tuple(units), *index_arrays)
 
 
 def _single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
-    """Yield the name and the index of each coordinate of a joint with a single coordinate."""
-    alone = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
-    return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in alone)
+    """Return names and indices of the coordinates of joints with a single coordinate."""
+    single = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
+    return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in single)
 
 
-def _select_lens_numbers(camera: Camera, chosen: tuple[str, ...]) -> list[int]:
+def _select_lens_numbers(camera: Camera, extra_names: tuple[str, ...]) -> list[int]:
     """Return the indices of the parameters of the lens to estimate."""
     count = len(camera.distortion)
-    if "distortion" in chosen and not count:
+    if "distortion" in extra_names and not count:
         raise InputError(
-            "also: distortion: the camera has no coefficients; give it those to begin with, as in "
-            "distortion=(0, 0, 0, 0)"
+            "also: distortion: the camera has no coefficients; give the camera initial values, as "
+            "in distortion=(0, 0, 0, 0)"
         )
     indices = {"focal": range(2), "center": range(2, 4), "distortion": range(4, 4 + count)}
-    return [i for name in LENS if name in chosen for i in indices[name]]
+    return [i for name in LENS if name in extra_names for i in indices[name]]
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationModel(Value):
-    """The values of a calibration: the mount X = T_m_c, the place Z = T_f_o, camera and offsets."""
+    """The values of all parameters of a calibration."""
 
-    mount: Pose
-    place: Pose
+    mount: Pose  # X = T_m_c, the pose of the camera in the frame m that carries it
+    place: Pose  # Z = T_f_o, the pose of the target in the frame f that carries it
     camera: Camera
-    offsets: Array  # (nq,)
+    offsets: Array  # (nq,), added to the encoder coordinates
 
     def add_step(self, step: Array, free: Unknowns) -> CalibrationModel:
         """Return the model after a step (P,); raise InputError if its lens is invalid."""
-        part = {name: step[where] for name, where in free.parts.items()}
+        part = {name: step[indices] for name, indices in free.parts.items()}
         offsets = self.offsets.copy()
         offsets[free.joints] += part["joints"]
         return CalibrationModel(
@@ -109,12 +112,12 @@ class CalibrationModel(Value):
         )
 
     def numbers(self, free: Unknowns) -> list[float]:
-        """Return the estimated parameters of the lens and offsets."""
+        """Return the values of the estimated parameters of the lens, and the estimated offsets."""
         lens = _lens_numbers(self.camera, free.lens).tolist()
         return [*lens, *self.offsets[free.joints].tolist()]
 
     def step_to(self, other: CalibrationModel, free: Unknowns) -> Array:
-        """Return the step (P,) from this model to another model."""
+        """Return the step (P,) from this model to another model: the inverse of `add_step`."""
         lens = _lens_numbers(other.camera, free.lens) - _lens_numbers(self.camera, free.lens)
         return np.concatenate(
             [
@@ -135,19 +138,19 @@ def twist_from_pose(T: Pose) -> Array:
     array([1. , 2. , 3. , 0.4, 0.5, 0.6])
     """
     t, w = T.position, T.rotvec
-    turned = np.cross(w, t)
+    w_cross_t = np.cross(w, t)
     c = se3.log_coefficient(float(np.sqrt(w @ w)))
-    return np.concatenate([t - 0.5 * turned + c * np.cross(w, turned), w])
+    return np.concatenate([t - 0.5 * w_cross_t + c * np.cross(w, w_cross_t), w])
 
 
 def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:
-    """Return some of fx, fy, cx, cy and the distortion coefficients of a camera."""
+    """Return the parameters of a lens with some indices into LENS_NAMES."""
     K = camera.K
     return np.concatenate([K[[0, 1, 0, 1], [0, 1, 2, 2]], camera.distortion])[which]
 
 
 def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
-    """Return a camera with a step added to some parameters of its lens."""
+    """Return a camera with a step added to the lens parameters with some indices."""
     if not len(which):
         return camera
     change = np.zeros(4 + len(camera.distortion))
@@ -178,11 +181,11 @@ def _points_in_camera(
 
 def predict_rates(
     model: CalibrationModel, marks: Array, chain: JointChain, q: Array, free: Unknowns
-) -> Any:
+) -> Array:
     """Return the derivatives (V, N, 2, P) of the pixels by the estimated parameters.
 
-    A point X = T_c_m A T_f_o p in camera axes moves by [-1, [X]x] with the twist of the mount, and
-    by R_c_o [1, -[p]x] with the twist of the target.
+    A mark p of the target is at X = T_c_o p in camera axes. The derivative of X by the twist of the
+    mount is [-1, [X]x], and by the twist of the target R_c_o [1, -[p]x].
     """
     R_c_o, X = _points_in_camera(model, marks, chain, q)
     x, depth = X[..., :2] / X[..., 2:], X[..., 2, None, None]
@@ -202,7 +205,7 @@ def predict_rates(
 def _joint_rates(
     model: CalibrationModel, X: Array, chain: JointChain, q: Array, joints: NDArray[np.int64]
 ) -> Array:
-    """Return the derivatives (V, N, 3, n) of points X in camera axes by offsets of joints."""
+    """Return the derivatives (V, N, 3, n) of points X (V, N, 3) in camera axes by offsets."""
     tree = chain.scene.tree
     alone = tree.alone(np.arange(tree.nv)).tolist()
     columns = np.array([alone.index(joint) for joint in joints.tolist()])
@@ -230,7 +233,7 @@ def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Ar
 
 
 def _distortion_rates(x: Array, lens: Array) -> list[tuple[Array, Array]]:
-    """Return the derivatives of both distorted coordinates by each coefficient."""
+    """Return the derivatives of both distorted coordinates by the coefficients, one by one."""
     k1, k2, _, _, k3, k4, k5, k6 = lens
     x, y = x[..., 0], x[..., 1]
     r2 = x * x + y * y

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
@@ -21,9 +22,12 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.calibration.servo_cost import CalibrationCost
+    from robsim.run.experiment import Experiment
 
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
-FAR = 3.0  # pixels, or times the noise: detectors err by tenths of a pixel, mixed-up views by tens
+# pixels, or multiples of the noise: detectors have errors of tenths of a pixel, mixed-up views of
+# tens of pixels
+FAR = 3.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,10 +38,15 @@ class Calibration(CalibrationFit):
     ----------
     views : CalibrationViews
         Views of the target.
+    model : CalibrationModel
+        Estimated values; `mount`, `place`, `camera` and `offsets` are its parts.
+    free : Unknowns
+        Names and units of the estimated parameters.
     covariance : ndarray of shape (P, P)
-        Covariance of the parameters `names` in m, rad and px: the twist (v, omega) in camera axes
-        from `mount` to the true mount, X exp(twist); the twist in axes of the target from `place`
-        to its true pose; and the parameters named in `also`.
+        Covariance of the parameters `names` in m, rad and px. The first six are the twist (v,
+        omega) of the true mount relative to the estimate, true mount = mount exp(twist), in camera
+        axes. The next six are the same for `place`, in axes of the target. The parameters named in
+        `also` follow.
     sigma : float
         Standard deviation of a pixel coordinate, estimated or given.
     freedom : float
@@ -66,7 +75,7 @@ class Calibration(CalibrationFit):
 
     @property
     def misfit(self) -> str:
-        """A sentence with the worst view if `rms` is too large for noise, otherwise empty."""
+        """A warning with the worst view if `rms` is too large to be noise, otherwise ""."""
         return describe_misfit(self.residuals, self.sigma if math.isinf(self.freedom) else 0.0)
 
     @property
@@ -75,10 +84,17 @@ class Calibration(CalibrationFit):
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     def errors(self, truth: Scene) -> Array:
-        """Return the step (P,) from the estimate to the truth, in the order of `names`.
+        """Return the errors (P,) of the estimate, as a step to the truth in the order of `names`.
 
-        The true offsets of joints are zero. InputError is raised if the scene lacks the camera or
-        target.
+        Parameters
+        ----------
+        truth : Scene
+            Scene with the true camera and target. The true offsets of joints are zero.
+
+        Raises
+        ------
+        InputError
+            If the scene lacks the camera or the target.
         """
         check_instance(truth, Scene, "truth")
         eye, thing = truth.camera(self.views.camera), truth.object(self.views.target)
@@ -91,8 +107,8 @@ class Calibration(CalibrationFit):
         """Return whether the confidence ellipsoid contains the true parameters.
 
         For n parameters with errors d and covariance C, the ellipsoid is d' C^-1 d <= n F, with the
-        quantile F of Fisher's distribution with n and `freedom` degrees of freedom (chi-square over
-        n if the noise was given).
+        quantile F of Fisher's distribution with n and `freedom` degrees of freedom. If the noise
+        was given, n F is the quantile of the chi-square distribution with n degrees of freedom.
 
         Parameters
         ----------
@@ -102,8 +118,13 @@ class Calibration(CalibrationFit):
             Parameters to compare.
         level : float, default 0.95
             Confidence level.
+
+        Raises
+        ------
+        InputError
+            If the calibration has no parameters of this part.
         """
-        known = [name for name, where in self.free.parts.items() if where.start < where.stop]
+        known = [name for name, part in self.free.parts.items() if part.start < part.stop]
         if not is_known_name(part, known):
             raise InputError(
                 f"part: no {format_value(part)}; {suggest_names(part, known, 'parts')}"
@@ -113,13 +134,13 @@ class Calibration(CalibrationFit):
         bound = len(d) * fisher_quantile(level, len(d), self.freedom)
         return bool(d @ np.linalg.solve(C, d) <= bound)
 
-    def next_poses(self, candidates: Any, count: int) -> NextPoses:
+    def next_poses(self, candidates: ArrayLike, count: int) -> NextPoses:
         """Return the most informative candidates for the next views.
 
         Parameters
         ----------
         candidates : array_like of shape (n, nq)
-            Coordinates to choose from, for example from `viewpoints`.
+            Coordinates to choose from, for example from `sample_viewpoints`.
         count : int
             Number of views to choose.
 
@@ -130,7 +151,12 @@ class Calibration(CalibrationFit):
         """
         return select_next_poses(self, candidates, count)
 
-    def cost(self, experiment: Any, runs: int = 200, **how: Any) -> CalibrationCost:
+    def cost(
+        self,
+        experiment: Experiment,
+        runs: int = 200,
+        **how: Any,  # Any: the further arguments of `study`
+    ) -> CalibrationCost:
         """Return the effect of the remaining calibration error on an experiment.
 
         Parameters
@@ -197,10 +223,10 @@ def root_mean_square(residuals: Array) -> float:
 
 
 def describe_misfit(residuals: Array, noise: float) -> str:
-    """Return a sentence on residuals (V, N, 2) in pixels that are too large, otherwise "".
+    """Return a warning if residuals (V, N, 2) in pixels are too large to be noise, otherwise "".
 
-    The limits of the root mean square are 3 pixels, and three times the noise in pixels if it is
-    known (0: unknown). NaN stands for marks that are not seen.
+    They are too large if their root mean square exceeds 3 pixels and three times the noise in
+    pixels (0: unknown). NaN stands for marks that are not seen.
 
     >>> describe_misfit(np.full((3, 4, 2), 0.3), 0.0)
     ''

@@ -1,13 +1,13 @@
-"""`calibrate`: estimate the mount of a camera, the pose of its target, and its lens from views."""
+"""Calibration by least squares: the mount of a camera, the pose of its target, and its lens."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import (
@@ -40,7 +40,7 @@ from robsim.vision.pose_estimation import estimate_pose
 SHAH = "shah"
 RANK = 1e-9  # relative: smaller singular values of the scaled Jacobian count as zero
 CHECK = "do joints (rad, m) and views belong together, and are the marks of this size and order?"
-DIRECTION = 0.3  # component of an undetermined direction above which an error names the parameter
+DIRECTION = 0.3  # an error names parameters with a larger component in an undetermined direction
 
 
 def calibrate(
@@ -52,11 +52,15 @@ def calibrate(
 ) -> Calibration:
     """Return the mount of a camera and the pose of its target from views, with their covariance.
 
-    The estimate minimises the squared pixel errors sum |u - project(X^-1 A(q) Z p)|^2 over X =
-    T_m_c, Z = T_f_o and the parameters named in `also`, by the method of Levenberg and Marquardt
-    (Strobl and Hirzinger 2006, but with errors of pixels only: joints are exact). To first order
-    the covariance is sigma^2 (J'J)^-1 with sigma^2 = r'r / (M - P), for M residuals and P
-    parameters.
+    The estimate minimises the squared pixel errors
+
+        sum |u - project(X^-1 A(q) Z p)|^2
+
+    over the mount X = T_m_c of the camera in the frame m that carries it, the pose Z = T_f_o of the
+    target in the frame f that carries it, and the parameters named in `also`. A(q) = T_m_f follows
+    from the coordinates q of the joints, which are taken as exact (Strobl and Hirzinger 2006 also
+    model their errors). The method is Levenberg-Marquardt. To first order the covariance is sigma^2
+    (J'J)^-1 with sigma^2 = r'r / (M - P), for M residuals r and P parameters.
 
     Parameters
     ----------
@@ -78,13 +82,13 @@ def calibrate(
     Raises
     ------
     InputError
-        If the robot turns about one axis only, the views do not determine all parameters (the error
-        names them), or a pose puts marks behind the camera.
+        If the robot rotates about one axis only, the views do not determine all parameters (the
+        error names them), or the first estimate has marks behind the camera.
 
     Warns
     -----
     FitWarning
-        If the rms error is larger than 3 pixels and than three times the given noise. The warning
+        If the rms error exceeds 3 pixels, and three times `noise` if it is not None. The warning
         names the worst view.
 
     Examples
@@ -103,13 +107,13 @@ def calibrate(
     count = 2 * int(views.seen.sum())
     if count <= len(free.names):
         raise InputError(
-            f"views: {count} pixel coordinates do not determine {len(free.names)} numbers: take "
-            "more"
+            f"views: {count} pixel coordinates do not determine {len(free.names)} parameters: "
+            "take more views"
         )
     try:
         calibration = _fit_calibration(views, free, start, sigma)
     except np.linalg.LinAlgError as error:
-        raise InputError(f"views: no least squares ({format_value(str(error))}): {CHECK}") from None
+        raise InputError(f"views: the fit failed ({format_value(str(error))}): {CHECK}") from None
     if calibration.misfit:
         warnings.warn(calibration.misfit, FitWarning, stacklevel=find_user_stacklevel())
     return calibration
@@ -118,7 +122,7 @@ def calibrate(
 def _fit_calibration(
     views: CalibrationViews, free: Unknowns, start: str, sigma: float | None
 ) -> Calibration:
-    """Return the calibration; raise InputError if the closed form puts marks behind the camera."""
+    """Return the calibration; all marks must be in front of the camera in the first estimate."""
     problem, first = _build_problem(views, free), _start_model(views, start)
     if not np.isfinite(problem.residuals(first)).all():
         seen = np.isfinite(predict_pixels(first, views.thing.marks, views.chain, views.q)).all(
@@ -126,8 +130,8 @@ def _fit_calibration(
         )
         view, mark = np.argwhere(views.seen & ~seen)[0].tolist()
         raise InputError(
-            f"views: mark {mark} of view {view} would be behind the camera, as the closed form "
-            f"has it: {CHECK}"
+            f"views: mark {mark} of view {view} is behind the camera in the closed-form "
+            f"estimate: {CHECK}"
         )
     return _build_calibration(views, free, minimise(problem, first), problem, sigma)
 
@@ -165,10 +169,10 @@ def _start_model(views: CalibrationViews, start: str) -> CalibrationModel:
     return CalibrationModel(X, Z, views.lens, np.zeros(views.scene.nq))
 
 
-def _estimate_target_poses(views: CalibrationViews) -> tuple[Pose, Any]:
-    """Return the poses T_c_o (V, 4, 4) of the target, and which of them are not ambiguous.
+def _estimate_target_poses(views: CalibrationViews) -> tuple[Pose, NDArray[np.bool_]]:
+    """Return the poses T_c_o (V, 4, 4) of the target, and whether (V,) they are used.
 
-    If fewer than three poses are unambiguous, all of them are used. InputError is raised for a view
+    Ambiguous poses are not used if at least three others remain. InputError is raised for a view
     without a pose.
     """
     T, certain = np.empty((len(views), 4, 4)), np.zeros(len(views), dtype=bool)
@@ -216,13 +220,13 @@ def _invert_normal_matrix(J: Array, free: Unknowns) -> Array:
     scale = np.sqrt(np.square(J).sum(axis=0))
     unobserved = [name for name, size in zip(free.names, scale, strict=True) if not size > 0.0]
     if unobserved:
-        raise InputError(f"views: nothing in them depends on {', '.join(unobserved)}")
+        raise InputError(f"views: their pixels do not depend on {', '.join(unobserved)}")
     _, s, Vt = np.linalg.svd(triangular_factor(J / scale))
     if s[-1] <= RANK * s[0]:
         undetermined = [n for n, x in zip(free.names, np.abs(Vt[-1]), strict=True) if x > DIRECTION]
         raise InputError(
             f"views: they do not determine {', '.join(undetermined)} separately; turn the arm "
-            "about more axes, or leave something out of also="
+            "about more axes, or estimate fewer parameters in also="
         )
     half = Vt.T / s / scale[:, None]
     inverse: Array = half @ half.T

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value
@@ -20,22 +20,22 @@ from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 FEWEST_MARKS = 4  # in a view, for a pose
-MARGIN = 3.0  # pixels: detectors and noise may place a mark outside the image by this distance
-SLACK = 0.1  # rad, m: encoders with an offset may exceed the limits by this amount
+MARGIN = 3.0  # pixels: largest distance of a mark outside the image, for errors of detectors
+SLACK = 0.1  # rad or m: largest distance of a joint outside its limits, for encoder offsets
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationViews(Value):
-    """Images of a target from a robot at rest: coordinates of its joints, and pixels.
+    """Views of a target with the robot at rest: coordinates of the joints, and pixels.
 
-    The camera may be on the robot and the target in the world, or the camera in the world and the
-    target on the robot.
+    The camera is on the robot and the target in the world (eye-in-hand), or the camera is in the
+    world and the target on the robot (eye-to-hand).
 
     Parameters
     ----------
     scene : Scene
-        Known scene: the robot, the camera with a first estimate of its lens, and the marks of the
-        target. The poses of camera and target need not be right.
+        Scene with the robot, the camera with a first estimate of its lens, and the marks of the
+        target. The poses of the camera and the target on their frames are not used.
     q : array_like of shape (V, nq)
         Coordinates of the scene, one row for each view.
     pixels : array_like of shape (V, N, 2)
@@ -48,9 +48,9 @@ class CalibrationViews(Value):
     Raises
     ------
     InputError
-        If there are fewer than three views, a view has fewer than four marks, a mark is more than 3
-        pixels outside the image, a joint is more than 0.1 (rad, m) outside its limits, a shape is
-        wrong, or no joint moves the camera relative to the target.
+        If there are fewer than three views, fewer than four marks are seen in a view, a mark is
+        more than 3 pixels outside the image, a joint is more than 0.1 (rad or m) outside its
+        limits, a shape is wrong, or no joint moves the camera relative to the target.
 
     Examples
     --------
@@ -63,10 +63,21 @@ class CalibrationViews(Value):
     """
 
     scene: Scene
-    q: Any
-    pixels: Any
+    q: Array
+    pixels: Array
     camera: str | None = None
     target: str | None = None
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            scene: Scene,
+            q: ArrayLike,
+            pixels: ArrayLike,
+            camera: str | None = None,
+            target: str | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.scene, Scene):
@@ -84,7 +95,7 @@ class CalibrationViews(Value):
         if not self.chain.moves:
             raise InputError(
                 f"camera '{eye.name}' is on {eye.on}, and target '{thing.name}' on {thing.on}: "
-                "no joint moves one against the other"
+                "no joint moves the camera relative to the target"
             )
 
     def __len__(self) -> int:
@@ -99,22 +110,22 @@ class CalibrationViews(Value):
 
     @property
     def eye(self) -> MountedCamera:
-        """The camera of the known scene, with its mount."""
+        """The camera of the scene, with its mount."""
         return self.scene.camera(self.camera)
 
     @property
     def lens(self) -> Camera:
-        """The camera of the known scene, without its mount."""
+        """The camera of the scene, without its mount."""
         return self.eye.camera
 
     @property
     def thing(self) -> Object:
-        """The target in the known scene."""
+        """The target in the scene."""
         return self.scene.object(self.target)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Which marks (V, N) are seen."""
+        """Whether the marks (V, N) are seen."""
         seen: NDArray[np.bool_] = np.isfinite(self.pixels[..., 0])
         return seen
 
@@ -124,7 +135,7 @@ class CalibrationViews(Value):
         return JointChain(self.scene, self.eye.on, self.thing.on)
 
     def poses(self) -> Array:
-        """Return the poses T_m_f (V, 4, 4) of the target's frame in the frame of the camera."""
+        """Return the poses T_m_f (V, 4, 4) of the target's frame in the camera's frame."""
         return self.chain.poses(self.q)
 
 
@@ -145,20 +156,20 @@ def _check_visible_marks(missing: NDArray[np.bool_]) -> None:
     if half.size:
         view, mark = half[0].tolist()
         raise InputError(
-            f"pixels: mark {mark} of view {view} has one coordinate only; NaN stands for both of a "
-            "mark that is not seen"
+            f"pixels: mark {mark} of view {view} has one coordinate only; both coordinates of a "
+            "mark that is not seen are NaN"
         )
     count = (~missing[..., 0]).sum(axis=1)
     few = np.flatnonzero(count < FEWEST_MARKS)
     if few.size:
         raise InputError(
-            f"pixels: {count[few[0]]} marks seen in view {few[0]}; a view takes {FEWEST_MARKS} or "
+            f"pixels: {count[few[0]]} marks seen in view {few[0]}; a view needs {FEWEST_MARKS} or "
             "more: leave it out"
         )
 
 
 def is_off_image(pixels: Array, camera: Camera) -> NDArray[np.bool_]:
-    """Return which pixels (..., 2) are farther outside the image than a detector may place them.
+    """Return whether pixels (..., 2) are more than MARGIN outside the image.
 
     The result is false for NaN, and for a camera without a size.
 
@@ -173,19 +184,19 @@ def is_off_image(pixels: Array, camera: Camera) -> NDArray[np.bool_]:
 
 
 def check_pixel_range(pixels: Array, camera: Camera) -> None:
-    """Raise InputError for the first mark of pixels (V, N, 2) outside the image."""
+    """Raise InputError if a mark of pixels (V, N, 2) is more than MARGIN outside the image."""
     outside = np.argwhere(is_off_image(pixels, camera))
     if outside.size:
         view, mark = outside[0].tolist()
         (u, v), (width, height) = pixels[view, mark], camera.size or (0, 0)
         raise InputError(
             f"pixels: mark {mark} of view {view} is at ({u:.6g}, {v:.6g}), outside the image of "
-            f"{width} x {height}: (column, row), or the camera of another image size?"
+            f"{width} x {height}: is the order (column, row), and is this the size of the image?"
         )
 
 
 def check_joint_range(q: Array, scene: Scene) -> None:
-    """Raise InputError for the first coordinate of q (V, nq) far outside its limits."""
+    """Raise InputError if a coordinate of q (V, nq) is more than SLACK outside its limits."""
     low, high = scene.limits.T
     outside = np.argwhere((q < low - SLACK) | (q > high + SLACK))
     if outside.size:

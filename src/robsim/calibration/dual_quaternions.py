@@ -1,4 +1,4 @@
-"""Hand-eye calibration by dual quaternions: rotation and translation at once."""
+"""Hand-eye calibration by dual quaternions, with rotation and translation solved together."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from robsim.geometry.pose import Pose
 def daniilidis(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Daniilidis 1999.
 
-    A motion is a dual quaternion q + eps q' with q' = t q / 2. The vector parts of A and B give six
-    equations S (q, q') = 0 for each motion. The equations of all motions have two null vectors; the
-    mount is their combination with |q| = 1 and q q' = 0.
+    A pose is a dual quaternion q + eps q' with q' = t q / 2. For the mount (q, q'), the vector
+    parts of A and B give six equations S (q, q') = 0 for each motion. The equations of all motions
+    have two null vectors; the mount is their combination with |q| = 1 and q . q' = 0.
     """
     (a, a_dual), (b, b_dual) = _vector_parts(motions.A), _vector_parts(motions.B)
     real, dual = _quaternion_rows(a, b), _quaternion_rows(a_dual, b_dual)
@@ -31,14 +31,14 @@ def _vector_parts(T: Pose) -> tuple[Array, Array]:
 
 
 def _quaternion_rows(a: Array, b: Array) -> Array:
-    """Return the rows (n, 3, 4) of [a - b, [a + b]x], for unknowns (w, x, y, z)."""
+    """Return the rows (n, 3, 4) [a - b, [a + b]x] of equations in a quaternion (w, x, y, z)."""
     return np.concatenate([(a - b)[..., None], cross_matrix(a + b)], axis=-1)
 
 
 def _combine_null_vectors(u: Array, v: Array) -> tuple[Array, Array]:
-    """Return q and q' of l u + m v with |q| = 1 and q q' = 0.
+    """Return q and q' of l u + m v with |q| = 1 and q . q' = 0.
 
-    Two ratios l / m satisfy q q' = 0; the ratio with the larger |q| is the mount.
+    Two ratios l / m satisfy q . q' = 0; the ratio with the larger |q| is the mount.
     """
     a, b, c = (
         float(each) for each in (u[:4] @ u[4:], u[:4] @ v[4:] + u[4:] @ v[:4], v[:4] @ v[4:])
@@ -52,7 +52,7 @@ def _combine_null_vectors(u: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _quadratic_ratios(a: float, b: float, c: float) -> list[tuple[float, float]]:
-    """Return unit vectors (l, m) with a l^2 + b l m + c m^2 = 0, approximately if there is none."""
+    """Return unit vectors (l, m) with a l^2 + b l m + c m^2 = 0, or nearly if none is real."""
     root = np.sqrt(max(b * b - 4 * a * c, 0.0))
     far = -0.5 * (b + np.copysign(root, b))
     pairs = [(far, a), (c, far)]  # without cancellation

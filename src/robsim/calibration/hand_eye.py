@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -18,19 +17,19 @@ from robsim.calibration.relative_motions import (
     find_relative_motions,
     nearest_rotation,
 )
-from robsim.geometry.pose import Pose
+from robsim.geometry.pose import Pose, PoseLike
 
-SWAPS = np.array(
-    [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
-)  # rotations by half a turn about an axis
+# diagonals of the identity and of the half turns about the axes
+SWAPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
 
 
 def tsai_lenz(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Tsai and Lenz 1989, rotation first.
 
-    With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A holds for p = tan(theta/2) n
-    of the mount, which is infinite at a half turn. The camera is therefore also turned by half a
-    turn about each of its axes, and the best conditioned equations are solved.
+    A motion with angle theta and axis n has P = 2 sin(theta/2) n, and the mount has p =
+    tan(theta/2) n. They satisfy [P_A + P_B]x p = P_B - P_A. Because p is infinite at a half turn,
+    the equations are also set up for a camera that is turned by half a turn about each of its axes,
+    and the best conditioned equations are solved.
     """
     P_A = _half_sines(motions.A.rotvec)
     P_B = _half_sines(motions.B.rotvec)
@@ -55,7 +54,7 @@ def _half_sines(w: Array) -> Array:
 
 
 def _rotation_from_tangents(p: Array) -> Array:
-    """Return the rotation vector of p = tan(theta/2) n."""
+    """Return the rotation vector theta n of p = tan(theta/2) n."""
     size = np.sqrt(p @ p)
     return np.asarray(p * (2 * np.arctan(size) / size if size > 0 else 2.0))
 
@@ -63,7 +62,7 @@ def _rotation_from_tangents(p: Array) -> Array:
 def park_martin(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Park and Martin 1994, rotation first.
 
-    The rotation takes the rotation vectors of B to the rotation vectors of A, by least squares.
+    The rotation R minimises the sum of |R b - a|^2 over the rotation vectors a of A and b of B.
     """
     R = nearest_rotation(motions.A.rotvec.T @ motions.B.rotvec)
     return build_pose(R, _solve_translation(motions, R))
@@ -83,24 +82,25 @@ METHODS: dict[str, Callable[[RelativeMotions], Pose]] = {
 }
 
 
-def solve_hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
+def solve_hand_eye(T_m_f: PoseLike, T_c_o: PoseLike, method: str = "park_martin") -> Pose:
     """Return the mount X = T_m_c of a camera in closed form, from poses of several views.
 
-    The motion from view i to view j is A = T_m_f,j T_m_f,i^-1 of the mount and B = T_c_o,j
-    T_c_o,i^-1 of the camera, with A X = X B. All methods are exact for exact poses; for noisy
-    pixels the least squares of `calibrate` are more accurate.
+    The poses of views i and j give the relative motions A = T_m_f,j T_m_f,i^-1 and B = T_c_o,j
+    T_c_o,i^-1, which satisfy A X = X B. All methods are exact for exact poses; for noisy pixels
+    `calibrate` is more accurate.
 
     Parameters
     ----------
     T_m_f : pose_like of shape (V, 4, 4)
         Poses of the frame f that carries the target, in the frame m that carries the camera, from
-        the joints. Eye-in-hand with a target in the world: the inverse of the pose of the hand.
-        Eye-to-hand: the pose of the hand in the world.
+        forward kinematics. If the camera is on the hand and the target in the world, T_m_f is the
+        inverse of the pose of the hand. If the camera is in the world and the target on the hand,
+        it is the pose of the hand.
     T_c_o : pose_like of shape (V, 4, 4)
         Poses of the target in camera axes, for example from `estimate_pose`.
     method : {"park_martin", "tsai_lenz", "daniilidis"}, default "park_martin"
-        Park and Martin 1994, Tsai and Lenz 1989, or Daniilidis 1999 (dual quaternions, rotation and
-        translation at once).
+        Park and Martin 1994, Tsai and Lenz 1989, or Daniilidis 1999. The first two methods solve
+        the rotation first; the last method solves rotation and translation together.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def solve_hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
     Raises
     ------
     InputError
-        If there are fewer than three views, or the robot turns about one axis only.
+        If there are fewer than three views, or the robot rotates about one axis only.
 
     Examples
     --------

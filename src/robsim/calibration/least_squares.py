@@ -1,4 +1,4 @@
-"""Least squares by the method of Levenberg and Marquardt."""
+"""Nonlinear least squares by the method of Levenberg and Marquardt."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ ROUNDS = 100
 FIRST_DAMPING, MOST_DAMPING = 1e-4, 1e8
 BLOCK = 128  # rows factorised together
 ROUNDING = 1e-12  # relative: a sum of squares that is larger by less counts as equal
-ARRIVED = 1e-9  # pixels: a step that moves all marks together by less ends the search
+ARRIVED = 1e-9  # pixels: norm of the changes of all pixels below which the iteration ends
 
 
 class LeastSquaresProblem(NamedTuple, Generic[S]):
-    """Residuals (M,) of a state, their Jacobian (M, P), and the state after a step (P,)."""
+    """The functions of a least-squares problem with M residuals and P parameters."""
 
-    residuals: Callable[[S], Array]
-    rates: Callable[[S], Array]
-    add_step: Callable[[S, Array], S]
+    residuals: Callable[[S], Array]  # residuals (M,) of a state
+    rates: Callable[[S], Array]  # Jacobian (M, P) of the residuals
+    add_step: Callable[[S, Array], S]  # state after a step (P,) of the parameters
 
 
 def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
@@ -58,8 +58,8 @@ def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
 def triangular_factor(M: Array) -> Array:
     """Return the upper triangle R (n, n) of M = Q R, M (rows, n), by blocks of rows.
 
-    The blocks are so small that LAPACK uses one thread for each, so that the result does not depend
-    on the number of threads.
+    LAPACK uses a single thread for blocks of this size, so the result does not depend on the number
+    of threads.
 
     >>> np.abs(triangular_factor(np.ones((1000, 1)))) ** 2
     array([[1000.]])

@@ -1,12 +1,13 @@
-"""The lens of a camera from images of a target, by OpenCV."""
+"""The intrinsics and the distortion of a camera from images of a target, by OpenCV."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, as_integer, make_read_only
 from robsim.base.errors import InputError, format_value
@@ -23,13 +24,13 @@ from robsim.vision.tags.tag_families import import_opencv
 
 FEWEST_VIEWS, FEWEST_MARKS = 3, 4
 FLAT = 1e-9  # relative to the size of the target: distance of marks from their plane
-PARALLEL = np.radians(5)  # smallest angle between the planes of two views
+PARALLEL = np.radians(5)  # planes of views with smaller angles between them count as parallel
 COUNTS = (0, 4, 5, 8)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LensCalibration(Value):
-    """The result of `calibrate_lens`.
+    """The intrinsics and the distortion of a camera, the result of `calibrate_lens`.
 
     Attributes
     ----------
@@ -38,12 +39,12 @@ class LensCalibration(Value):
     rms : float
         Root mean square of the distances in the image, in pixels.
     deviations : dict of str to float
-        Standard deviation of each parameter by its name, in pixels, or without unit for
-        coefficients.
+        Standard deviation of each parameter by its name: fx, fy, cx and cy in pixels, and the
+        distortion coefficients.
     poses : Pose of shape (V, 4, 4)
         Poses T_c_o of the target in each view.
     errors : ndarray of shape (V,)
-        Rms error of each view in pixels.
+        Root mean square of the distances in each view, in pixels.
 
     Examples
     --------
@@ -73,12 +74,17 @@ class LensCalibration(Value):
 
 
 def calibrate_lens(
-    target: Any, pixels: Any, size: Any, *, coefficients: int = 5, guess: Camera | None = None
+    target: Board | Tag | ArrayLike,
+    pixels: ArrayLike,
+    size: Sequence[int],
+    *,
+    coefficients: int = 5,
+    guess: Camera | None = None,
 ) -> LensCalibration:
-    """Return the lens of a camera from views of a target, by `cv2.calibrateCamera`.
+    """Return the intrinsics and the distortion of a camera from views of a target.
 
-    The method is Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra
-    `vision`.
+    The method is Zhang 2000, as implemented by `cv2.calibrateCamera`, which also estimates the
+    standard deviations. The function needs the extra `vision`.
 
     Parameters
     ----------
@@ -89,9 +95,10 @@ def calibrate_lens(
     size : (int, int)
         Width and height of the image in pixels.
     coefficients : {5, 0, 4, 8}, default 5
-        Number of distortion coefficients: 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6).
+        Number of distortion coefficients: 0 (no distortion), 4 (k1 k2 p1 p2), 5 (with k3) or 8
+        (with k4 k5 k6).
     guess : Camera, optional
-        First estimate, needed for marks that are not in a plane.
+        First estimate of the camera, needed if the marks are not in a plane.
 
     Returns
     -------
@@ -101,8 +108,8 @@ def calibrate_lens(
     Raises
     ------
     InputError
-        If there are fewer than three views, a view has fewer than four marks, or the planes of all
-        views are parallel within 5 degrees, which leaves the focal length undetermined.
+        If there are fewer than three views, fewer than four marks are seen in a view, or the planes
+        of all views are parallel within 5 degrees, so that the focal length is undetermined.
 
     Examples
     --------
@@ -122,7 +129,7 @@ def calibrate_lens(
         raise InputError(f"guess: expected a Camera, got {format_value(guess)}")
     flat = _is_flat(marks)
     if not flat and guess is None:
-        raise InputError("target: its marks are in no plane: give a camera to begin with, guess=")
+        raise InputError("target: its marks are not in a plane: give a first estimate, guess=")
     if flat:
         _check_tilts(marks, u, seen, shape)
     return _run_opencv(marks, u, seen, shape, count, guess)
@@ -136,8 +143,8 @@ def _run_opencv(
     count: int,
     guess: Camera | None,
 ) -> LensCalibration:
-    """Return the result of OpenCV."""
-    cv2 = import_opencv("a lens needs")
+    """Return the calibration of OpenCV for the visible marks of each view."""
+    cv2 = import_opencv("a lens calibration needs")
     flags = _opencv_flags(cv2, count)
     objects = [marks[each].astype(np.float32) for each in seen]
     images = [u[i][each].astype(np.float32) for i, each in enumerate(seen)]
@@ -150,7 +157,7 @@ def _run_opencv(
     except cv2.error as error:
         text = " ".join(str(error).split())
         raise InputError(
-            f"pixels: OpenCV finds no lens in these views: {format_value(text)}"
+            f"pixels: OpenCV does not converge for these views: {format_value(text)}"
         ) from None
     rms, K, lens, turns, shifts, deviations, _, errors = result
     camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
@@ -162,7 +169,7 @@ def _run_opencv(
     )
 
 
-def _target_marks(target: Any) -> Array:
+def _target_marks(target: Board | Tag | ArrayLike) -> Array:
     """Return the marks (N, 3) of a target."""
     if isinstance(target, Tag | Board):
         return target.marks
@@ -173,7 +180,7 @@ def _target_marks(target: Any) -> Array:
 
 
 def _find_visible_marks(u: Array) -> NDArray[np.bool_]:
-    """Return which marks (V, N) are seen; raise InputError for too few views or marks."""
+    """Return whether the marks (V, N) are seen; raise InputError for too few views or marks."""
     if u.ndim != 3 or len(u) < FEWEST_VIEWS:
         views = len(u) if u.ndim == 3 else 1
         raise InputError(f"pixels: expected {FEWEST_VIEWS} views or more, (V, N, 2), got {views}")
@@ -181,8 +188,8 @@ def _find_visible_marks(u: Array) -> NDArray[np.bool_]:
     few = np.flatnonzero(seen.sum(axis=1) < FEWEST_MARKS)
     if few.size:
         raise InputError(
-            f"pixels: {seen[few[0]].sum()} marks seen in view {few[0]}; a lens takes "
-            f"{FEWEST_MARKS} or more in each: leave it out"
+            f"pixels: {seen[few[0]].sum()} marks seen in view {few[0]}; a view needs "
+            f"{FEWEST_MARKS} or more: leave it out"
         )
     return seen
 
@@ -203,8 +210,8 @@ def _is_flat(marks: Array) -> bool:
 def _check_tilts(marks: Array, u: Array, seen: NDArray[np.bool_], size: tuple[int, int]) -> None:
     """Raise InputError if the planes of all views are parallel.
 
-    The focal length is taken as the width of the image. The normal of a plane is then along K' l
-    with its vanishing line l (Hartley and Zisserman 2004, section 8.6).
+    A plane with the vanishing line l has its normal along K' l (Hartley and Zisserman 2004, section
+    8.6). For this check the focal length in K is the larger side of the image.
     """
     axes = np.linalg.svd(marks - marks.mean(axis=0))[2][:2]
     flat = (marks - marks.mean(axis=0)) @ axes.T
@@ -218,6 +225,6 @@ def _check_tilts(marks: Array, u: Array, seen: NDArray[np.bool_], size: tuple[in
     cosine = np.abs(n @ n.T).min()
     if np.arccos(min(cosine, 1.0)) < PARALLEL:
         raise InputError(
-            f"views: the planes of all {len(u)} are parallel within 5 degrees, which leaves "
-            "the focal length open: tilt the target by 20 degrees or more, to either side"
+            f"views: the planes of all {len(u)} are parallel within 5 degrees, so the "
+            "focal length is undetermined: tilt the target by 20 degrees or more, to either side"
         )

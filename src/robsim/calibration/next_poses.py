@@ -1,12 +1,11 @@
-"""The next views of a calibration: coordinates with the most information on the mount."""
+"""The next views of a calibration: the coordinates with the most information on the mount."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_integer, make_read_only
 from robsim.base.errors import InputError
@@ -18,19 +17,20 @@ from robsim.vision.camera import Visibility
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NextPoses(Value):
-    """Coordinates of the next views, the most informative first.
+    """Coordinates for the next views of a calibration, the most informative first.
 
     Attributes
     ----------
     q : ndarray of shape (n, nq)
-        Coordinates.
+        Coordinates of the views.
     number : ndarray of int, shape (n,)
         Indices of the chosen candidates.
     position : ndarray of shape (n,)
-        Standard deviation of the mount's position in metres after each view: the root of the sum of
-        the variances along three axes.
+        Predicted standard deviation of the mount's position in metres after each view: the root of
+        the sum of the variances along three axes.
     angle : ndarray of shape (n,)
-        Standard deviation of the mount's orientation in radians after each view.
+        Predicted standard deviation of the mount's orientation in radians after each view: the root
+        of the sum of the variances about three axes.
 
     Examples
     --------
@@ -50,23 +50,28 @@ class NextPoses(Value):
         )
 
 
-def select_next_poses(calibration: CalibrationFit, candidates: Any, count: int) -> NextPoses:
-    """Return the coordinates of the next views, chosen one after another by their information.
+def select_next_poses(calibration: CalibrationFit, candidates: ArrayLike, count: int) -> NextPoses:
+    """Return the candidates that add the most information on the mount, selected one by one.
 
-    The gain of a view with Jacobian J is the increase of log det of the information on the mount,
-    with the other parameters marginalised over all views so far: D-optimal design for the mount
-    alone (D_s, Atkinson, Donev and Tobias 2007), which does not depend on units. Each choice is the
-    best choice after the previous ones.
+    A view with Jacobian J adds J'J / sigma^2 to the information matrix of all parameters. Each step
+    selects the view with the largest log det of the information on the mount, in which the other
+    parameters are marginalised: a D-optimal design for the mount alone (D_s optimality: Atkinson,
+    Donev and Tobias 2007), which does not depend on units.
 
     Parameters
     ----------
     calibration : CalibrationFit
-        Calibration so far.
+        Calibration from the previous views.
     candidates : array_like of shape (n, nq)
-        Coordinates to choose from, for example from `viewpoints`. Candidates beyond the limits of
-        the joints, or without a view of the whole target, are left out.
+        Coordinates to choose from, for example from `sample_viewpoints`. Candidates outside the
+        limits of the joints, or without a view of the whole target, are left out.
     count : int
         Number of views to choose. No candidate is chosen twice.
+
+    Returns
+    -------
+    NextPoses
+        Coordinates, and standard deviations of the mount after each view.
 
     Raises
     ------
@@ -89,28 +94,28 @@ def select_next_poses(calibration: CalibrationFit, candidates: Any, count: int) 
     if q.ndim != 2:
         raise InputError(f"candidates: expected (n, {views.scene.nq}), got {q.shape}")
     usable = np.flatnonzero(_is_usable_view(calibration, q))
-    wanted = as_integer(count, "count", 1)
-    if len(usable) < wanted:
+    view_count = as_integer(count, "count", 1)
+    if len(usable) < view_count:
         raise InputError(
             f"candidates: {len(usable)} of {len(q)} see the whole target within the limits of the "
-            f"joints, and {wanted} are wanted"
+            f"joints, and count is {view_count}"
         )
     information = _view_information(calibration, q[usable])
-    chosen, variances = _select_greedily(
-        np.asarray(np.linalg.inv(calibration.covariance)), information, wanted
+    selection, variances = _select_greedily(
+        np.asarray(np.linalg.inv(calibration.covariance)), information, view_count
     )
-    spread = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in variances]).T
-    number = usable[chosen]
+    deviations = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in variances]).T
+    number = usable[selection]
     return NextPoses(
         make_read_only(q[number]),
         make_read_only(number),
-        make_read_only(spread[0]),
-        make_read_only(spread[1]),
+        make_read_only(deviations[0]),
+        make_read_only(deviations[1]),
     )
 
 
 def _is_usable_view(calibration: CalibrationFit, q: Array) -> NDArray[np.bool_]:
-    """Return which coordinates are within limits and see the whole target."""
+    """Return whether coordinates (n, nq) are within limits and see the whole target."""
     low, high = calibration.views.scene.limits.T
     view = calibration.scene.view(q, calibration.views.camera, calibration.views.target)
     within = ((q >= low) & (q <= high)).all(axis=1)
@@ -118,27 +123,27 @@ def _is_usable_view(calibration: CalibrationFit, q: Array) -> NDArray[np.bool_]:
 
 
 def _view_information(calibration: CalibrationFit, q: Array) -> Array:
-    """Return the information J'J / sigma^2 (n, P, P) of a view from each of some coordinates."""
+    """Return the information J'J / sigma^2 (n, P, P) of a view at each row of q (n, nq)."""
     views = calibration.views
     J = predict_rates(calibration.model, views.thing.marks, views.chain, q, calibration.free)
     J = J.reshape(len(q), -1, J.shape[-1]) / calibration.sigma
     return np.asarray(J.swapaxes(1, 2) @ J)
 
 
-def _select_greedily(known: Array, information: Array, count: int) -> tuple[list[int], list[Array]]:
+def _select_greedily(total: Array, information: Array, count: int) -> tuple[list[int], list[Array]]:
     """Return the indices of the most informative views, and the variances (6,) of the mount.
 
-    There is one vector of variances after each view.
+    The second list has the variances after each selected view.
     """
-    chosen: list[int] = []
+    selection: list[int] = []
     variances = []
     for _ in range(count):
-        gain = _mount_log_det(known + information)
-        gain[chosen] = -np.inf
-        chosen.append(int(gain.argmax()))
-        known = known + information[chosen[-1]]
-        variances.append(np.diag(np.linalg.inv(known))[:6])
-    return chosen, variances
+        gain = _mount_log_det(total + information)
+        gain[selection] = -np.inf
+        selection.append(int(gain.argmax()))
+        total = total + information[selection[-1]]
+        variances.append(np.diag(np.linalg.inv(total))[:6])
+    return selection, variances
 
 
 def _mount_log_det(M: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Motions between the poses of views, for closed-form hand-eye calibration."""
+"""Relative motions between views, for closed-form hand-eye calibration."""
 
 from __future__ import annotations
 
@@ -9,28 +9,25 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.geometry.pose import Pose, as_pose
+from robsim.geometry.pose import Pose, PoseLike, as_pose
 
-FEWEST = 3  # views; two motions are needed
-MOST_PAIRS = 5000
-HALF_TURN = np.radians(170)  # above this angle the direction of the axis of a motion is uncertain
+FEWEST = 3  # views: the mount needs two motions
+MOST_PAIRS = 5000  # of views
+HALF_TURN = np.radians(170)  # a motion with a larger angle has an uncertain axis
 LEAST_TURN = np.radians(0.2)  # smallest rms rotation about each of two axes
 
 
 class RelativeMotions(NamedTuple):
-    """Motions A (n, 4, 4) of the mount and B (n, 4, 4) of the camera, in own axes, with A X = X B.
+    """Relative motions A and B between views i and j, which satisfy A X = X B for the mount X."""
 
-    With the poses of views i < j, A = A_j A_i^-1 and B = B_j B_i^-1.
-    """
-
-    A: Pose
-    B: Pose
+    A: Pose  # (n, 4, 4), T_m_f,j T_m_f,i^-1 in axes of the frame m that carries the camera
+    B: Pose  # (n, 4, 4), T_c_o,j T_c_o,i^-1 in axes of the camera
 
 
 def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
     """Return the motions between views, without motions near a half turn if enough others remain.
 
-    InputError is raised if all motions turn about a single axis, which leaves the mount
+    InputError is raised if the motions do not rotate about two axes, so that the mount is
     undetermined.
     """
     i, j = _view_pairs(len(T_m_f.matrix))
@@ -39,13 +36,12 @@ def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
     first, second = _rotation_spread(axes)
     if first < LEAST_TURN:
         raise InputError(
-            "views: the arm hardly turns from one to another: they are all alike, "
-            "and a mount takes turns about two axes"
+            "views: the arm hardly rotates between views; the mount needs rotations about two axes"
         )
     if second < LEAST_TURN:
         raise InputError(
-            "views: the arm turns about one axis only, so that the mount along it stays unknown: "
-            "turn it about a second one, too"
+            "views: the arm rotates about one axis only, so the mount along this axis is "
+            "undetermined: rotate the arm about a second axis, too"
         )
     short = np.sqrt(np.square(axes).sum(-1)) < HALF_TURN
     used = short if _rotation_spread(axes[short])[1] >= LEAST_TURN else np.ones_like(short)
@@ -53,7 +49,7 @@ def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
 
 
 def _rotation_spread(axes: Array) -> tuple[float, float]:
-    """Return the root mean squares of rotation vectors (n, 3) along their two main directions."""
+    """Return the rms of rotation vectors (n, 3) along their first two principal directions."""
     if len(axes) < 2:
         return 0.0, 0.0
     spread = np.linalg.svd(axes, compute_uv=False) / np.sqrt(len(axes))
@@ -61,7 +57,7 @@ def _rotation_spread(axes: Array) -> tuple[float, float]:
 
 
 def _view_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of two views for each motion: all pairs, or pairs of near views."""
+    """Return the indices i < j of two views for each motion: all pairs, or only close pairs."""
     i, j = np.triu_indices(count, 1)
     if len(i) > MOST_PAIRS:
         near = j - i <= max(MOST_PAIRS // count, 1)
@@ -69,14 +65,14 @@ def _view_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return i, j
 
 
-def check_view_poses(mount: object, camera: object) -> tuple[Pose, Pose]:
+def check_view_poses(mount: PoseLike, camera: PoseLike) -> tuple[Pose, Pose]:
     """Return the poses T_m_f and T_c_o (V, 4, 4) of views; raise InputError for other shapes."""
     first, second = as_pose(mount), as_pose(camera)
     shapes = first.matrix.shape, second.matrix.shape
     if shapes[0] != shapes[1] or first.matrix.ndim != 3:
         raise InputError(
-            f"poses: expected as many of the mount as of the camera, (V, 4, 4), got {shapes[0]} "
-            f"and {shapes[1]}"
+            "T_m_f and T_c_o: expected as many poses of the robot as of the target, (V, 4, 4), got "
+            f"{shapes[0]} and {shapes[1]}"
         )
     if len(first.matrix) < FEWEST:
         raise InputError(f"poses: expected {FEWEST} views or more, got {len(first.matrix)}")
@@ -96,9 +92,10 @@ def cross_matrix(w: Array) -> Array:
 
 
 def nearest_rotation(M: Array) -> Array:
-    """Return the rotation R (3, 3) nearest to a matrix M, with the largest trace of R' M.
+    """Return the rotation R (3, 3) nearest to a matrix M, which maximises the trace of R' M.
 
-    It follows from the singular values of M (Schoenemann 1966; Umeyama 1991 for the sign).
+    It follows from the singular value decomposition of M (Schoenemann 1966; Umeyama 1991 for the
+    sign).
 
     >>> nearest_rotation(np.diag([2.0, 3.0, 0.5]))
     array([[1., 0., 0.],
@@ -119,7 +116,7 @@ def build_pose(R: Array, t: Array) -> Pose:
 
 
 def mean_pose(T: Pose) -> Pose:
-    """Return the mean of poses (n, 4, 4): the nearest rotation to all, and the mean position.
+    """Return the mean of poses (n, 4, 4): the rotation nearest to all, and the mean position.
 
     >>> mean_pose(Pose.at(0, 0, [1.0, 3.0], rpy=[[0, 0, 0.1], [0, 0, 0.3]]))
     <Pose position [0.0, 0.0, 2.0] rotvec [0.0, 0.0, 0.2]>

@@ -1,8 +1,6 @@
-"""Robot-world and hand-eye calibration at once, in closed form: X and Z from X B = A Z."""
+"""Robot-world/hand-eye calibration in closed form: X and Z from X B = A Z."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -14,24 +12,24 @@ from robsim.calibration.relative_motions import (
     find_relative_motions,
     nearest_rotation,
 )
-from robsim.geometry.pose import Pose
+from robsim.geometry.pose import Pose, PoseLike
 
 TIE = 1e-6  # relative: closer singular values count as equal
 
 
-def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
+def solve_robot_world(T_m_f: PoseLike, T_c_o: PoseLike) -> tuple[Pose, Pose]:
     """Return the mount X = T_m_c of a camera and the pose Z = T_f_o of its target.
 
     In every view X T_c_o = T_m_f Z. The method is Shah 2013 ("Solving the robot-world/hand-eye
-    calibration problem using the Kronecker product"): with K = sum of R_c_o' (x) R_m_f' over the
-    views, the rotations are the singular vectors of the largest singular value of K, and the
-    positions follow by linear least squares.
+    calibration problem using the Kronecker product"). Let K be the sum of R_c_o' (x) R_m_f' over
+    the views. The singular vectors of the largest singular value of K are the rotations of X and Z;
+    the positions follow by linear least squares.
 
     Parameters
     ----------
     T_m_f : pose_like of shape (V, 4, 4)
         Poses of the frame f that carries the target, in the frame m that carries the camera, from
-        the joints; see `solve_hand_eye`.
+        forward kinematics; see `solve_hand_eye`.
     T_c_o : pose_like of shape (V, 4, 4)
         Poses of the target in camera axes.
 
@@ -43,7 +41,7 @@ def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
     Raises
     ------
     InputError
-        If there are fewer than three views, or the robot turns about one axis only.
+        If there are fewer than three views, or the robot rotates about one axis only.
 
     Examples
     --------
@@ -53,7 +51,7 @@ def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
     <Pose position [1.0, 0.0, 0.0] rotvec [0.0, 0.0, 0.0]>
     """
     A, B = check_view_poses(T_m_f, T_c_o)
-    find_relative_motions(A, B)  # raises InputError unless they turn about two axes
+    find_relative_motions(A, B)  # raises InputError unless they rotate about two axes
     R_X, R_Z = _solve_rotations(A.rotation, B.rotation)
     equations = np.concatenate([np.broadcast_to(-np.eye(3), A.rotation.shape), A.rotation], axis=2)
     right = B.position @ R_X.T - A.position
@@ -62,11 +60,11 @@ def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
 
 
 def _solve_rotations(R_A: Array, R_B: Array) -> tuple[Array, Array]:
-    """Return R_X and R_Z of R_Z = R_A' R_X R_B, with vec by columns: vec(R_Z) = K vec(R_X)."""
+    """Return R_X and R_Z of R_Z = R_A' R_X R_B, from vec(R_Z) = K vec(R_X), by columns."""
     K = np.einsum("vij,vkl->ikjl", R_B.swapaxes(1, 2), R_A.swapaxes(1, 2)).reshape(9, 9)
     U, s, Vt = np.linalg.svd(K)
     if s[1] > (1.0 - TIE) * s[0]:
-        raise InputError("views: the arm turns by half turns only, which leave the mount open")
+        raise InputError("views: the arm rotates by half turns only, so the mount is undetermined")
     Z, X = U[:, 0].reshape(3, 3).T, Vt[0].reshape(3, 3).T
     sign = np.sign(np.linalg.det(X))
     return nearest_rotation(sign * X), nearest_rotation(sign * Z)

@@ -31,14 +31,14 @@ PARTS = ("mount", "lens")  # parts of a calibration that a belief contains
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationCost(Value):
-    """The result of an experiment with a controller that believes an inexact calibration.
+    """The effect of calibration errors on an experiment: runs with errors, and exact runs.
 
     Attributes
     ----------
-    study : Study
-        One run for each sample of the errors of mount and lens.
-    exact : Study
-        The same runs with the same noise, with a controller that believes the truth.
+    study : StudyResult
+        One run for each sample of the errors of mount and lens, which the controller believes.
+    exact : StudyResult
+        The same runs with the same noise, with a controller that believes the true values.
     errors : ndarray of shape (runs, n)
         Sampled errors in m, rad and px, in the order of `names`.
     names : tuple of str
@@ -62,36 +62,42 @@ class CalibrationCost(Value):
 
     @property
     def converged(self) -> Estimate:
-        """The share of the runs that converged, with its confidence interval."""
+        """The proportion of the runs with errors that converged, with its confidence interval."""
         return self.study.converged()
 
     @property
     def metres(self) -> tuple[float, float]:
-        """The median distances from the goal in metres of converged runs, with errors and exact."""
+        """The median distances from the goal in metres, of converged runs with errors and exact."""
         return _median_of_converged(self.study, "distance_to_goal"), _median_of_converged(
             self.exact, "distance_to_goal"
         )
 
     @property
     def radians(self) -> tuple[float, float]:
-        """The median angles from the goal in radians of converged runs, with errors and exact."""
+        """The median angles from the goal in radians, of converged runs with errors and exact."""
         return _median_of_converged(self.study, "angle_to_goal"), _median_of_converged(
             self.exact, "angle_to_goal"
         )
 
     def sensitivity(self, of: str = "distance_to_goal") -> Sensitivity:
-        """Return the sensitivity of a column of the study to each calibrated parameter."""
+        """Return the sensitivity of a column of the study to the error of each parameter.
+
+        Parameters
+        ----------
+        of : str, default "distance_to_goal"
+            Column of `study.table`.
+        """
         table = self.study.table
         columns = dict(zip(self.names, self.errors[table["draw"]].T, strict=True))
         return compute_sensitivity(table.assign(**columns), of, list(self.names))
 
     def __str__(self) -> str:
-        """Return the share of converged runs and their median errors, with the exact runs."""
-        (far, least), (turned, least_turned) = self.metres, np.degrees(self.radians)
+        """Return the proportion of converged runs and their median errors, also of exact runs."""
+        (mm, exact_mm), (deg, exact_deg) = 1e3 * np.array(self.metres), np.degrees(self.radians)
         return (
-            f"{self.converged} converged, median {1e3 * far:.3g} mm and {turned:.3g} deg off the "
-            f"goal\nexact: {self.exact.converged()} converged, median {1e3 * least:.3g} mm and "
-            f"{least_turned:.3g} deg"
+            f"{self.converged} converged, median {mm:.3g} mm and {deg:.3g} deg off the goal\n"
+            f"exact: {self.exact.converged()} converged, median {exact_mm:.3g} mm and "
+            f"{exact_deg:.3g} deg"
         )
 
     def __repr__(self) -> str:
@@ -105,18 +111,24 @@ def _median_of_converged(of: StudyResult, column: str) -> float:
 
 
 def estimate_servo_cost(
-    calibration: CalibrationFit, experiment: Any, runs: int = 200, *, seed: int = 0, **how: Any
+    calibration: CalibrationFit,
+    experiment: Experiment,
+    runs: int = 200,
+    *,
+    seed: int = 0,
+    **how: Any,  # Any: the further arguments of `study`
 ) -> CalibrationCost:
-    """Return the result of an experiment with a controller that believes an inexact calibration.
+    """Return the effect of the remaining calibration error on an experiment.
 
-    The true scene is the scene of the experiment. The controller believes its camera with sampled
-    errors. Errors of the mount bend the path; a goal that is an image or a camera pose is reached
-    nevertheless. Errors of the lens shift the final pose of a goal that is computed.
+    The true scene is the scene of the experiment. In each run the controller believes the true
+    camera plus a sample of the calibration errors. Errors of the mount bend the path of the camera,
+    but a goal image or goal pose of the camera is still reached. Errors of the lens shift the final
+    pose if the goal image is computed with the believed camera.
 
     Parameters
     ----------
     calibration : CalibrationFit
-        Calibration; errors are sampled from a normal distribution with its covariance.
+        Calibration. Errors are sampled from the normal distribution with its covariance.
     experiment : Experiment
         Experiment to run.
     runs : int, default 200
@@ -134,7 +146,7 @@ def estimate_servo_cost(
     Raises
     ------
     InputError
-        If the experiment lacks the camera, or its lens has another number of coefficients.
+        If the experiment lacks the camera, or its number of distortion coefficients differs.
 
     Examples
     --------
@@ -148,24 +160,24 @@ def estimate_servo_cost(
     """
     check_instance(experiment, Experiment, "experiment")
     count = as_integer(runs, "runs", 1, MOST_RUNS)
-    chosen = np.r_[*(calibration.free.parts[name] for name in PARTS)]
-    errors = _sample_errors(calibration.covariance[np.ix_(chosen, chosen)], count, seed)
+    indices = np.r_[*(calibration.free.parts[name] for name in PARTS)]
+    errors = _sample_errors(calibration.covariance[np.ix_(indices, indices)], count, seed)
     steps = np.zeros((count, len(calibration.names)))
-    steps[:, chosen] = errors
-    sure, wrong = _camera_beliefs(
+    steps[:, indices] = errors
+    true_values, samplers = _camera_beliefs(
         calibration, experiment.scene.camera(calibration.views.camera), steps
     )
-    exact = experiment.at(sure)
-    studies = study(exact, count, vary=wrong, **how), study(exact, count, **how)
+    exact = experiment.at(true_values)
+    studies = study(exact, count, vary=samplers, **how), study(exact, count, **how)
     return CalibrationCost(
-        *studies, make_read_only(errors), tuple(calibration.names[i] for i in chosen)
+        *studies, make_read_only(errors), tuple(calibration.names[i] for i in indices)
     )
 
 
 def _camera_beliefs(
     calibration: CalibrationFit, eye: MountedCamera, steps: Array
 ) -> tuple[dict[str, Array], dict[str, TabulatedValues]]:
-    """Return the true parameters of a camera by their names in a belief, and the wrong ones."""
+    """Return the true and the sampled parameters of a camera, by their names in a belief."""
     if len(eye.camera.distortion) != len(calibration.camera.distortion):
         raise InputError(
             f"camera '{eye.name}': its lens has {len(eye.camera.distortion)} coefficients, and "
@@ -188,13 +200,13 @@ def _sample_errors(C: Array, count: int, seed: int) -> Array:
 
 
 def _camera_arrays(models: list[CalibrationModel], true: CalibrationModel) -> dict[str, Array]:
-    """Return the parameters (n, ...) of cameras by their keys in the table of a camera."""
+    """Return the parameters (n, ...) of n cameras by their keys in a scenario file."""
     K = np.array([model.camera.K for model in models])
     rpy = np.array([rotation_to_rpy(model.mount.rotation) for model in models])
     turns = np.round((rpy - rotation_to_rpy(true.mount.rotation)) / (2 * np.pi))
     return {
         "position": np.array([model.mount.position for model in models]),
-        "rpy": rpy - 2 * np.pi * turns,  # no angle jumps by a full turn
+        "rpy": rpy - 2 * np.pi * turns,  # angles near the true angles, without jumps by full turns
         "focal": K[:, [0, 1], [0, 1]],
         "center": K[:, :2, 2],
         "skew": K[:, 0, 1],

@@ -1,12 +1,12 @@
-"""Views of a target by a simulated camera, and coordinates with a view of the whole target."""
+"""Simulated views of a target, and samples of coordinates that see the whole target."""
 
 from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_integer, make_read_only
 from robsim.base.errors import InputError, prefix_errors
@@ -14,8 +14,10 @@ from robsim.calibration.calibration_views import CalibrationViews, is_off_image
 from robsim.run.beliefs import find_common_belief
 from robsim.run.experiment import Experiment
 from robsim.run.run_checks import check_instance
+from robsim.starts.start_samplers import Start
 from robsim.statistics.random_numbers import RandomNumbers
 from robsim.studies.row_simulator import RowSimulator
+from robsim.studies.samplers import Uniform
 from robsim.studies.study_plan import START_NAME, make_plan
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
@@ -26,7 +28,7 @@ NOISE_STREAM = "calibration"  # name of the stream of random noise
 
 def simulate_views(
     experiment: Experiment,
-    q: Any,
+    q: ArrayLike,
     *,
     camera: str | None = None,
     target: str | None = None,
@@ -34,14 +36,14 @@ def simulate_views(
 ) -> CalibrationViews:
     """Return simulated views of a target by a camera of an experiment, with noise.
 
-    The pixels are projected in the true scene, with `sensing.noise` and `sensing.quantisation`, and
-    are NaN outside the image. The views contain the scene that the experiment believes. The noise
-    of a view depends on the seed and the number of the view only.
+    The pixels are projections in the true scene, with `sensing.noise` and `sensing.quantisation`,
+    and NaN outside the image. The scene of the views is the scene that the controller believes. The
+    noise of a view depends only on the seed and the index of the view.
 
     Parameters
     ----------
     experiment : Experiment
-        Experiment with the true scene, the belief and the errors of images.
+        Experiment with the true scene, the belief of the controller, and `sensing`.
     q : array_like of shape (V, nq)
         Coordinates, one row for each view. The robot is at rest in each view.
     camera : str, optional
@@ -59,7 +61,8 @@ def simulate_views(
     Raises
     ------
     InputError
-        If `sensing` contains other errors of images, or a view has too few marks.
+        If `sensing` contains errors that single views do not have, such as delays, or fewer than
+        four marks are seen in a view.
 
     Examples
     --------
@@ -90,7 +93,7 @@ def _visible_pixels(scene: Scene, q: Array, camera: str | None, target: str | No
 
 def _add_image_errors(pixels: Array, sensing: Sensing, seed: int) -> Array:
     """Return pixels with the image errors; raise InputError for errors that views do not have."""
-    for each in sorted(sensing.acting(), key=lambda one: one.effect.place):
+    for each in sorted(sensing.acting(), key=lambda error: error.effect.place):
         with prefix_errors(f"sensing.{each.field}"):
             name = f"{NOISE_STREAM}{each.stream or ''}"
             pixels = each.effect.in_views(pixels, partial(_sample_normal, seed, name, pixels.shape))
@@ -98,19 +101,19 @@ def _add_image_errors(pixels: Array, sensing: Sensing, seed: int) -> Array:
 
 
 def _sample_normal(seed: int, name: str, shape: tuple[int, ...]) -> Array:
-    """Return standard normal numbers (V, ...), keyed by the number of the view."""
+    """Return standard normal samples (V, ...), which depend on the index of the view."""
     return (
         RandomNumbers(seed, name, np.arange(shape[0])).normal(math.prod(shape[1:])).reshape(shape)
     )
 
 
 def sample_viewpoints(
-    experiment: Experiment, count: int, start: Any, *, seed: int | None = None
+    experiment: Experiment, count: int, start: Start | Uniform, *, seed: int | None = None
 ) -> Array:
-    """Return coordinates (n, nq) with a view of the whole target, with n at most `count`.
+    """Return samples (n, nq) of coordinates that see the whole target, with n at most `count`.
 
-    The coordinates are within the limits of the joints. A sample that fails in a thousand attempts
-    is left out.
+    The coordinates are within the limits of the joints. A sample is left out if none of a thousand
+    attempts sees the whole target.
 
     Parameters
     ----------
@@ -118,10 +121,15 @@ def sample_viewpoints(
         Experiment with the scene.
     count : int
         Number of samples.
-    start : Sampler
-        Sampler of start configurations: `LookAt`, `About`, `Anywhere` ...
+    start : Start or Uniform
+        Sampler of configurations from `robsim.starts`: `LookAt`, `About`, `Anywhere` ...
     seed : int, optional
         Seed of the samples. Default: the seed of the experiment.
+
+    Returns
+    -------
+    ndarray of shape (n, nq)
+        Coordinates of the views.
 
     Raises
     ------
@@ -139,11 +147,11 @@ def sample_viewpoints(
     plan = make_plan(experiment, as_integer(count, "count", 1), seed, start)
     if plan.start is None:
         raise InputError(
-            f"{START_NAME}: expected a sampler such as rs.LookAt(...), which draws them"
+            f"{START_NAME}: expected a sampler of configurations such as rs.starts.LookAt(...)"
         )
     q, _, usable = RowSimulator(plan).starts(np.arange(plan.draws))
     if not usable.any():
         raise InputError(
-            f"viewpoints: none of {plan.draws} sees the whole target: widen {START_NAME}"
+            f"viewpoints: none of {plan.draws} samples sees the whole target: widen {START_NAME}"
         )
     return make_read_only(np.ascontiguousarray(q[usable]))

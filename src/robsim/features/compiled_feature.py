@@ -97,7 +97,7 @@ class CompiledFeature(ABC):
         return evaluated(add, [*arrays.values()], runs=seen.runs)
 
 
-def _check_counts_seen(feature: Any, runs: int, seen: Observation) -> None:
+def _check_counts_seen(feature: CompiledFeature, runs: int, seen: Observation) -> None:
     """Raise InputError if too few marks are observed, or a number of runs unlike the goal's."""
     name, least = type(feature).__name__, getattr(feature, "least_marks", 1)
     N, _, observed = seen.pixels_last.shape

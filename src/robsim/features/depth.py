@@ -55,7 +55,23 @@ class LogDepth(MarkFeature):
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:
-        """Return the feature relative to the depths at the goal."""
+        """Return the feature relative to the depths at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        LogDepth
+            The feature with `Z_goal` from the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation.
+        """
         return replace_unchecked(self, Z_goal=check_goal_observation(goal, "LogDepth").depth_last)
 
     def stages(self, seen: ObservationRows) -> FeatureRows:

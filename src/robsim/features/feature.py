@@ -22,7 +22,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.value import construct_unchecked, replace_unchecked
 from robsim.declare import Number, family
 from robsim.features.observation_checks import check_image, check_observation_fields, convert_poses
-from robsim.geometry.pose import homogeneous_matrix
+from robsim.geometry.pose import PoseLike, homogeneous_matrix
 from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
@@ -137,10 +137,10 @@ class Observation:
         camera: Camera,
         *,
         model: ArrayLike | None = None,
-        guess: Any = None,
-        pose: Any = None,
+        guess: PoseLike | None = None,
+        pose: PoseLike | None = None,
         other: Observation | None = None,
-        between: Any = None,
+        between: PoseLike | None = None,
     ) -> Observation:
         """Return an observation of pixels and depths by a camera.
 
@@ -194,7 +194,9 @@ class Observation:
         return observation
 
     @classmethod
-    def of_last(cls, pixels: Array, depth: Array, camera: Camera, **more: Any) -> Observation:
+    def of_last(
+        cls, pixels: Array, depth: Array, camera: Camera, **more: Array | Observation | None
+    ) -> Observation:
         """Return an observation from valid arrays with the run last, without checks.
 
         Parameters
@@ -244,7 +246,18 @@ class Observation:
         return replace_unchecked(self, **points, depth_last=depth, other=other)
 
     def repeated(self, runs: int) -> Observation:
-        """Return the observation with the first run repeated `runs` times."""
+        """Return the observation with the first run repeated.
+
+        Parameters
+        ----------
+        runs : int
+            Number of repetitions.
+
+        Returns
+        -------
+        Observation
+            The observation of `runs` equal runs.
+        """
         names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
         if self.model is not None and self.model.ndim > 2:
             names.append("model")
@@ -366,4 +379,15 @@ class Feature(Protocol):
         """Tolerance: a run has converged if max|e| is below it."""
 
     def measure(self, seen: Observation) -> Array:
-        """Return the features s (B, k)."""
+        """Return the features.
+
+        Parameters
+        ----------
+        seen : Observation
+            Marks of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k)
+            Features s. NaN for a component without a value.
+        """

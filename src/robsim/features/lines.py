@@ -24,7 +24,7 @@ class Lines(AngleFeature):
 
         L_rho   = lambda_rho   [c, s, -rho, 0, 0, 0] + [0, 0, 0, (1 + rho^2) s, -(1 + rho^2) c, 0]
         L_theta = lambda_theta [c, s, -rho, 0, 0, 0] + [0, 0, 0, -rho c, -rho s, -1]
-        lambda_rho = (a rho c + b rho s + d)/e,    lambda_theta = (a s - b c)/e
+        lambda_rho = (a rho c + b rho s + d)/e,    lambda_theta = (a s - b c)/e,
 
     for any plane a X + b Y + d Z + e = 0 that contains the line (Espiau, Chaumette and Rives
     1992). RobSim takes the plane from the depths of the marks.

@@ -53,7 +53,23 @@ class AngleFeature(MarkFeature):
     goal: Array | None = field(default=None, init=False, repr=False)  # (k, 1), set by `towards`
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature with angles within half a turn, (-pi, pi], of the goal."""
+        """Return the feature with angles within half a turn of the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        Lines, Polar or Segments
+            The feature with each angle within (-pi, pi] of its value at the goal.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation, or has too few marks.
+        """
         return replace_unchecked(self, goal=make_read_only(view_runs_last(self.measure(goal))))
 
     def stages(self, seen: ObservationRows) -> FeatureRows:

@@ -65,7 +65,23 @@ class _BasicMoments(MarkFeature):
         return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **arguments)
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature with alpha within a quarter turn of its value at the goal."""
+        """Return the feature with alpha within a quarter turn of its value at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        RegionMoments or PointMoments
+            The feature with `alpha_goal` from the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation, or has too few marks.
+        """
         return replace_unchecked(
             self, alpha_goal=make_read_only(self.measure(goal)[:, 3][None].copy())
         )
@@ -162,17 +178,17 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
 
         an = Z* sqrt(a*/a),    xn = an xg,    yn = an yg,
 
-    in metres, with the area a of the polygon of the marks (of="region") or a = mu20 + mu02 of the
-    marks (of="points"), and with a* and the depth Z* of the centre at the goal. If the goal is
-    parallel to the image, their L has -1 on the diagonal of the translation and zeros beside it
+    in metres. The size a is the area of the polygon of the marks (of="region"), or mu20 + mu02 of
+    the marks (of="points"). a* is the size and Z* the depth of the centre at the goal. If the goal
+    is parallel to the image, their L has -1 on the diagonal of the translation and zeros beside it
     (Tahri and Chaumette 2005, IEEE T-RO 21(6)).
 
     Px and Py control the two tilts. They do not change if the image translates, rotates or scales:
 
         (Px, Py) = rho (cos 2 phi, sin 2 phi),    rho = sqrt(mu00) |p|/(mu20 + mu02)^1.5,
-        p = (mu30 + mu12, mu21 + mu03),
+        p = (mu30 + mu12, mu21 + mu03).
 
-    with phi the angle of p from the principal axis alpha. Up to the factor |p| (mu20 - mu02, 2
+    phi is the angle of p from the principal axis alpha. Up to the factor |p| (mu20 - mu02, 2
     mu11) they are the sixth invariant of Hu (1962), "Visual pattern recognition by moment
     invariants", IRE Trans. IT 8, and its counterpart in Flusser (2000), "On the independence of
     rotation moment invariants", Pattern Recognition 33. alpha controls the roll.
@@ -230,7 +246,23 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         )
 
     def towards(self, goal: Observation) -> DecoupledMoments:
-        """Return the feature with a*, Z*, the orientation and the head at the goal."""
+        """Return the feature with a*, Z*, the orientation and the head at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        DecoupledMoments
+            The feature relative to the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation.
+        """
         centre, mu = _measure_goal_moments(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic_moments(self.of_marks, centre, mu, s)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import replace_unchecked
@@ -17,13 +16,16 @@ DIFFERENCE_STEP = 1e-5  # metres and radians: rounding and truncation both near 
 UNIT_CAMERA = Camera(np.eye(3))  # pixels are normalised points
 
 
-def compute_interaction(feature: Feature, seen: Observation) -> Any:
+def compute_interaction(feature: Feature, seen: Observation) -> ArrayLike:
     """Return L (B, k, 6) from the feature, or by central differences of its measurement.
 
     The differences move the believed marks: normalised points at believed depths.
     """
     analytic = getattr(feature, "interaction", None)
-    return difference_interaction(feature, seen) if analytic is None else analytic(seen)
+    if analytic is None:
+        return difference_interaction(feature, seen)
+    L: ArrayLike = analytic(seen)
+    return L
 
 
 def difference_interaction(feature: Feature, seen: Observation) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
-from robsim.geometry.pose import as_pose
+from robsim.geometry.pose import PoseLike, as_pose
 from robsim.vision.camera import Camera
 
 MARK_SHAPES = {"pixels_last": ("N", 2, "B"), "points_last": ("N", 2, "B"), "depth_last": ("N", "B")}
@@ -21,7 +21,7 @@ OPTIONAL_SHAPES = {  # optional parts
 }
 
 
-def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array, Array, Array]:
+def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Camera) -> tuple[Array, Array, Array]:
     """Return pixels and points (N, 2, B) and depths (N, B) from pixels (B, N, 2), depths (B, N)."""
     if not isinstance(camera, Camera):
         raise InputError(f"camera: expected a Camera, got {format_value(camera)}")
@@ -36,7 +36,7 @@ def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array
     return last, camera.points_of(last), move_runs_last(Z, 1)
 
 
-def convert_poses(pose: Any, what: str, runs: int) -> Array | None:
+def convert_poses(pose: PoseLike | None, what: str, runs: int) -> Array | None:
     """Return poses (3, 4, B) from a pose (4, 4) or (B, 4, 4), or None without a pose."""
     if pose is None:
         return None

@@ -23,8 +23,8 @@ class Polar(AngleFeature):
         L_theta = [s/(rho Z), -c/(rho Z), 0, c/rho, s/rho, -1]
 
     (Iwatsuki and Okiyama 2005; Chaumette and Hutchinson 2007, on cylindrical coordinates; Corke,
-    Spindler and Chaumette 2009). They are the rows of the Cartesian point turned by theta, with
-    the second row divided by rho.
+    Spindler and Chaumette 2009). They are the two rows of `Points`, rotated by theta, with the
+    second row divided by rho.
 
     Use polar coordinates if the camera must rotate far about its optical axis: the points then
     move on circles about the principal point, and the camera does not retreat. For lateral

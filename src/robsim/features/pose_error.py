@@ -37,7 +37,25 @@ class _PoseFeature(CompiledFeature):
         check_fields(self)
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature relative to the camera pose that has this view of the target."""
+        """Return the feature relative to the camera pose of a view of the target.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        ThetaU or Translation
+            The feature with `T_goal_o` estimated from the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation.
+        GoalError
+            If no pose of the target fits the image at the goal.
+        """
         if not np.isfinite(check_goal_observation(goal, type(self).__name__).pose).all():
             raise GoalError("no pose of the target fits the image at the goal")
         return replace_unchecked(

@@ -21,8 +21,8 @@ class Spherical(MarkFeature):
         L = [-(I - s s')/|P|, [s]x],    |P| = Z sqrt(1 + x^2 + y^2)
 
     (Hamel and Mahony 2002). A rotation of the camera rotates all bearings together, independent of
-    their places in the image. Use bearings for cameras with a wide field of view: normalised points
-    grow without bound towards 90 degrees from the optical axis, and bearings do not.
+    their positions in the image. Use bearings for cameras with a wide field of view: normalised
+    points grow without bound towards 90 degrees from the optical axis, and bearings do not.
 
     Examples
     --------

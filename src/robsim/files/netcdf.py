@@ -22,8 +22,8 @@ from robsim.files.run_schema import TITLES, check_run_content
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READERS = {
-    **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.open_bag(path)"),
-    **dict.fromkeys((".csv", ".parquet"), "rs.read_log(path, experiment)"),
+    **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.logs.read_bag(path)"),
+    **dict.fromkeys((".csv", ".parquet"), "rs.logs.read_log(path, experiment)"),
 }
 TRUST = "open_run(path, unsealed=True), or robsim explain --unsealed, reads it without a check"
 

@@ -1,4 +1,4 @@
-"""Files of ROS 2 bags: their topics and messages, and errors of damaged files."""
+"""The files of a ROS 2 bag: topics, messages, and errors of damaged files."""
 
 from __future__ import annotations
 
@@ -16,32 +16,36 @@ from robsim.run.log import NANO
 
 Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
-MOST = 20_000_000  # messages
+MOST = 20_000_000  # messages of a bag
 LARGEST = 1 << 30  # bytes of a decompressed chunk of MCAP
 
 
 class RecordedMessage(NamedTuple):
-    """A message, its recording time in nanoseconds, and the time in its header."""
+    """A message of a bag, with its times in nanoseconds."""
 
-    logged: int
-    stamped: int | None
-    message: Any
+    logged: int  # time of recording
+    stamped: int | None  # time in the header, None without a header
+    message: message_types.Message
 
 
 class TimedMessage(NamedTuple):
     """A message and its time in nanoseconds."""
 
     time: int
-    message: Any
+    message: message_types.Message
 
     @property
     def when(self) -> str:
-        """The time as text, for error messages."""
+        """The time in seconds as text, for error messages."""
         return f"at {self.time / NANO:.9g} s"
 
 
 def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[TimedMessage]:
-    """Yield messages with their times, from the headers if any header has a time."""
+    """Yield messages with their times.
+
+    The times come from the headers if the clock is "header" and any header has a nonzero time.
+    Otherwise they are the times of recording.
+    """
     stamped = clock == "header" and any(each.stamped for each in messages)
     for each in messages:
         time = each.stamped if stamped else None
@@ -49,10 +53,10 @@ def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[
 
 
 class Bag:
-    """An open bag: a folder of MCAP or SQLite files, or one such file.
+    """A ROS 2 bag to read in a `with` block: a folder of MCAP or SQLite files, or one such file.
 
-    `topics` are {name: type}. FileError is raised for files that cannot be read; within the context
-    its message does not contain the path.
+    The attribute `topics` is {name: type of the messages}. FileError is raised for files that
+    cannot be read. Errors of `messages` do not contain the path; the caller adds it.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -83,7 +87,7 @@ class Bag:
         self._stack.close()
 
     def messages(self, *topics: str) -> Iterator[tuple[str, RecordedMessage]]:
-        """Yield messages with their topics, for some topics, in the order of recording."""
+        """Yield (topic, message) for the messages of some topics, in the order of recording."""
         for reader in self._readers:
             with self._convert_errors():
                 connections = [each for each in reader.connections if each.topic in topics]
@@ -102,11 +106,11 @@ class Bag:
                     yield connection.topic, timed
 
     def _store_topics(self) -> None:
-        """Store the topics; raise FileError for too few or too many messages, or unclear types."""
+        """Store the topics; raise FileError for an empty or huge bag, or a topic of two types."""
         for each in (each for reader in self._readers for each in reader.connections):
             if self.topics.setdefault(each.topic, each.msgtype) != each.msgtype:
                 raise FileError(
-                    f"topic {each.topic} holds {self.topics[each.topic]} and {each.msgtype}"
+                    f"topic {each.topic} has two types: {self.topics[each.topic]}, {each.msgtype}"
                 )
         count = sum(reader.message_count for reader in self._readers)
         if not count:
@@ -116,7 +120,7 @@ class Bag:
 
     @contextmanager
     def _convert_errors(self, topic: str = "") -> Iterator[None]:
-        """Convert any exception of a bag reader to a FileError."""
+        """Convert any exception of a bag reader to a FileError, without names of private files."""
         where = f"topic {topic}: " if topic else ""
         try:
             yield
@@ -128,7 +132,7 @@ class Bag:
                 words = words.replace(place, "it")
             reason = " ".join(words.split()) or type(error).__name__
             raise FileError(
-                f"{where}not a ROS 2 bag, or cut off or damaged: {reason:.200}"
+                f"{where}not a ROS 2 bag, or truncated or damaged: {reason:.200}"
             ) from None
 
 
@@ -157,20 +161,20 @@ def _strip_compression(file: Path) -> Path:
 
 
 def _part_number(file: Path) -> tuple[int, str]:
-    """Return the number at the end of the name of a part of a bag, and the name."""
+    """Return the number at the end of a file name, or 0, and the name: the order of files."""
     last = file.stem.rsplit("_", maxsplit=1)[-1]
     return (int(last) if last.isascii() and last.isdigit() and len(last) < 10 else 0), file.name
 
 
 def _check_chunk_size(reader: Any) -> None:
-    """Raise FileError if a chunk would need too much memory."""
+    """Raise FileError if a chunk needs more than LARGEST bytes of memory."""
     sizes = [each.uncompressed_size for each in getattr(reader.storage, "chunks", ())]
     if max(sizes, default=0) > LARGEST:
         raise FileError(f"a chunk of {max(sizes)} bytes; at most {LARGEST} are read")
 
 
 def _message_definition(connection: Any) -> str:
-    """Return the definition of a connection's messages, empty unless it is in .msg form."""
+    """Return the definition of a connection's messages, empty unless its format is .msg."""
     from rosbags.interfaces import MessageDefinitionFormat
 
     content = connection.msgdef

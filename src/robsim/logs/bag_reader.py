@@ -1,4 +1,4 @@
-"""ROS 2 bags as runs."""
+"""Conversion of ROS 2 bags to runs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from heapq import merge
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import xarray as xr
 
+from robsim.base.arrays import Array
 from robsim.base.errors import FileError, FileWarning, check_known, prefix_errors, suggest_names
 from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.logs.bag_files import Bag, Clock, RecordedMessage, TimedMessage, assign_times
@@ -29,11 +30,20 @@ from robsim.run.run_from_log import make_run_from_log
 from robsim.servo.camera_target import PairKey
 
 CLOCKS = ("header", "log")
-SHOWN = 5  # names in a warning
+SHOWN = 5  # names that a warning lists
 
 
 class BagImage(NamedTuple):
-    """A compressed image of a bag: seconds, the format as named in the bag, and the bytes.
+    """A compressed image of a bag.
+
+    Attributes
+    ----------
+    time : float
+        Time in seconds: the stamp of the header, or the time of recording without a stamp.
+    format : str
+        Format as named in the message, such as "jpeg".
+    data : bytes
+        Compressed image, which an image library decodes.
 
     Examples
     --------
@@ -58,14 +68,19 @@ def read_bag(
 ) -> xr.Dataset:
     """Read a ROS 2 bag as a run.
 
-    Every period of the experiment has the last joints, marks and commands before it (zero-order
-    hold); `image_age` is the time in seconds since the images. Marks that are not seen are NaN. The
-    run begins when all joints and all marks have been measured once, and ends with the joints.
+    The run has one instant for each period of the experiment, with the last joints, marks and
+    commands before it (zero-order hold); `image_age` is the age of the images in seconds. Marks
+    that are not seen are NaN. The run begins when every joint and every mark has been measured
+    once, and ends with the last joint message.
 
-    Commands are JointState, JointTrajectory with one point (its velocities), Float64MultiArray in
-    the order of the commanded velocities, or Twist or TwistStamped of a body in its own axes. Marks
-    are Detection2DArray, or AprilTagDetectionArray with the corners tag36h11_7.0 and so on. Poses
-    in /tf replace missing JointState messages of bodies that drive or fly.
+    These messages are supported:
+
+    - joints: JointState; for bodies that drive or fly also poses in /tf,
+    - commands: JointState; JointTrajectory with one point, for its velocities; Float64MultiArray in
+      the order of the commanded velocities; Twist or TwistStamped of a body in its own axes,
+    - marks: Detection2DArray, or AprilTagDetectionArray, whose corners have the ids tag36h11_7.0
+      and so on,
+    - lens: CameraInfo.
 
     Parameters
     ----------
@@ -75,16 +90,18 @@ def read_bag(
         Experiment with the scene, the task and the period. Default: the experiment in the bag, if
         RobSim wrote the bag.
     topics : mapping, optional
-        Topics {"joints", "commands", "marks.CAMERA" or "lens.CAMERA": topic}. Default: the topics
-        of `write_bag`, or the only topic of a type.
+        Topics {"joints", "commands", "marks.CAMERA" or "lens.CAMERA": topic}, CAMERA being the name
+        of a camera. Default: the topics of `write_bag`, or the only topic of a suitable type.
     names : mapping, optional
         Names {joint of the scene: joint in the bag}, if they differ.
     marks : mapping, optional
-        Ids {target: ids of its marks, in their order}. Default: TARGET.NUMBER.
+        Ids {target: ids of its marks in the messages, in order}. Default: TARGET.NUMBER, such as
+        "plate.0".
     frames : mapping, optional
         Frames {"world" or "ROBOT.LINK": frame in /tf} of bodies that drive or fly, if they differ.
     clock : {"header", "log"}, default "header"
-        Times of the messages: stamps of their headers, if they have any, or recording times.
+        Times of the messages: the stamps of their headers if they have any, or the times of
+        recording.
 
     Returns
     -------
@@ -101,7 +118,7 @@ def read_bag(
     Warns
     -----
     FileWarning
-        If the topics contain joints or marks that the scene does not have.
+        If the messages contain joints or marks that the scene does not have.
 
     Examples
     --------
@@ -161,13 +178,13 @@ def read_bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagIma
 def _load_bag_experiment(bag: Bag) -> Experiment:
     """Return the experiment in a bag; raise FileError if there is none."""
     if bag.topics.get(EXPERIMENT) not in TYPES["experiment"]:
-        raise FileError(f"it has no {EXPERIMENT}: give the experiment, open_bag(path, experiment)")
+        raise FileError(f"it has no {EXPERIMENT}: give the experiment, read_bag(path, experiment)")
     text = next((each.message.data for _, each in bag.messages(EXPERIMENT)), "")
     return Experiment.from_text(text, f"topic {EXPERIMENT}")
 
 
 class _BagReader:
-    """The topics of a bag, converted to the streams of a log."""
+    """A converter of the topics of a bag to the streams of a log."""
 
     def __init__(self, bag: Bag, experiment: Experiment, clock: Clock) -> None:
         self.bag, self.scene, self.clock = bag, experiment.scene, clock
@@ -176,16 +193,22 @@ class _BagReader:
         self.others: dict[str, None] = {}
         self.messages: dict[str, list[RecordedMessage]] = {}
 
-    def log(self, topics: Any, names: Any, marks: Any, frames: Any) -> Log:
+    def log(
+        self,
+        topics: Mapping[str, str] | None,
+        names: Mapping[str, str] | None,
+        marks: Mapping[str, Sequence[str]] | None,
+        frames: Mapping[str, str] | None,
+    ) -> Log:
         """Return the streams of the bag as a log of the experiment."""
-        called = map_joint_names(names, self.scene)
-        places = BodyPoses(self.scene, called, frames)
-        self.roles = choose_topics(self.bag.topics, self.controller.cameras, topics, bool(places))
+        log_names = map_joint_names(names, self.scene)
+        bodies = BodyPoses(self.scene, log_names, frames)
+        self.roles = choose_topics(self.bag.topics, self.controller.cameras, topics, bool(bodies))
         self.messages = {topic: [] for role, topic in self.roles.items() if role not in FRAME_ROLES}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
-        joints, rates = self._joints(called, places)
-        commands = self._commands(called)
+        joints, rates = self._joints(log_names, bodies)
+        commands = self._commands(log_names)
         pixels: dict[PairKey, Stream] = {}
         for camera in self.controller.cameras:
             pixels |= self._images(camera, marks)
@@ -193,44 +216,48 @@ class _BagReader:
         self._warn_of_others()
         return log
 
-    def _joints(self, called: Mapping[str, str], places: BodyPoses) -> tuple[Stream, Stream | None]:
+    def _joints(
+        self, log_names: Mapping[str, str], bodies: BodyPoses
+    ) -> tuple[Stream, Stream | None]:
         """Return the coordinates, and the measured velocities if there are any."""
         scene, topic = self.scene, f"topic {self.roles.get('joints', self.roles.get('frames'))}"
         messages = list(self._timed_messages("joints")) if "joints" in self.roles else []
         states = (each.message for each in messages if len(each.message.position))
-        places.leave_out({name for state in states for name in state.name})
-        if places and "frames" in self.roles:
+        bodies.leave_out({name for state in states for name in state.name})
+        if bodies and "frames" in self.roles:
             messages = list(
-                merge(messages, self._mobile_bodies(places), key=lambda each: each.time)
+                merge(messages, self._mobile_bodies(bodies), key=lambda each: each.time)
             )
-        q = JointValues([called.get(name, name) for name in scene.coordinate_names], "position")
+        q = JointValues([log_names.get(name, name) for name in scene.coordinate_names], "position")
         joints = read_joint_stream(topic, messages, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
-            raise FileError(f"{topic}: {_describe_missing_joint(q, places)}")
-        qd = JointValues([called.get(name, name) for name in scene.velocity_names], "velocity")
+            raise FileError(f"{topic}: {_describe_missing_joint(q, bodies)}")
+        qd = JointValues([log_names.get(name, name) for name in scene.velocity_names], "velocity")
         return joints, read_joint_stream(topic, messages, qd)
 
-    def _mobile_bodies(self, places: BodyPoses) -> Iterator[TimedMessage]:
-        """Yield the poses of bodies that no JointState message covers."""
+    def _mobile_bodies(self, bodies: BodyPoses) -> Iterator[TimedMessage]:
+        """Yield the coordinates of bodies that no JointState message covers, from their poses."""
         moving, still = self.roles["frames"], self.roles.get("still")
         for _, each in self.bag.messages(still) if still else ():
-            places.still(f"topic {still}", each.message.transforms)
+            bodies.store_static(f"topic {still}", each.message.transforms)
         for _, each in self.bag.messages(moving):
-            for time, joints in places.take(f"topic {moving}", each.message.transforms):
+            for time, joints in bodies.take(f"topic {moving}", each.message.transforms):
                 yield TimedMessage((self.clock == "header" and time) or each.logged, joints)
 
-    def _commands(self, called: Mapping[str, str]) -> Stream | None:
+    def _commands(self, log_names: Mapping[str, str]) -> Stream | None:
         """Return the commanded velocities; velocities without a command are zero."""
         if "commands" not in self.roles:
             return None
         topic = self.roles["commands"]
-        commands = CommandReader(self.controller, self.bag.topics[topic], called)
+        commands = CommandReader(self.controller, self.bag.topics[topic], log_names)
         stream = commands.stream(f"topic {topic}", self._timed_messages("commands"))
         self.others |= commands.others
         return stream
 
-    def _images(self, camera: str, marks: Any) -> dict[PairKey, Stream]:
+    def _images(
+        self, camera: str, marks: Mapping[str, Sequence[str]] | None
+    ) -> dict[PairKey, Stream]:
         """Return the pixels of the targets of a camera."""
         ids, sizes = map_mark_ids(self.controller, camera, marks)
         others: dict[str, None] = {}
@@ -241,7 +268,7 @@ class _BagReader:
         self.others |= dict.fromkeys(f"mark {name}" for name in others)
         return streams
 
-    def _lenses(self) -> dict[str, Any]:
+    def _lenses(self) -> dict[str, Array]:
         """Return the intrinsics in the bag by camera, as attributes of the run."""
         attributes = {}
         for camera in self.controller.cameras:
@@ -257,20 +284,20 @@ class _BagReader:
         return assign_times(self.messages[self.roles[role]], self.clock)
 
     def _warn_of_others(self) -> None:
-        """Warn of joints and marks that are left out, as the scene does not have them."""
+        """Warn of joints and marks that are ignored because the scene does not have them."""
         if self.others:
             shown = ", ".join(list(self.others)[:SHOWN])
             more = f" and {len(self.others) - SHOWN} more" if len(self.others) > SHOWN else ""
-            text = f"{self.bag.path}: left out, as the scene has no such thing: {shown}{more}"
+            text = f"{self.bag.path}: ignored, because the scene does not have them: {shown}{more}"
             warnings.warn(text, FileWarning, stacklevel=find_user_stacklevel())
 
 
-def _describe_missing_joint(q: JointValues, places: BodyPoses) -> str:
+def _describe_missing_joint(q: JointValues, bodies: BodyPoses) -> str:
     """Return an error text on the first coordinate without values, with a hint on its name."""
-    name = q.lacking[0]
-    link, frames = places.of(name), places.transforms.frames
+    name = q.missing[0]
+    link, frames = bodies.link_of(name), bodies.transforms.frames
     text = f"no position of joint {name}; give its name in the bag as names={{'{name}': ...}}"
     if link is None or not frames:
         return f"{text}; {suggest_names(name, q.others, 'other joints')}"
-    how = f"or the frame that it moves, as frames={{'{link}': ..., 'world': ...}}"
+    how = f"or the frame that the joint moves, as frames={{'{link}': ..., 'world': ...}}"
     return f"{text}, {how}; {suggest_names(link, frames, 'frames')}"

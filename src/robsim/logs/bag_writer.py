@@ -1,4 +1,4 @@
-"""Runs written as ROS 2 bags."""
+"""Conversion of runs to ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from robsim.run.run_checks import check_instance
 PLUGINS = {"mcap": ".mcap", "sqlite3": ".db3"}
 LATCHED = (topics.STATIC_FRAMES, topics.EXPERIMENT)  # topics kept for late subscribers
 LATEST = 2**31  # seconds: upper limit of a stamp
-VERSION: Final = 8  # version of the format of bags
+VERSION: Final = 8  # of the bag format
 
 
 def write_bag(
@@ -39,21 +39,21 @@ def write_bag(
 ) -> Path:
     """Write a single run as a ROS 2 bag, and return its path.
 
-    A path that ends with .mcap or .db3 is one file. Any other path is a new folder in the format of
-    `ros2 bag`. The bag appears when it is complete. The function needs the extra `ros` (rosbags).
-    The topics are
+    If the path ends with .mcap or .db3, the bag is a single file. Any other path is a new folder in
+    the format of `ros2 bag`. A bag that is not complete does not appear at the path. The function
+    needs the extra `ros` (rosbags). The topics are
 
     - /joint_states, JointState: coordinates, with velocities if they have the same names,
     - /joint_commands, JointState: commanded velocities,
     - /CAMERA/detections, Detection2DArray: marks in pixels, with the ids TARGET.NUMBER,
-    - /CAMERA/camera_info, CameraInfo: intrinsics,
-    - /tf and /tf_static, TFMessage: all frames of the scene, in "world",
+    - /CAMERA/camera_info, CameraInfo: intrinsics and distortion,
+    - /tf and /tf_static, TFMessage: poses of all frames of the scene in the frame "world",
     - /robsim/experiment, String: the experiment as TOML, which `read_bag` reads.
 
     Parameters
     ----------
     run : xarray.Dataset
-        Run with all its instants.
+        Single run with all its instants.
     path : path_like
         File or folder to write.
     experiment : Experiment, optional
@@ -62,6 +62,11 @@ def write_bag(
         Storage format of a folder.
     start : float, default 0
         Time of the first instant in seconds since 1970.
+
+    Returns
+    -------
+    Path
+        Path of the bag.
 
     Raises
     ------
@@ -75,45 +80,49 @@ def write_bag(
     >>> write_bag(3, "run.mcap")
     Traceback (most recent call last):
     ...
-    robsim.base.errors.InputError: expected a run, a Dataset of simulate or open_run, got 3
+    robsim.base.errors.InputError: expected a run, ...
     """
-    one = _select_single_run(run)
-    source = Experiment.of(one) if experiment is None else experiment
+    single_run = _select_single_run(run)
+    source = Experiment.of(single_run) if experiment is None else experiment
     check_instance(source, Experiment, "experiment")
     check_known(storage, PLUGINS, "no storage {}", "storages")
     first = as_float(start, "start (seconds)")
-    if not 0.0 <= first < LATEST - float(one["time"].values[-1]):
+    if not 0.0 <= first < LATEST - float(single_run["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {format_value(start)}")
     message_types.load_typestore()
     with convert_os_errors(path):
-        return _write_bag(Path(path), storage, generate_messages(one, source, round(first * NANO)))
+        return _write_bag(
+            Path(path), storage, generate_messages(single_run, source, round(first * NANO))
+        )
 
 
-def _select_single_run(run: Any) -> xr.Dataset:
+def _select_single_run(run: xr.Dataset) -> xr.Dataset:
     """Return a single run up to its end; raise InputError for several runs or a summary."""
     check_run(run)
     if run.sizes.get("run", 1) != 1:
-        raise InputError(f"a bag is of one run, and these are {run.sizes['run']}: run.isel(run=0)")
-    one: xr.Dataset = run.squeeze("run") if "run" in run.dims else run
-    if "time" not in one.dims or "q" not in one:
+        raise InputError(
+            f"a bag stores a single run, got {run.sizes['run']}: select one by run.isel(run=0)"
+        )
+    single_run: xr.Dataset = run.squeeze("run") if "run" in run.dims else run
+    if "time" not in single_run.dims or "q" not in single_run:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
-    before_end = np.isfinite(one["q"].values).all(axis=1)
-    return one.isel(time=slice(0, int(before_end.sum())))
+    before_end = np.isfinite(single_run["q"].values).all(axis=1)
+    return single_run.isel(time=slice(0, int(before_end.sum())))
 
 
 def _write_bag(path: Path, storage: str, outbound: Iterator[TopicMessage]) -> Path:
     """Write a bag to a temporary folder and move it to its path."""
-    alone = path.suffix in PLUGINS.values()
-    if alone:
+    is_file = path.suffix in PLUGINS.values()
+    if is_file:
         storage = next(name for name, suffix in PLUGINS.items() if suffix == path.suffix)
     elif path.exists():
-        raise FileError(f"{path} exists already; a bag is written into a new folder")
+        raise FileError(f"{path} exists already; a bag needs a new folder")
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=".robsim-", dir=path.parent))
     try:
         folder = draft / path.name
         _write_messages(folder, storage, outbound)
-        if alone:
+        if is_file:
             return write_whole(path, (folder / f"{folder.name}{path.suffix}").read_bytes())
         folder.rename(path)
     finally:
@@ -140,7 +149,7 @@ def _write_messages(folder: Path, storage: str, outbound: Iterator[TopicMessage]
 
 
 def _latched_qos() -> Any:
-    """Return the quality of service of a message that is kept for late subscribers."""
+    """Return the quality of service of a topic with a message for late subscribers."""
     from rosbags import interfaces as of
 
     never = of.QosTime(2147483647, 4294967295)

@@ -1,9 +1,8 @@
-"""Messages that command velocities, made by a function from the fields of a message."""
+"""Messages that command velocities, for the message classes of rclpy or rosbags."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,12 +11,11 @@ from robsim.logs import message_types
 from robsim.logs.twists import TwistComponent
 from robsim.run.log import NANO
 
-MakeMessage = Callable[
-    ..., Any
-]  # returns a message of a type with its fields, as `message_types.message`
+# Make(type, field=...) returns a message, as `message_types.make_message`
+MakeMessage = Callable[..., message_types.Message]
 
 
-def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
+def make_header(make: MakeMessage, time: int, frame: str = "") -> message_types.Message:
     """Return the header of a message at a time in nanoseconds."""
     stamp = make("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
     return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
@@ -25,13 +23,13 @@ def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
 
 def make_joint_state(
     make: MakeMessage, time: int, names: Sequence[str], position: Array, velocity: Array
-) -> Any:
+) -> message_types.Message:
     """Return coordinates or velocities (n,) as JointState, without efforts."""
     parts = {"position": position, "velocity": velocity, "effort": np.empty(0)}
     return make(message_types.JOINTS, header=make_header(make, time), name=list(names), **parts)
 
 
-def make_number_array(make: MakeMessage, velocity: Array) -> Any:
+def make_number_array(make: MakeMessage, velocity: Array) -> message_types.Message:
     """Return velocities (n,) as Float64MultiArray."""
     layout = make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     return make(message_types.NUMBERS, layout=layout, data=velocity)
@@ -39,10 +37,10 @@ def make_number_array(make: MakeMessage, velocity: Array) -> Any:
 
 def make_trajectory(
     make: MakeMessage, names: Sequence[str], position: Array, velocity: Array, ahead: int
-) -> Any:
-    """Return a JointTrajectory with one point, the positions of the joints after `ahead` ns.
+) -> message_types.Message:
+    """Return a JointTrajectory with one point: the positions of the joints after `ahead` ns.
 
-    It begins at once from the present positions, with constant velocities.
+    The trajectory begins at once, at the positions (n,), and has constant velocities (n,).
     """
     after = make("builtin_interfaces/msg/Duration", sec=ahead // NANO, nanosec=ahead % NANO)
     point = make(
@@ -57,8 +55,10 @@ def make_trajectory(
     return make(message_types.TRAJECTORY, header=start, joint_names=list(names), points=[point])
 
 
-def make_twist(make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]) -> Any:
-    """Return velocities as Twist, given the components of their twist."""
+def make_twist(
+    make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]
+) -> message_types.Message:
+    """Return velocities as Twist; `parts` are the components of the twist with their indices."""
     values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
     for each in parts:
         values[each.of][each.axis] = float(velocity[each.column])

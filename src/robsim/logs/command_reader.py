@@ -1,4 +1,4 @@
-"""Velocities from the messages that command them."""
+"""The commanded velocities in the messages of a log."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ from robsim.run.log import Stream
 
 
 class CommandReader:
-    """Commanded velocities (nv,) of a scene from messages of one type, zero without a command.
+    """A reader of the velocities (nv,) of a scene in command messages of one type.
 
-    `others` collects names that the scene does not have. InputError is raised if the scene has no
-    commands of this type.
+    Velocities without a command are zero. The attribute `others` collects names that the scene does
+    not have. InputError is raised for twists if the scene does not have one body that drives or
+    flies.
     """
 
-    def __init__(self, controller: Controller, kind: str, called: Mapping[str, str]) -> None:
+    def __init__(self, controller: Controller, kind: str, log_names: Mapping[str, str]) -> None:
         names = controller.scene.velocity_names
         self.others: dict[str, None] = {}
         self._nv = len(names)
         self._columns = [names.index(name) for name in controller.velocity_names]
         self._joints = JointValues(
-            [called.get(name, name) for name in names], "velocity", every=False
+            [log_names.get(name, name) for name in names], "velocity", every=False
         )
         self._twist = twists.twist_components(names) if kind in message_types.TWISTS else ()
         self._row = {
@@ -40,16 +41,16 @@ class CommandReader:
         }[kind]
 
     def stream(self, what: str, timed: Iterable[TimedMessage]) -> Stream | None:
-        """Return the commands (n, nv) of messages, or None without any.
+        """Return the commands (n, nv) of messages, or None without commands.
 
-        FileError is raised for a message that is no command.
+        `what` names the messages in errors. FileError is raised for an invalid command.
         """
         rows = [(each.time, self._row(what, each)) for each in timed]
         self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
         return stack_stream(what, rows)
 
     def _read_array(self, what: str, each: TimedMessage) -> Array:
-        """Return the velocities of an array of all commanded velocities, or of all velocities."""
+        """Return the velocities in an array of the commanded velocities, or of all velocities."""
         row = np.asarray(each.message.data, dtype=np.float64)
         if len(row) not in (len(self._columns), self._nv):
             raise FileError(
@@ -62,10 +63,10 @@ class CommandReader:
         return velocities
 
     def _read_point(self, what: str, each: TimedMessage) -> Array | None:
-        """Return the velocities of a trajectory of one point, as streamed.
+        """Return the velocities of the point of a trajectory.
 
-        A trajectory without points is a stop. FileError is raised for several points, which are a
-        plan instead of a command, and for a point without velocities.
+        A trajectory without points is a stop. FileError is raised for a trajectory of several
+        points, which is not a single command, and for a point without velocities.
         """
         points = each.message.points
         if len(points) > 1:
@@ -76,23 +77,21 @@ class CommandReader:
         velocity = list(points[0].velocities) if points else [0.0] * len(names)
         if len(velocity) != len(names):
             raise FileError(
-                f"{what}: {len(names)} names and {len(velocity)} of velocities, {each.when}"
+                f"{what}: {len(names)} names but {len(velocity)} velocities, {each.when}"
             )
         return self._joints.take(
             what, each._replace(message=JointStateFields(names, velocity=velocity))
         )
 
     def _read_stamped(self, what: str, each: TimedMessage) -> Array:
-        """Return the velocities of a stamped twist; raise FileError if its axes are the world's."""
+        """Return the velocities of a stamped twist; raise FileError for axes of the world."""
         frame = each.message.header.frame_id
         if frame in twists.WORLD_FRAMES:
-            raise FileError(
-                f"{what}: a twist in '{frame}', {each.when}; it is read in axes of the body"
-            )
+            raise FileError(f"{what}: a twist in '{frame}', {each.when}; expected axes of the body")
         return self._read_twist(what, each._replace(message=each.message.twist))
 
     def _read_twist(self, what: str, each: TimedMessage) -> Array:
-        """Return the velocities of a twist, and note its components that the body does not have."""
+        """Return the velocities of a twist; `others` collects components that the body lacks."""
         velocities = np.zeros(self._nv)
         for index, value in twists.read_twist(each.message, self._twist).items():
             if not np.isfinite(value):

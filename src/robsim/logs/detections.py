@@ -1,15 +1,15 @@
-"""The marks in messages of detections."""
+"""The marks in detection messages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs.bag_files import TimedMessage
+from robsim.logs.message_types import Message
 from robsim.logs.name_map import Ids
 from robsim.run.log import Stream
 from robsim.servo.camera_target import PairKey
@@ -28,7 +28,8 @@ def read_mark_streams(
 ) -> dict[PairKey, Stream]:
     """Return the pixels (n, N, 2) of the targets of a camera, NaN for marks that are not seen.
 
-    `others` collects unknown ids of marks. FileError is raised if a mark occurs twice in a message.
+    Unknown ids of marks are added to `others`. FileError is raised if a mark occurs twice in a
+    message.
     """
     messages = list(detections)
     values = [read_marks(what, each, ids, sizes, others) for each in messages]
@@ -42,12 +43,12 @@ def read_mark_streams(
 def read_marks(
     what: str, each: TimedMessage, ids: Ids, sizes: Mapping[PairKey, int], others: dict[str, None]
 ) -> dict[PairKey, Array]:
-    """Return the pixels (N, 2) of each target in a message."""
+    """Return the pixels (N, 2) of each target in a message; see `read_mark_streams`."""
     values = {key: np.full((count, 2), np.nan) for key, count in sizes.items()}
     seen_ids: set[str] = set()
     for name, pixel in _list_detections(each.message):
         if name in seen_ids:
-            raise FileError(f"{what}: mark '{name}' is there twice, {each.when}")
+            raise FileError(f"{what}: mark '{name}' occurs twice, {each.when}")
         seen_ids.add(name)
         if name not in ids:
             others[name] = None
@@ -57,8 +58,8 @@ def read_marks(
     return values
 
 
-def _list_detections(message: Any) -> Iterator[tuple[str, PixelPosition]]:
-    """Yield id and pixel of each mark: the middle of a box, or the corners of an AprilTag."""
+def _list_detections(message: Message) -> Iterator[tuple[str, PixelPosition]]:
+    """Yield the id and the pixel of each mark: the middle of a box, or a corner of an AprilTag."""
     for detection in message.detections:
         if hasattr(detection, "corners"):
             corners = convert_apriltag_corners(
@@ -67,5 +68,11 @@ def _list_detections(message: Any) -> Iterator[tuple[str, PixelPosition]]:
             name = tag_name(detection.family, detection.id)
             yield from ((f"{name}.{i}", tuple(pixel)) for i, pixel in enumerate(corners.tolist()))
         else:
-            name = detection.id or next((one.hypothesis.class_id for one in detection.results), "")
+            name = detection.id or next(_class_ids(detection), "")
             yield name, (detection.bbox.center.position.x, detection.bbox.center.position.y)
+
+
+def _class_ids(detection: Message) -> Iterator[str]:
+    """Yield the class ids of the hypotheses of a detection."""
+    for result in detection.results:
+        yield result.hypothesis.class_id

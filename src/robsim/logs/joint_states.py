@@ -1,4 +1,4 @@
-"""The values of JointState messages, by the names of the joints."""
+"""The values of JointState messages by the names of the joints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Part = Literal["position", "velocity"]
 
 
 class JointStateFields(NamedTuple):
-    """Values by name, with the fields of a JointState."""
+    """Values of joints in the fields of a JointState message."""
 
     name: Sequence[str]
     position: Sequence[float] = ()
@@ -24,38 +24,40 @@ class JointStateFields(NamedTuple):
 
 
 class JointValues:
-    """Positions or velocities by name, from messages that may each contain some of them.
+    """The last positions or velocities of joints, from messages that contain some of the joints.
 
     Parameters
     ----------
-    called : sequence of str
-        Names in the messages, in the order of the values.
+    log_names : sequence of str
+        Names of the joints in the messages, in the order of the values.
     part : {"position", "velocity"}
         Field of the messages.
     every : bool, default True
-        Whether all values must be known before any are returned. Otherwise values that are not
-        known are zero.
+        Whether `take` returns values only when all of them are known. Otherwise unknown values are
+        zero.
 
     Attributes
     ----------
     others : dict
-        Names in the messages that are not in `called`.
+        Names in the messages that are not in `log_names`.
     """
 
-    def __init__(self, called: Sequence[str], part: Part, every: bool = True) -> None:
+    def __init__(self, log_names: Sequence[str], part: Part, every: bool = True) -> None:
         self.part, self.others = part, dict[str, None]()
-        self._rows = {name: i for i, name in enumerate(called)}
-        self._values = np.full(len(called), np.nan if every else 0.0)
+        self._rows = {name: i for i, name in enumerate(log_names)}
+        self._values = np.full(len(log_names), np.nan if every else 0.0)
 
     @property
-    def lacking(self) -> list[str]:
+    def missing(self) -> list[str]:
         """The names that have not occurred in any message."""
         return [name for name, i in self._rows.items() if np.isnan(self._values[i])]
 
     def take(self, what: str, each: TimedMessage) -> Array | None:
-        """Return the values (n,) after a message, or None if it has none or not all are known.
+        """Return the values (n,) after a message, or None.
 
-        FileError is raised for a name that occurs twice, or a number that is not finite.
+        The result is None if the message has no values of this part, or if `every` is true and a
+        value is not known yet. FileError is raised for a name that occurs twice, or a number that
+        is not finite.
         """
         known = self._read_values(what, each)
         if not known:
@@ -73,12 +75,12 @@ class JointValues:
             return {}
         if len(names) != len(values):
             raise FileError(
-                f"{what}: {len(names)} names and {len(values)} of {self.part}, {each.when}"
+                f"{what}: {len(names)} names but {len(values)} values of {self.part}, {each.when}"
             )
         known = dict(zip(names, values, strict=True))
         if len(known) < len(names):
             repeated = next(name for name in names if names.count(name) > 1)
-            raise FileError(f"{what}: joint {repeated} is there twice, {each.when}")
+            raise FileError(f"{what}: joint {repeated} occurs twice, {each.when}")
         if not np.isfinite(values).all():
             invalid = next(name for name, value in known.items() if not np.isfinite(value))
             raise FileError(
@@ -90,13 +92,13 @@ class JointValues:
 def read_joint_stream(
     what: str, messages: Iterable[TimedMessage], joints: JointValues
 ) -> Stream | None:
-    """Return the values (n, width) of messages from the time when all are known, or None."""
+    """Return the values (n, width) of messages, from the time at which all are known, or None."""
     values = ((each.time, joints.take(what, each)) for each in messages)
     return stack_stream(what, values)
 
 
 def stack_stream(what: str, timed_rows: Iterable[tuple[int, Array | None]]) -> Stream | None:
-    """Return rows with their times as a stream, without empty rows; None if all are empty."""
+    """Return rows with their times as a stream, without rows of None; None without rows."""
     rows = [(time, row) for time, row in timed_rows if row is not None]
     if not rows:
         return None

@@ -1,4 +1,4 @@
-"""The intrinsics in messages of a camera."""
+"""The intrinsics in CameraInfo messages."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from robsim.vision.camera import Camera
 def check_camera_info(
     what: str, messages: Iterable[TimedMessage], name: str, camera: Camera
 ) -> Array | None:
-    """Return the intrinsics (3, 3) in a camera's messages, or None if they contain none.
+    """Return the intrinsics (3, 3) in the messages of a camera, or None if it is not calibrated.
 
-    FileError is raised if the size or the intrinsics change, or the size differs from the camera of
-    the experiment.
+    FileError is raised if the size or the intrinsics change between messages, or the size differs
+    from the size of the camera in the experiment.
     """
     first: tuple[Any, ...] | None = None
     for each in messages:

@@ -1,8 +1,8 @@
-"""The types of the ROS 2 messages that bags are written and read with.
+"""The types of the ROS 2 messages in bags.
 
-Marks are written as `vision_msgs/Detection2DArray`, a standard type with names of marks and pixels
-in float64. (A PointCloud has float32 and no names.) AprilTag detections are read, too. Definitions
-in a bag are compared with the definitions here, and never parsed.
+Marks are written as `vision_msgs/Detection2DArray`, a standard type with the names of marks and
+pixels in float64. (A PointCloud has float32 pixels and no names.) AprilTag detections can be read,
+too. The definitions in a bag are not parsed: they must agree with the definitions of this module.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ TWISTS = TWIST, STAMPED
 APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
-LONGEST = 1 << 26  # items of a sequence: the bytes of an image
+Message = Any  # Any: rosbags and rclpy create the classes of messages at run time
+LONGEST = 1 << 26  # items of a sequence, such as the bytes of an image
 # fields of vision_msgs 4 and apriltag_msgs 2, which are not part of ROS itself
 _VISION = {
     "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
@@ -62,12 +63,12 @@ def load_typestore() -> Any:
     return store
 
 
-def make_message(kind: str, **fields: Any) -> Any:
+def make_message(kind: str, **fields: Any) -> Message:
     """Return a message of a type, such as `JOINTS`."""
     return load_typestore().types[kind](**fields)
 
 
-def header_time(message: Any) -> int | None:
+def header_time(message: object) -> int | None:
     """Return the time in nanoseconds in the header of a message, or None without a header."""
     header = getattr(message, "header", None)
     return None if header is None else int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
@@ -78,13 +79,13 @@ def check_message_definition(kind: str, definition: str, what: str) -> None:
     ours, _ = load_typestore().generate_msgdef(kind, ros_version=2)
     if definition and _definition_fields(definition) != _definition_fields(ours):
         raise FileError(
-            f"{what}: {kind} has other fields in this bag; it is read with those of ROS 2 Humble, "
-            "vision_msgs 4 and apriltag_msgs 2"
+            f"{what}: {kind} has other fields in this bag than in ROS 2 Humble, vision_msgs 4 or "
+            "apriltag_msgs 2, which are supported"
         )
 
 
 def _definition_fields(definition: str) -> list[list[str]]:
-    """Return types and names of the fields of a definition, without the nested types."""
+    """Return [type, name] of each field of a definition, without the fields of nested types."""
     outer = definition.split("=" * 80, maxsplit=1)[0]
     lines = (line.split("#", maxsplit=1)[0].split() for line in outer.splitlines())
     fields = [line[:2] for line in lines if len(line) > 1 and "=" not in "".join(line)]

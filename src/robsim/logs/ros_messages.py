@@ -1,12 +1,12 @@
-"""Messages of a ROS 2 node as inputs of a controller, and its commands as messages."""
+"""Conversion of ROS 2 messages to the inputs of a controller, and of commands to messages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError, RobSimError, check_known, format_value
@@ -32,8 +32,8 @@ COMMAND_TYPES = (
 class RosMessages:
     """Convert ROS 2 messages to the inputs of a `Controller`, and its commands to messages.
 
-    Messages are read by their fields, whether rclpy or rosbags created them; neither package is
-    needed to read them. Times are the stamps of the headers, in seconds.
+    Any object with the fields of a message can be read: messages of rclpy, of rosbags, or your own
+    objects. Neither package is needed for this. Times are the stamps of the headers, in seconds.
 
     Parameters
     ----------
@@ -42,12 +42,13 @@ class RosMessages:
     names : mapping, optional
         Names {joint of the scene: joint in the messages}, if they differ.
     marks : mapping, optional
-        Ids {target: ids of its marks, in their order}. Default: TARGET.NUMBER.
+        Ids {target: ids of its marks in the messages, in order}. Default: TARGET.NUMBER, such as
+        "plate.0".
     frames : mapping, optional
         Frames {"world" or "ROBOT.LINK": frame in /tf} of bodies that drive or fly, if they differ.
     order : sequence of str, optional
-        Names, in the messages, of the joints in a command. Default: the commanded joints in the
-        order of the controller.
+        Names of the joints in a command message. Default: the commanded joints in the order of the
+        controller.
     make : callable, optional
         Function that returns a message from its type, such as "std_msgs/msg/Header", and all its
         fields as keywords, with NumPy arrays. Default: a message of rosbags.
@@ -77,38 +78,49 @@ class RosMessages:
         marks: Mapping[str, Sequence[str]] | None = None,
         frames: Mapping[str, str] | None = None,
         order: Sequence[str] | None = None,
-        make: Callable[..., Any] | None = None,
+        make: command_messages.MakeMessage | None = None,
     ) -> None:
         if not isinstance(controller, Controller):
             raise InputError(f"expected a Controller, got {format_value(controller)}")
-        self.controller, self._make = (
-            controller,
-            message_types.make_message if make is None else make,
-        )
-        scene, called = controller.scene, map_joint_names(names, controller.scene)
-        self._joint_names = [called.get(name, name) for name in scene.coordinate_names]
+        self.controller = controller
+        self._make = message_types.make_message if make is None else make
+        scene, log_names = controller.scene, map_joint_names(names, controller.scene)
+        self._joint_names = [log_names.get(name, name) for name in scene.coordinate_names]
         self._joints, self._q = JointValues(self._joint_names, "position"), np.empty(0)
-        self._bodies = BodyPoses(scene, called, frames)
+        self._bodies = BodyPoses(scene, log_names, frames)
         self._ids = {name: map_mark_ids(controller, name, marks) for name in controller.cameras}
-        self._command_names = [called.get(name, name) for name in controller.velocity_names]
+        self._command_names = [log_names.get(name, name) for name in controller.velocity_names]
         self.order = tuple(
             self._command_names if order is None else _check_joint_order(order, self._command_names)
         )
 
     @property
     def roams(self) -> bool:
-        """Whether the poses of some bodies that drive or fly are read from /tf."""
+        """Whether the poses of any bodies that drive or fly are read from /tf."""
         return bool(self._bodies)
 
-    def time(self, message: Any) -> float | None:
-        """Return the last time in seconds in a message, or None; raise InputError without times."""
+    def time(self, message: object) -> float | None:
+        """Return the time of a message in seconds, or None if the time is zero.
+
+        A TFMessage has the time of its latest transform.
+
+        Raises
+        ------
+        InputError
+            If a header of the message has no stamp.
+        """
         with _convert_errors(message, "with a time"):
             every = getattr(message, "transforms", None)
             times = [_message_time(each) for each in ([message] if every is None else every)]
         return max(times, default=0) / NANO or None
 
-    def joints(self, message: Any) -> Array | None:
+    def joints(self, message: object) -> Array | None:
         """Return the coordinates (nq,) of the scene after a JointState; None until all are known.
+
+        Parameters
+        ----------
+        message : object
+            JointState message.
 
         Raises
         ------
@@ -116,20 +128,21 @@ class RosMessages:
             If a joint occurs twice, or a number is not finite.
         """
         with _convert_errors(message, "JointState"):
-            if len(message.position):
-                self._bodies.leave_out(message.name)
-            return self._update_joints("JointState", TimedMessage(_message_time(message), message))
+            state: message_types.Message = message
+            if len(state.position):
+                self._bodies.leave_out(state.name)
+            return self._update_joints("JointState", TimedMessage(_message_time(state), state))
 
-    def frames(self, message: Any, still: bool = False) -> Array | None:
+    def frames(self, message: object, still: bool = False) -> Array | None:
         """Return the coordinates (nq,) of the scene after a TFMessage; None until all are known.
 
-        The message contains poses of bodies that drive or fly; they are used unless a JointState
-        contains their coordinates.
+        The poses of bodies that drive or fly give the coordinates of these bodies, unless a
+        JointState message contains them.
 
         Parameters
         ----------
         message : object
-            Message of /tf or /tf_static.
+            TFMessage of /tf or /tf_static.
         still : bool, default False
             Whether the message is from /tf_static. The result is then None.
 
@@ -139,17 +152,18 @@ class RosMessages:
             If a transform is not a pose.
         """
         with _convert_errors(message, "TFMessage"):
+            tree: message_types.Message = message
             if still:
-                self._bodies.still("TFMessage", message.transforms)
+                self._bodies.store_static("TFMessage", tree.transforms)
                 return None
-            bodies = list(self._bodies.take("TFMessage", message.transforms))
+            bodies = list(self._bodies.take("TFMessage", tree.transforms))
             values = [self._update_joints("TFMessage", each) for each in bodies]
             return values[-1] if values else None
 
-    def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:
+    def marks(self, message: object, camera: str | None = None, t: float | None = None) -> Marks:
         """Return the marks in a Detection2DArray or AprilTagDetectionArray, with their time.
 
-        Marks with an unknown id are in `health.unused` of the command.
+        Marks with an unknown id are listed in `health.unused` of the command that follows.
 
         Parameters
         ----------
@@ -173,25 +187,30 @@ class RosMessages:
             pixels = read_marks(f"marks of '{eye}'", at, ids, sizes, others)
         time = at.time / NANO or t
         if time is None:
-            raise InputError("the message has no time of its own: give t")
+            raise InputError("the message has no time: give t")
         return Marks({**pixels, **others}, time)
 
     def command(
-        self, velocities: Any, kind: str = message_types.NUMBERS, ahead: float = 0.1
-    ) -> Any:
-        """Return a message that commands velocities (n,) of the controller.
+        self, velocities: ArrayLike, kind: str = message_types.NUMBERS, ahead: float = 0.1
+    ) -> message_types.Message:
+        """Return a message with the velocities (n,) of a command.
 
         Parameters
         ----------
         velocities : array_like of shape (n,)
-            Commanded velocities.
+            Commanded velocities in the order of the controller.
         kind : str, default "std_msgs/msg/Float64MultiArray"
-            Type of the message: "std_msgs/msg/Float64MultiArray" of a forward_command_controller;
+            Type of the message: "std_msgs/msg/Float64MultiArray", for a forward_command_controller;
             "sensor_msgs/msg/JointState"; "trajectory_msgs/msg/JointTrajectory" with one point, the
             positions of the joints after `ahead` seconds; "geometry_msgs/msg/Twist" or
-            "geometry_msgs/msg/TwistStamped" of a body in its own axes.
+            "geometry_msgs/msg/TwistStamped", for a body in its own axes.
         ahead : float, default 0.1
             Seconds until the point of a trajectory.
+
+        Returns
+        -------
+        object
+            Message that `make` returns.
 
         Raises
         ------
@@ -201,7 +220,7 @@ class RosMessages:
         rates = as_floats(velocities, "velocities", (len(self._command_names),))
         check_known(kind, COMMAND_TYPES, "no command of type {}", "types")
         if kind in message_types.TWISTS:
-            return self._twist(rates, kind)
+            return self._make_twist(rates, kind)
         by_name = dict(zip(self._command_names, rates.tolist(), strict=True))
         velocity = np.array([by_name.get(name, 0.0) for name in self.order])
         if kind == message_types.NUMBERS:
@@ -221,7 +240,7 @@ class RosMessages:
         self._q = self._q if values is None else values
         return values
 
-    def _twist(self, velocity: Array, kind: str) -> Any:
+    def _make_twist(self, velocity: Array, kind: str) -> message_types.Message:
         """Return a Twist or TwistStamped of commanded velocities."""
         parts = twist_components(self.controller.velocity_names)
         message = command_messages.make_twist(self._make, velocity, parts)
@@ -230,11 +249,13 @@ class RosMessages:
         return self._make(kind, header=command_messages.make_header(self._make, 0), twist=message)
 
     def _positions(self) -> Array:
-        """Return the positions of the joints of a command; raise InputError if they are unknown."""
+        """Return the positions of the commanded joints; raise InputError if one is unknown."""
         known = dict(zip(self._joint_names, self._q.tolist(), strict=False))
         for name in self.order:
             if name not in known:
-                raise InputError(f"a trajectory needs the position of joint {name}: read it first")
+                raise InputError(
+                    f"a trajectory needs the position of joint {name}: call `joints` first"
+                )
         return np.array([known[name] for name in self.order])
 
     def _camera(self, camera: str | None) -> str:
@@ -246,7 +267,7 @@ class RosMessages:
         return str(camera)
 
 
-def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
+def _check_joint_order(order: Sequence[str], commanded: Sequence[str]) -> Sequence[str]:
     """Return the names of joints in a command; raise InputError if a commanded joint is missing."""
     if not isinstance(order, list | tuple) or not all(isinstance(name, str) for name in order):
         raise InputError(f"order: expected names of joints, got {format_value(order)}")
@@ -257,8 +278,8 @@ def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
 
 
 @contextmanager
-def _convert_errors(message: Any, kind: str) -> Iterator[None]:
-    """Raise InputError for a message without an expected field, or with another type in it."""
+def _convert_errors(message: object, kind: str) -> Iterator[None]:
+    """Raise InputError for a message with missing fields, or with fields of other types."""
     try:
         yield
     except RobSimError:
@@ -269,6 +290,6 @@ def _convert_errors(message: Any, kind: str) -> Iterator[None]:
         ) from None
 
 
-def _message_time(message: Any) -> int:
+def _message_time(message: object) -> int:
     """Return the time in nanoseconds in a message, 0 without a time."""
     return message_types.header_time(message) or 0

@@ -1,11 +1,11 @@
-"""The messages of a run, as a robot would publish them."""
+"""The messages of a run, as a robot publishes them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.logs import message_types, topics
 from robsim.logs.command_messages import make_header, make_joint_state
-from robsim.logs.message_types import make_message
+from robsim.logs.message_types import Message, make_message
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.vision.camera import Camera
@@ -28,16 +28,16 @@ RATIONAL = ("rational_polynomial", 8)
 
 
 class TopicMessage(NamedTuple):
-    """A message with its topic, its type and its time in nanoseconds."""
+    """A message with its topic, type and time."""
 
     topic: str
     kind: str
-    time: int
-    message: Any
+    time: int  # nanoseconds
+    message: Message
 
 
 class _RunArrays(NamedTuple):
-    """The arrays of a run that are written to messages."""
+    """The arrays of a run that are written to messages, and their names."""
 
     coordinates: list[str]
     velocities: list[str]
@@ -45,11 +45,11 @@ class _RunArrays(NamedTuple):
     qd: Array
     rates: Array  # (T, nq), or (T, 0) if velocities have other names than coordinates
     pixels: Array
-    marks: dict[str, list[tuple[int, str]]]  # by camera: index in the run, and id
+    marks: dict[str, list[tuple[int, str]]]  # by camera: index in `pixels`, and id
 
 
 def _read_run_arrays(run: xr.Dataset) -> _RunArrays:
-    """Return the arrays of a run that are written to messages."""
+    """Return the arrays of a run that are written to messages, and their names."""
     coordinates, velocities = (run[name].values.tolist() for name in ("coordinate", "velocity"))
     rates = run["qd_actual" if "qd_actual" in run else "qd"].values
     alike = rates if coordinates == velocities else rates[:, :0]
@@ -58,7 +58,7 @@ def _read_run_arrays(run: xr.Dataset) -> _RunArrays:
 
 
 def _mark_names(run: xr.Dataset) -> dict[str, list[tuple[int, str]]]:
-    """Return index and id (TARGET.NUMBER) of the marks of each camera."""
+    """Return the index and the id (TARGET.NUMBER) of the marks of each camera."""
     names: dict[str, list[tuple[int, str]]] = {}
     counts: dict[tuple[str, str], int] = {}
     pairs = zip(run["mark_camera"].values.tolist(), run["mark_target"].values.tolist(), strict=True)
@@ -115,15 +115,15 @@ def _joint_messages(arrays: _RunArrays, i: int, time: int) -> Iterator[TopicMess
 
 
 def _frame_poses(scene: Scene, q: Array) -> dict[str, Array]:
-    """Return the poses (T, 7) of all frames in the world: position, and quaternion x, y, z, w."""
+    """Return the poses (T, 7) of all frames in the world: position and quaternion (x, y, z, w)."""
     links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
     eyes, things = ([part.name for part in parts] for parts in (scene.cameras, scene.objects))
     poses = {name: scene.pose(name, q) for name in (*links, *eyes, *things)}
     return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in poses.items()}
 
 
-def _transforms_message(poses: dict[str, Array], time: int) -> Any:
-    """Return the message of poses (7,) of frames in the world."""
+def _transforms_message(poses: dict[str, Array], time: int) -> Message:
+    """Return the TFMessage of poses (7,) of frames in the world."""
     transforms = []
     for name, T in poses.items():
         x, y, z, *rotation = T.tolist()
@@ -143,8 +143,8 @@ def _transforms_message(poses: dict[str, Array], time: int) -> Any:
     return make_message(message_types.FRAMES, transforms=transforms)
 
 
-def _camera_info_message(camera: Camera, header: Any) -> Any:
-    """Return the message of intrinsics; a camera without a size has an image of 0 x 0 pixels."""
+def _camera_info_message(camera: Camera, header: Message) -> Message:
+    """Return the CameraInfo of a camera; its size is 0 x 0 if the camera has no size."""
     width, height = camera.size or (0, 0)
     model, count = DISTORTION_MODELS.get(len(camera.distortion), RATIONAL)
     d = np.zeros(count)
@@ -167,8 +167,8 @@ def _camera_info_message(camera: Camera, header: Any) -> Any:
     )
 
 
-def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Any:
-    """Return the message of the marks that a camera sees."""
+def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Message:
+    """Return the Detection2DArray of the marks that a camera sees at an instant."""
     header = _make_header(time, camera)
     places = ((name, *arrays.pixels[i, mark].tolist()) for mark, name in arrays.marks[camera])
     detections = [
@@ -177,8 +177,8 @@ def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> A
     return make_message(message_types.DETECTIONS, header=header, detections=detections)
 
 
-def _detection_message(header: Any, name: str, column: float, row: float) -> Any:
-    """Return the message of one mark, as a box of size zero."""
+def _detection_message(header: Message, name: str, column: float, row: float) -> Message:
+    """Return the Detection2D of one mark, as a box of size zero."""
     point = make_message("vision_msgs/msg/Point2D", x=column, y=row)
     centre = make_message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
     box = make_message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)

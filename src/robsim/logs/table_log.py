@@ -1,4 +1,4 @@
-"""Tables as runs: CSV and Parquet files with named columns."""
+"""Conversion of tables to runs: CSV and Parquet files with named columns."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.atomic_files import convert_os_errors
@@ -24,7 +25,7 @@ from robsim.run.run_from_log import make_run_from_log
 if TYPE_CHECKING:
     import pandas as pd
 
-LATEST = 9e9  # seconds that fit into nanoseconds
+LATEST = 9e9  # seconds: larger times do not fit into 64-bit nanoseconds
 DIMENSIONS: dict[str, Dimension] = {
     "rad": "angle",
     "m": "length",
@@ -35,7 +36,7 @@ DIMENSIONS: dict[str, Dimension] = {
 
 
 class LogColumn(NamedTuple):
-    """A column of a log: its group, and its unit in a run."""
+    """The group (q, qd, qd_actual, pixels or time) and the unit of a column of a run."""
 
     group: str
     unit: str
@@ -50,24 +51,27 @@ def read_log(
 ) -> xr.Dataset:
     """Read a table as a run.
 
-    The columns have the names of `table`: time; q[joint]; optionally the commands qd[velocity], and
-    qd_actual[velocity]; pixels[mark,column] and pixels[mark,row]. Other columns are ignored. Rows
-    are in the order of time, with any intervals. If all columns of the joints or of an image are
-    empty in a row, their last values remain valid; a single empty mark was not seen. Every period
-    has the last values before it; `image_age` is their age.
+    The columns have the names of `to_table`: time; q[joint]; pixels[mark,column] and
+    pixels[mark,row]; optionally the commanded velocities qd[velocity] and the measured velocities
+    qd_actual[velocity]. Other columns are ignored. Rows are in the order of time, at any intervals.
+
+    The run has one instant for each period of the experiment, with the last values before it
+    (zero-order hold); `image_age` is the age of the pixels in seconds. A row may be empty in all
+    columns of the joints, or of all marks of a target: then there is no new measurement. If a
+    single mark is empty, it was not seen.
 
     Parameters
     ----------
     path : path_like, pandas.DataFrame or sequence of mappings
         CSV file, Parquet file, table, or list of rows as returned by `Controller.row`.
     experiment : Experiment
-        Experiment with the scene, the task and the period. Start and duration are taken from the
-        log.
+        Experiment with the scene, the task and the period. The table determines the start and the
+        duration of the run.
     columns : mapping, optional
         Names {column of a run: column of the table}, if they differ.
     units : mapping, optional
-        Units of columns, or of the groups q, qd, qd_actual and time, if they are not SI units:
-        {"q": "deg"}.
+        Units of columns, or of the groups q, qd, qd_actual and time, if they are not SI units, such
+        as {"q": "deg"}.
 
     Returns
     -------
@@ -79,7 +83,7 @@ def read_log(
     FileError
         If the file cannot be read, or a column is missing.
     InputError
-        If a unit or a name does not exist.
+        If a name or a unit in an argument does not exist.
 
     Examples
     --------
@@ -100,7 +104,7 @@ def read_log(
 
 
 def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
-    """Return the columns that a log may have."""
+    """Return the columns of a run that a table may have, by name."""
     scene = experiment.scene
     marks = sum(len(sight.target.marks) for sight in Controller(experiment).sights)
     q = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
@@ -116,8 +120,8 @@ def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
 AXES = ("column", "row")
 
 
-def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
-    """Return the name of a table, and the table."""
+def _open_table(path: Any) -> tuple[str, pd.DataFrame]:  # Any: each type is checked
+    """Return the name of a table for error messages, and the table; see `read_log`."""
     import pandas as pd
 
     if isinstance(path, pd.DataFrame):
@@ -133,15 +137,15 @@ def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
     try:
         if file.suffix.lower() == ".parquet":
             return str(path), pd.read_parquet(file)
-        return str(path), pd.read_csv(file, dtype=str)  # read to the bit below
+        return str(path), pd.read_csv(file, dtype=str)  # for exact rounding in _parse_column
     except ImportError:
         raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
     except Exception as error:  # noqa: BLE001  readers raise many kinds of errors
         raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
 
 
-def _check_rows(rows: Sequence[Any]) -> list[Any]:
-    """Return checked rows; raise FileError without rows, or for a row without named columns."""
+def _check_rows(rows: Sequence[Mapping[str, float]]) -> list[Mapping[str, float]]:
+    """Return checked rows; raise FileError without rows, or for a row that is not a mapping."""
     if not rows:
         raise FileError("rows: nothing was recorded")
     for i, row in enumerate(rows):
@@ -153,27 +157,28 @@ def _check_rows(rows: Sequence[Any]) -> list[Any]:
 
 
 def _select_columns(
-    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Any
+    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Mapping[str, str] | None
 ) -> dict[str, Array]:
-    """Return the columns of a table by their names in a run, as numbers."""
+    """Return the columns of a table as numbers, by their names in a run."""
     form, no = "{column of a run: column}", "no column {} in a run"
     columns = check_name_map(name_map, "columns", form, known, no, "columns", object)
     for table_name in columns.values():
         if table_name not in frame.columns:
             raise InputError(
-                f"no column {format_value(table_name)}; {suggest_names(table_name, map(str, frame), 'columns')}"
+                f"no column {format_value(table_name)}; "
+                f"{suggest_names(table_name, map(str, frame), 'columns')}"
             )
     if "run" in frame.columns and frame["run"].nunique() > 1:
-        raise FileError(f"it has {frame['run'].nunique()} runs; a log has one")
-    called = {name: columns.get(name, name) for name in known}
+        raise FileError(f"the table has {frame['run'].nunique()} runs; a log has one")
+    table_names = {name: columns.get(name, name) for name in known}
     return {
-        name: _parse_column(frame[each], each)
-        for name, each in called.items()
-        if each in frame.columns
+        name: _parse_column(frame[table_name], table_name)
+        for name, table_name in table_names.items()
+        if table_name in frame.columns
     }
 
 
-def _parse_column(column: Any, name: str) -> Array:
+def _parse_column(column: pd.Series, name: str) -> Array:
     """Return a column as numbers, NaN if empty; raise FileError for other content."""
     try:
         values = np.array(column, dtype=np.float64)
@@ -186,7 +191,9 @@ def _parse_column(column: Any, name: str) -> Array:
     return values
 
 
-def _unit_factors(known: Mapping[str, LogColumn], unit_map: Any) -> dict[str, float]:
+def _unit_factors(
+    known: Mapping[str, LogColumn], unit_map: Mapping[str, str] | None
+) -> dict[str, float]:
     """Return the factor to SI units of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
     form, no = "{column: unit}", "no column {}"
@@ -230,25 +237,25 @@ def _build_log(
 
 
 def _parse_times(seconds: Array) -> Times:
-    """Return times in seconds as nanoseconds; raise FileError for values that are no time."""
-    wrong = ~(np.abs(seconds) < LATEST)
+    """Return times in seconds as nanoseconds; raise FileError for values that are not times."""
+    wrong = np.asarray(~(np.abs(seconds) < LATEST))
     if wrong.any():
         row = _first_row(wrong)
-        raise FileError(f"column time: {seconds[row]} in row {row} is no time in seconds")
+        raise FileError(f"column time: {seconds[row]} in row {row} is not a time in seconds")
     return np.asarray(np.round(seconds * NANO).astype(np.int64))
 
 
 def _column_stream(
     what: str, times: Times, columns: Mapping[str, Array], names: Sequence[str]
 ) -> Stream:
-    """Return the rows (n, width) of some columns that are not empty."""
+    """Return the rows (n, width) of some columns, without empty rows."""
     values = _stack_columns(columns, names, what)
     empty = np.isnan(values)
-    partly = empty.any(axis=1) & ~empty.all(axis=1)
+    partly = np.asarray(empty.any(axis=1) & ~empty.all(axis=1))
     if partly.any():
         row = _first_row(partly)
         name = names[int(np.argmax(empty[row]))]
-        raise FileError(f"column {name}: empty in row {row}, where others of {what} are not")
+        raise FileError(f"column {name}: empty in row {row}, but other columns of {what} are not")
     filled = ~empty.all(axis=1)
     return Stream(what, times[filled], values[filled])
 
@@ -256,7 +263,7 @@ def _column_stream(
 def _pixel_stream(
     what: str, times: Times, columns: Mapping[str, Array], names: Sequence[str]
 ) -> Stream:
-    """Return the rows (n, N, 2) of pixels; a mark with an empty coordinate is not seen."""
+    """Return the rows (n, N, 2) of pixels, without empty rows; half empty marks are not seen."""
     values = _stack_columns(columns, names, what).reshape(len(times), -1, 2)
     values[np.isnan(values).any(axis=2)] = np.nan
     filled = ~np.isnan(values).all(axis=(1, 2))
@@ -274,6 +281,6 @@ def _stack_columns(columns: Mapping[str, Array], names: Sequence[str], what: str
     return np.stack([columns[name] for name in names], axis=1)
 
 
-def _first_row(wrong: Any) -> int:
+def _first_row(wrong: NDArray[np.bool_]) -> int:
     """Return the index of the first row that is true."""
     return int(np.argmax(wrong))

@@ -1,39 +1,40 @@
-"""The poses of bodies that drive or fly, from the messages of /tf."""
+"""The coordinates of bodies that drive or fly, from their poses in /tf messages."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.geometry.pose import Pose
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.joint_states import JointStateFields
+from robsim.logs.message_types import Message
 from robsim.logs.name_map import check_name_map
 from robsim.logs.transforms import FrameTransforms
 from robsim.robot.joints.planar_joint import PlanarKind
 from robsim.world.scene import Scene
 
 WORLD = "world"
-TILT = 0.1  # radians: a body with a larger tilt does not drive on its plane
+TILT = 0.1  # radians: largest tilt of a body that drives on its plane
 
 
 @dataclass(frozen=True, eq=False)
 class MobileBody:
-    """A body that drives or flies; its coordinates follow from the pose of its link."""
+    """A body that drives or flies, whose coordinates follow from the pose of its link."""
 
-    frame: str
-    names: tuple[str, ...]  # names of the coordinates that follow from its pose
-    before: Array  # (4, 4): the motion of its joint is before @ T_world_link @ after
-    after: Array
+    frame: str  # ROBOT.LINK
+    names: tuple[str, ...]  # names of these coordinates in the log
+    before: Array  # (4, 4): the motion of the joint is before @ T_world_link @ after
+    after: Array  # (4, 4)
 
     def coordinates(self, what: str, T: Array, last: Sequence[float]) -> list[float]:
-        """Return the coordinates at a pose (4, 4) in the world, with the heading near the last one.
+        """Return the coordinates at a pose T (4, 4) of the link in the world.
 
-        FileError is raised if the body is tilted out of its plane.
+        The heading is within half a turn of the heading in the `last` coordinates. FileError is
+        raised if the body is tilted out of its plane.
         """
         motion = self.before @ T @ self.after
         if len(self.names) > 3:
@@ -47,25 +48,29 @@ class MobileBody:
 
 
 class BodyPoses:
-    """The bodies of a scene that drive or fly, and the frames with their poses.
+    """A reader of the coordinates of bodies that drive or fly, from TFMessages.
+
+    The object is false if the scene has no such bodies.
 
     Parameters
     ----------
     scene : Scene
         Scene with the bodies.
-    called : mapping
-        {coordinate of the scene: its name in the messages}, if they differ.
+    log_names : mapping
+        Names {coordinate of the scene: its name in the messages}, if they differ.
     frames : mapping or None
-        {"world" or "ROBOT.LINK": frame in the messages}, if they differ.
+        Frames {"world" or "ROBOT.LINK": frame in the messages}, if they differ.
 
     Raises
     ------
     InputError
-        If a frame does not drive or fly.
+        If `frames` contains a frame of no body that drives or flies.
     """
 
-    def __init__(self, scene: Scene, called: Mapping[str, str], frames: Any) -> None:
-        bodies = _find_mobile_bodies(scene, called)
+    def __init__(
+        self, scene: Scene, log_names: Mapping[str, str], frames: Mapping[str, str] | None
+    ) -> None:
+        bodies = _find_mobile_bodies(scene, log_names)
         log_frames = _map_frame_names(frames, [each.frame for each in bodies])
         self.transforms = FrameTransforms()
         self._root = log_frames.get(WORLD, WORLD)
@@ -76,23 +81,24 @@ class BodyPoses:
         return bool(self._bodies)
 
     def leave_out(self, names: Collection[str]) -> None:
-        """Leave out the bodies with a coordinate among names of joints, as joints cover them."""
+        """Leave out the bodies with a coordinate in `names`, which JointState messages cover."""
         self._bodies = [each for each in self._bodies if not set(names) & set(each[1].names)]
 
-    def of(self, name: str) -> str | None:
+    def link_of(self, name: str) -> str | None:
         """Return the link of the body that a coordinate moves, or None."""
         return next((body.frame for _, body in self._bodies if name in body.names), None)
 
-    def still(self, what: str, transforms: Iterable[Any]) -> None:
+    def store_static(self, what: str, transforms: Iterable[Message]) -> None:
         """Store transforms that do not change; raise FileError for an invalid pose."""
         self.transforms.take(what, transforms, moving=False)
 
-    def take(self, what: str, transforms: Iterable[Any]) -> Iterator[TimedMessage]:
-        """Store transforms, and yield the coordinates by name of each body that they move.
+    def take(self, what: str, transforms: Iterable[Message]) -> Iterator[TimedMessage]:
+        """Store transforms, and yield the coordinates of each body that they move, by name.
 
-        The time is the time of the transform, or zero. Other frames between a body and the world
-        keep their last transforms, and their messages yield nothing. FileError is raised for an
-        invalid pose.
+        The time is the stamp of the transform, or zero. Between the world and a body there may be
+        several frames. The coordinates are yielded if the first of them that moves, from the body
+        on, has a new transform; the other frames keep their last transforms. FileError is raised
+        for an invalid pose.
         """
         times = self.transforms.take(what, transforms)
         for frame, body in self._bodies:
@@ -105,22 +111,24 @@ class BodyPoses:
                 )
 
 
-def _map_frame_names(frames: Any, links: list[str]) -> Mapping[str, str]:
-    """Return the frames of the world and of bodies in a bag; raise InputError for another frame."""
+def _map_frame_names(frames: Mapping[str, str] | None, links: list[str]) -> Mapping[str, str]:
+    """Return the names in a bag of the world and of links; raise InputError for other frames."""
     form, known = "{frame: frame in the bag}", [WORLD, *links]
-    called = check_name_map(frames, "frames", form, known, "no {} that drives or flies", "frames")
-    return {name: frame.removeprefix("/") for name, frame in called.items()}
+    log_frames = check_name_map(
+        frames, "frames", form, known, "no {} that drives or flies", "frames"
+    )
+    return {name: frame.removeprefix("/") for name, frame in log_frames.items()}
 
 
-def _find_mobile_bodies(scene: Scene, called: Mapping[str, str]) -> tuple[MobileBody, ...]:
+def _find_mobile_bodies(scene: Scene, log_names: Mapping[str, str]) -> tuple[MobileBody, ...]:
     """Return the bodies of a scene that drive or fly in the world, with their names in a log."""
     links = [(robot, link) for robot in scene.robots for link in robot.links]
     frames = (f"{robot.name}.{link.name}" for robot, link in links if link.joint.model.roams)
-    bodies = (_make_mobile_body(scene, frame, called) for frame in frames)
+    bodies = (_make_mobile_body(scene, frame, log_names) for frame in frames)
     return tuple(each for each in bodies if each is not None)
 
 
-def _make_mobile_body(scene: Scene, frame: str, called: Mapping[str, str]) -> MobileBody | None:
+def _make_mobile_body(scene: Scene, frame: str, log_names: Mapping[str, str]) -> MobileBody | None:
     """Return the body of a frame, or None if it does not drive or fly in the world."""
     tree = scene.tree
     body, tail = tree.find(frame)
@@ -131,5 +139,5 @@ def _make_mobile_body(scene: Scene, frame: str, called: Mapping[str, str]) -> Mo
     home[member.q] = member.kind.rest
     before = tail @ scene.pose(frame, home).inv().matrix
     names_in_scene = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
-    names = tuple(called.get(name, name) for name in names_in_scene)
+    names = tuple(log_names.get(name, name) for name in names_in_scene)
     return MobileBody(frame, names, before, Pose(tail).inv().matrix)

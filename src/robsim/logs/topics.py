@@ -1,9 +1,8 @@
-"""The topics of a bag and their types."""
+"""The topics of a bag: their roles, default names and types."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from robsim.base.errors import FileError, suggest_names
 from robsim.logs import message_types
@@ -27,11 +26,11 @@ TYPES = {
     "still": (message_types.FRAMES,),
 }
 FRAME_ROLES = ("frames", "still")  # read if the joint states are incomplete
-GUESSED_ROLES = ("joints", "marks", "lens")  # found by type if one topic has the type
+GUESSED_ROLES = ("joints", "marks", "lens")  # the only topic of a type has the role
 
 
 def camera_topic(name: str, what: str) -> str:
-    """Return the topic of a camera's marks or lens.
+    """Return the topic of the marks ("detections") or the lens ("camera_info") of a camera.
 
     >>> camera_topic("left-eye", "detections")
     '/left_eye/detections'
@@ -40,7 +39,7 @@ def camera_topic(name: str, what: str) -> str:
 
 
 def default_topics(cameras: tuple[str, ...]) -> dict[str, str]:
-    """Return the default topic of each role: joints, commands, frames, marks and lens."""
+    """Return the default topic by role: joints, commands, frames, marks and lenses of cameras."""
     return {
         "joints": JOINTS,
         "commands": COMMANDS,
@@ -57,18 +56,19 @@ def choose_topics(
     name_map: Mapping[str, str] | None,
     roams: bool = False,
 ) -> dict[str, str]:
-    """Return the topic of each role in a bag with the topics {topic: type}.
+    """Return {role: topic} for a bag with the topics {topic: type}.
 
-    If a body drives or flies (`roams`), frames may replace joints. FileError is raised for a
-    missing topic or another type, InputError for an unknown role.
+    `name_map` are the topics that the user gives, by role. If a body drives or flies (`roams`), the
+    topic of frames may replace the topic of joints. FileError is raised if a topic is missing or
+    has another type, InputError for an unknown role.
     """
-    usual = default_topics(cameras)
-    wanted = _topics_by_role(usual, cameras, name_map)
-    by_frames, roles = roams and wanted.get("frames", FRAMES) in bag_topics, {}
-    for role, topic in usual.items():
+    defaults = default_topics(cameras)
+    user_topics = _topics_by_role(defaults, cameras, name_map)
+    by_frames, roles = roams and user_topics.get("frames", FRAMES) in bag_topics, {}
+    for role, topic in defaults.items():
         kind = role.partition(".")[0]
-        alone = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
-        name = wanted.get(role) or _find_topic(bag_topics, usual, role, alone)
+        by_type = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
+        name = user_topics.get(role) or _find_topic(bag_topics, defaults, role, by_type)
         if name is not None:
             check_topic(bag_topics, name, TYPES[kind])
             roles[role] = name
@@ -81,31 +81,33 @@ def choose_topics(
 
 
 def _topics_by_role(
-    usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Any
+    defaults: Mapping[str, str], cameras: tuple[str, ...], name_map: Mapping[str, str] | None
 ) -> dict[str, str]:
-    """Return the given topics by role; the role of the only camera needs no name of the camera."""
+    """Return the topics of the user by role; "marks" and "lens" stand for the only camera."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
-    known = [*usual, *short]
+    known = [*defaults, *short]
     roles = check_name_map(name_map, "topics", "{role: topic}", known, "no {}", "topics")
     return {short.get(role, role): topic for role, topic in roles.items()}
 
 
 def _find_topic(
-    bag_topics: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
+    bag_topics: Mapping[str, str], defaults: Mapping[str, str], role: str, by_type: bool
 ) -> str | None:
-    """Return the default topic of a role, or the only topic of its types if `alone`."""
-    if usual[role] in bag_topics:
-        return usual[role]
+    """Return the default topic of a role, or the only topic of its types if `by_type`."""
+    if defaults[role] in bag_topics:
+        return defaults[role]
     types = TYPES[role.partition(".")[0]]
     alike = [
-        name for name, kind in bag_topics.items() if kind in types and name not in usual.values()
+        name for name, kind in bag_topics.items() if kind in types and name not in defaults.values()
     ]
-    return alike[0] if alone and len(alike) == 1 else None
+    return alike[0] if by_type and len(alike) == 1 else None
 
 
 def check_topic(bag_topics: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
-    """Raise FileError unless a bag has a topic of one of some types."""
+    """Raise FileError unless a bag has a topic, with one of some types."""
     if name not in bag_topics:
         raise FileError(f"no topic {name}; {suggest_names(name, sorted(bag_topics), 'topics')}")
     if bag_topics[name] not in types:
-        raise FileError(f"topic {name} holds {bag_topics[name]}; expected {' or '.join(types)}")
+        raise FileError(
+            f"topic {name} has the type {bag_topics[name]}; expected {' or '.join(types)}"
+        )

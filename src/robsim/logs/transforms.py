@@ -1,20 +1,19 @@
-"""Poses of frames from the transforms of /tf and /tf_static."""
+"""Poses of frames from the transforms in /tf and /tf_static."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import raise_file_errors
 from robsim.geometry.pose import Pose
-from robsim.logs.message_types import header_time
+from robsim.logs.message_types import Message, header_time
 
 
 class FrameTransforms:
-    """The last transform of each frame to its parent."""
+    """The tree of frames: the last pose of each frame in its parent."""
 
     def __init__(self) -> None:
         self._edges: dict[str, tuple[str, Array]] = {}
@@ -25,10 +24,10 @@ class FrameTransforms:
         """The frames that have a parent."""
         return list(self._edges)
 
-    def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> dict[str, int]:
-        """Store the transforms of a message; return the time of each frame in nanoseconds, or zero.
+    def take(self, what: str, transforms: Iterable[Message], moving: bool = True) -> dict[str, int]:
+        """Store the transforms of a message, and return the time of each frame in nanoseconds.
 
-        FileError is raised for an invalid pose.
+        A time is zero without a stamp. FileError is raised for an invalid pose.
         """
         times = {}
         for each in transforms:
@@ -53,7 +52,7 @@ class FrameTransforms:
         return None
 
     def moves_with(self, frame: str, root: str) -> str | None:
-        """Return the first frame that moves on the path from a frame to the root, or None."""
+        """Return the first moving frame on the path from a frame to the root, or None."""
         return next(
             (child for child in self._ancestors(frame, root) if child in self._moving), None
         )

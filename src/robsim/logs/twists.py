@@ -1,11 +1,12 @@
-"""Twists of a body that drives or moves freely, in its own axes, by the names of its velocities."""
+"""The components of ROS twists, and the velocities of a body that drives or moves freely."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from robsim.base.errors import InputError
+from robsim.logs.message_types import Message
 
 TWIST_PARTS = {  # name of a velocity after the last dot -> component of a Twist
     "vx": ("linear", "x"),
@@ -21,15 +22,17 @@ WORLD_FRAMES = ("world", "map", "odom")  # frames in a header that are not the a
 
 
 class TwistComponent(NamedTuple):
-    """A component of a Twist, and the index of its velocity."""
+    """A component of a Twist message, and the index of its velocity in the scene."""
 
-    of: str
-    axis: str
+    of: str  # "linear" or "angular"
+    axis: str  # "x", "y" or "z"
     column: int
 
 
 def twist_components(names: Sequence[str]) -> tuple[TwistComponent, ...]:
-    """Return the components of a Twist for some velocities; raise InputError unless of one body.
+    """Return the Twist components of the body that drives or moves freely, from velocity names.
+
+    InputError is raised if no body, or more than one body, drives or moves freely.
 
     >>> [tuple(each) for each in twist_components(["elbow", "body.v", "body.omega"])]
     [('linear', 'x', 1), ('angular', 'z', 2)]
@@ -40,18 +43,18 @@ def twist_components(names: Sequence[str]) -> tuple[TwistComponent, ...]:
     if len(bodies) != 1:
         raise InputError(
             "a Twist commands one body that drives or moves freely; "
-            f"here are {', '.join(bodies) or 'none'}"
+            f"the scene has {', '.join(bodies) or 'none'}"
         )
     return tuple(TwistComponent(*TWIST_PARTS[part], i) for i, _, part in twists)
 
 
-def read_twist(twist: Any, parts: Sequence[TwistComponent]) -> dict[int, float]:
-    """Return the velocities in a Twist message by index."""
+def read_twist(twist: Message, parts: Sequence[TwistComponent]) -> dict[int, float]:
+    """Return the velocities in a Twist message by their index in the scene."""
     return {each.column: float(getattr(getattr(twist, each.of), each.axis)) for each in parts}
 
 
-def list_unused_components(twist: Any, parts: Sequence[TwistComponent]) -> list[str]:
-    """Return the components of a Twist message that are not zero and not velocities of the body."""
+def list_unused_components(twist: Message, parts: Sequence[TwistComponent]) -> list[str]:
+    """Return the nonzero components of a Twist message that are not velocities of the body."""
     used = {(each.of, each.axis) for each in parts}
     return [
         f"{of}.{axis}"

@@ -1,4 +1,4 @@
-"""Decompression of bags: `ros2 bag` compresses files or single messages by Zstandard."""
+"""Decompression of bags: `ros2 bag` compresses files or single messages with Zstandard."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SUFFIX = ".zstd"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"  # first bytes of compressed data, which no message begins with
 LARGEST_FILE = 1 << 34  # bytes of a decompressed file
 LARGEST = 1 << 30  # bytes of a decompressed message
-CHUNK_BYTES = 1 << 20  # bytes
+CHUNK_BYTES = 1 << 20  # bytes read at a time
 
 
 def decompress_file(file: Path, folder: str) -> Path:
@@ -23,10 +23,10 @@ def decompress_file(file: Path, folder: str) -> Path:
         while not decompressor.eof:
             piece = packed.read(CHUNK_BYTES) if decompressor.needs_input else b""
             if decompressor.needs_input and not piece:
-                raise FileError(f"{file.name} is cut off")
+                raise FileError(f"{file.name} is truncated")
             size += output.write(decompressor.decompress(piece, CHUNK_BYTES))
             if size > LARGEST_FILE:
-                raise FileError(f"{file.name}: more than {LARGEST_FILE} bytes, once it is unpacked")
+                raise FileError(f"{file.name}: more than {LARGEST_FILE} bytes when decompressed")
     return target
 
 
@@ -37,7 +37,7 @@ def decompress_message(data: Any) -> Any:
     decompressor = _import_zstd().ZstdDecompressor()
     payload = decompressor.decompress(bytes(data), LARGEST)
     if not decompressor.eof:
-        raise FileError(f"cut off, or more than {LARGEST} bytes, once it is unpacked")
+        raise FileError(f"truncated, or more than {LARGEST} bytes when decompressed")
     return payload
 
 

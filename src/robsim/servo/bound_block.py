@@ -30,7 +30,7 @@ class BoundBlock:
     marks: NDArray[np.int64] | None
     components: NDArray[np.int64] | None
     weight: float
-    k: int | None = None  # number of components of its feature, once it is known
+    k: int | None = None  # number of components of the feature; None before a measurement
 
     @property
     def name(self) -> str:
@@ -45,12 +45,12 @@ class BoundBlock:
         feature = towards(goal)
         if not isinstance(feature, Feature):
             raise InputError(
-                f"{self.name}.towards returned {format_value(feature)}, and no feature"
+                f"{self.name}.towards returned {format_value(feature)} instead of a feature"
             )
         return replace(self, feature=feature)
 
-    def counted(self, goal: Observation) -> BoundBlock:
-        """Return the block with the size k of s at the goal, which s must keep."""
+    def with_size(self, goal: Observation) -> BoundBlock:
+        """Return the block with the size k of s at the goal, which later checks require."""
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 
@@ -97,13 +97,13 @@ class BoundBlock:
         whole = replace(self, components=None)
         rows = seen.room(self.k or 0)
 
-        def asked(blocks: Blocks, step: int) -> None:
+        def evaluate(blocks: Blocks, step: int) -> None:
             view = whole.observation(seen, blocks)
             blocks.put(rows.s, whole.measure(view))
             if with_L:
                 blocks.put(rows.L, whole.interaction(view))
 
-        seen.program.call(asked)
+        seen.program.call(evaluate)
         return rows
 
     @property
@@ -126,7 +126,7 @@ class BoundBlock:
         return self._check_returned(compute_interaction(self.feature, seen), seen, 6)
 
     def gone(self, blind: Observation) -> NDArray[np.bool_]:
-        """Return (k, B): whether each component is NaN, given an observation with hidden marks."""
+        """Return (k, B): whether each component is NaN in an observation with hidden marks."""
         if self.marks is not None:
             blind = blind.some(self.marks)
         try:
@@ -137,12 +137,12 @@ class BoundBlock:
     def depends(self, seen: Observation) -> NDArray[np.bool_] | None:
         """Return (k, cameras, N): whether each component is NaN if a camera does not see a mark.
 
-        The result is None if it may change over time: for a user's feature, or for a feature
-        without a value in this observation.
+        The result is None if it may change over time: for a user's feature, or for a feature that
+        is NaN in this observation.
         """
-        return None if self._compiled_feature is None else self.made_of(seen)
+        return None if self._compiled_feature is None else self.find_dependencies(seen)
 
-    def made_of(self, seen: Observation) -> NDArray[np.bool_] | None:
+    def find_dependencies(self, seen: Observation) -> NDArray[np.bool_] | None:
         """Return the result of `depends` for one observation, also for a user's feature."""
         if self.gone(seen).any():
             return None
@@ -156,7 +156,7 @@ class BoundBlock:
         k = "k" if self.k is None else self.k
         expected = (seen.pixels_last.shape[-1], k, *tail)
         array = check_returned_array(value, f"{self.name}: a method", expected)
-        # a copy, since the user's array may change
+        # a copy, since the user may change the array later
         return np.array(self._select_components(view_runs_last(array)), order="C")
 
     def _select_components(self, array: Array) -> Array:

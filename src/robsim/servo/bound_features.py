@@ -34,23 +34,23 @@ class FeatureState:
 
 @dataclass(frozen=True, eq=False)
 class BoundFeatures:
-    """All feature blocks of a task with their goal, and the commanded velocities."""
+    """The feature blocks of a task in a scene, with their goal and the commanded velocities."""
 
     parts: tuple[BoundBlock, ...]
     sights: tuple[CameraTarget, ...]  # believed pairs, each once; the first pair is the reference
     exact: bool  # whether the belief is the truth
     columns: NDArray[np.int64]
     depths: DepthModel
-    which: Interaction | Array  # choice of L, or one constant L (k, 6)
-    goals: dict[PairKey, Observation]  # observation of each pair at the goal, with true depths
+    which: Interaction | Array  # model of L, or a constant L (k, 6)
+    goals: dict[PairKey, Observation]  # observation of each pair at the goal, with the true depths
     q_goal: Array | None  # (nq, runs) configuration of a shown goal
-    given: Array | None  # (k,) features of a goal that is given as numbers
+    given: Array | None  # (k,) goal of numbers, `GoalFeatures.s`
     runs: int = 1  # number of runs with individual numbers, and therefore goals
 
-    def at_its_goal(self) -> BoundFeatures:
+    def measure_from_goal(self) -> BoundFeatures:
         """Return a copy with features measured relative to the goal, if they have `towards`."""
         bound = [
-            (part.towards(view) if self.given is None else part).counted(view)
+            (part.towards(view) if self.given is None else part).with_size(view)
             for part, view in self._goal_views
         ]
         copy = replace(self, parts=tuple(bound))
@@ -60,7 +60,7 @@ class BoundFeatures:
         return copy
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[PairKey, Array]) -> Array:
-        """Return L J (k, n, B), camera by camera: sdot = L (J_c - J_o) qdot."""
+        """Return L J (k, n, B) with sdot = L (J_c - J_o) qdot, block by block."""
         if self.as_one:
             return multiply_batches(L, J[self.sights[0].key])
         rows = zip(each, self.parts, strict=True)
@@ -164,18 +164,18 @@ class BoundFeatures:
         at_goal = self._pair_observations, self._goal_projections
         return [part.depends(part.all_at_goal(*at_goal)) for part in self.parts]
 
-    def made_of(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
+    def find_dependencies(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
         """Return each block with the marks that its components depend on at the goal.
 
-        A goal of numbers has no image; the dependence is then evaluated in front of the target.
+        A goal of numbers has no image; a view from in front of the target then replaces it.
         Raises InputError if a feature has no value there.
         """
         observations = self._pair_observations
         if self.given is not None:
-            observations = {sight.key: sight.before() for sight in self.sights}
+            observations = {sight.key: sight.observe_from_front() for sight in self.sights}
         result = []
         for part in self.parts:
-            marks = part.made_of(part.all_at_goal(observations, self._goal_projections))
+            marks = part.find_dependencies(part.all_at_goal(observations, self._goal_projections))
             if marks is None:
                 raise InputError(f"{part.name} has no value at the goal, so no marks to weigh")
             result.append((part, marks))
@@ -205,7 +205,7 @@ class BoundFeatures:
 
     @cached_property
     def _goal_projections(self) -> dict[PairKey, Projection]:
-        """Believed projections at the goal configuration, or at home without one."""
+        """Believed projections at the goal configuration, or at home if the goal has none."""
         q = self.q_goal
         return {
             sight.key: sight.project(sight.home(self.runs) if q is None else q)
@@ -225,7 +225,10 @@ class BoundFeatures:
 
     @cached_property
     def adjoints(self) -> list[Array | None]:
-        """Map (6, 6, B) from the first camera's twist to each block's camera; None if equal."""
+        """Adjoint (6, 6, B) from the first camera's twist to the twist of each block's camera.
+
+        None for a block of the first camera.
+        """
         first = self.sights[0].key
         projections = self._goal_projections
         return [

@@ -103,8 +103,9 @@ class CameraTarget:
     ) -> None:
         """Add the stage that projects the marks, from the rows of two poses to rows of an image.
 
-        `image` are the rows of pixels, depths and status. `of` selects the stage for the first
-        object (FIRST), for more objects (MORE), or for each mark (EACH).
+        `image` are the rows of pixels, depths and status. `of` selects the status: WORST_STATUS
+        (the worst of all marks), CONTINUED_STATUS (the same, together with objects projected
+        before), or EACH_STATUS (one for each mark).
         """
         camera, (pixels, depth, status) = self.eye.camera, image
         program.add(
@@ -121,7 +122,7 @@ class CameraTarget:
         )
 
     def jacobian(self, projection: Projection, moves: jacobians.BodyMoves) -> Array:
-        """Return J (6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""
+        """Return J (6, n, B) with V_c - V_o = J qdot for some velocities, in camera axes."""
         return evaluate_frame_jacobian(projection.bodies, projection.T_w_c, moves)
 
     @property
@@ -140,7 +141,7 @@ class CameraTarget:
         more = {"model": self.target.marks, "guess_last": T_c_o}
         return Observation.of_last(pixels, depth, self.eye.camera, **more)
 
-    def before(self) -> Observation:
+    def observe_from_front(self) -> Observation:
         """Return the observation of the slightly rotated target by a camera well in front of it."""
         distance = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
         T_c_o = Pose.at(0.0, 0.0, distance, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()
@@ -152,7 +153,7 @@ class CameraTarget:
         return self.scene.tree.moves(self.sign, columns)
 
     def moves_with(self, other: CameraTarget) -> bool:
-        """Return whether two pairs have one relative motion, since the same bodies carry them."""
+        """Return whether the same bodies carry both pairs: they then have one relative motion."""
         find = self.scene.tree.find
         pairs = zip(self.key, other.key, strict=True)
         return all(find(mine)[0] == find(theirs)[0] for mine, theirs in pairs)

@@ -32,5 +32,5 @@ class Decision(NamedTuple):
 
     command: Command
     J: Array  # (6, n, B) of its frame: in camera axes for a camera, else in world axes
-    basis: Any = None
+    basis: Any = None  # Any: a `LawInput`, or None for a task without a law
     weights: Array | None = None  # (k, B)

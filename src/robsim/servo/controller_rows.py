@@ -12,7 +12,7 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.fk_stages import FKStages
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.servo.command import Command, Decision
+from robsim.servo.command import Command, Decision, LawInput
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class ControllerOutputs:
     note: Callable[[BlockRows], None] = lambda qd: None
     weights: BlockRows | None = None  # (k,), weight of each component of s
     status: BlockRows | None = None  # status of a lost mark if too few marks remain to command
-    basis: Callable[[Blocks], Any] = lambda blocks: None
+    basis: Callable[[Blocks], LawInput | None] = lambda blocks: None
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

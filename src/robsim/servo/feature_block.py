@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 
@@ -102,6 +102,7 @@ class IndexList(ListOf):
         return numbers
 
 
+Name = str | Sequence[str]  # name of a camera, or the two names of a stereo pair
 CAMERAS, TARGET, INDICES = CameraNames(), SceneName(find="object"), IndexList()
 
 
@@ -136,10 +137,12 @@ class FeatureBlock(DeclaredValue):
     """
 
     feature: Annotated[
-        Any, FEATURE_CHOICE, "Feature: its name, or an object with unit, tolerance and measure."
+        Feature | str,
+        FEATURE_CHOICE,
+        "Feature: its name, or an object with unit, tolerance and measure.",
     ]
     camera: Annotated[
-        str | tuple[str, str] | None,
+        Name | None,
         CAMERAS,
         "Name of the camera, or names of a stereo pair; None: camera of the task.",
     ] = None
@@ -161,9 +164,12 @@ class FeatureBlock(DeclaredValue):
     ] = 1.0
 
 
-def make_feature_blocks(value: Any) -> tuple[FeatureBlock, ...]:
+Features = Feature | str | FeatureBlock | Sequence[Feature | str | FeatureBlock]
+
+
+def make_feature_blocks(value: Features) -> tuple[FeatureBlock, ...]:
     """Return feature blocks from one feature, or from a list of features and blocks."""
-    parts = value if isinstance(value, list | tuple) else [value]
+    parts = value if isinstance(value, list | tuple) else [cast(Feature, value)]
     if not parts:
         raise InputError("features: an empty list; give at least one feature")
     return tuple(each if isinstance(each, FeatureBlock) else FeatureBlock(each) for each in parts)

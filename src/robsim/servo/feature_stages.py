@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from robsim.servo.controller_rows import ControllerInputs, allocate_inputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.weight_stages import add_mark_weights, scale_entries
+from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
 
 
 class BoundFeatureRows:
@@ -33,7 +34,10 @@ class BoundFeatureRows:
     """
 
     def __init__(
-        self, regulated: BoundFeatures, inputs: ControllerInputs, weightings: Any = ()
+        self,
+        regulated: BoundFeatures,
+        inputs: ControllerInputs,
+        weightings: Sequence[Weighting | MarkWeighting] = (),
     ) -> None:
         self.regulated, self.inputs, self.program = regulated, inputs, inputs.program
         self.weightings, self.weights = weightings, dict[PairKey, BlockRows]()
@@ -55,11 +59,11 @@ class BoundFeatureRows:
 
     def jacobian(self, sight: CameraTarget, moves: BodyMoves) -> BlockRows:
         """Return the rows of J (6, n) of a camera relative to its target, by some velocities."""
-        where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
-        return add_jacobian_stage(self.program, *where, moves)
+        camera_frame = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
+        return add_jacobian_stage(self.program, *camera_frame, moves)
 
     def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
-        """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
+        """Return the rows of L J (k, n) with sdot = L (J_c - J_o) qdot, block by block."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
         if regulated.as_one:
             first = J[regulated.sights[0].key]
@@ -91,11 +95,11 @@ class BoundFeatureRows:
 
     def _add_bodies(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
         """Return the bodies, and the believed poses of cameras and targets."""
-        given, sights = self.inputs, self.regulated.sights
-        if given.placed is not None and self.regulated.exact:
-            return given.placed, {key: view.frames for key, view in given.views.items()}
+        inputs, sights = self.inputs, self.regulated.sights
+        if inputs.placed is not None and self.regulated.exact:
+            return inputs.placed, {key: view.frames for key, view in inputs.views.items()}
         tree = sights[0].scene.tree
-        placed = add_body_poses(self.program, tree, given.q)
+        placed = add_body_poses(self.program, tree, inputs.q)
         return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
 
     def _add_observation(self, sight: CameraTarget) -> ObservationRows:
@@ -171,9 +175,10 @@ class BoundFeatureRows:
         )
 
     def hidden(self) -> BlockRows:
-        """Return the rows (k,) that are 1 for components of hidden marks, unless all are hidden.
+        """Return the rows (k,): 1 for a component that depends on a hidden mark, else 0.
 
-        The dependence is found by hiding the marks: the components that become NaN depend on them.
+        A component depends on a mark if it is NaN without the mark. All are 0 if all marks are
+        hidden.
         """
         parts = zip(
             self.regulated.parts, self.block_observations, self.regulated.depends(), strict=True
@@ -184,7 +189,7 @@ class BoundFeatureRows:
         self, part: BoundBlock, seen: ObservationRows, depends: NDArray[np.bool_] | None
     ) -> BlockRows:
         """Return the rows that are 1 for the currently lost components of a block."""
-        flags: list[Any] = [self.inputs.views[sight.key].hidden for sight in part.sights]
+        flags = [cast(BlockRows, self.inputs.views[sight.key].hidden) for sight in part.sights]
         if depends is not None:
             each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
             return self.program.result(

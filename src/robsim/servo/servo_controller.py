@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, move_runs_first, view_runs_last
 from robsim.base.errors import InputError
@@ -15,14 +15,21 @@ from robsim.servo.camera_target import PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.feed_forward import FeedForward
+from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import RCOND, SAME_UNITS, Inverse, JacobianTranspose, compute_rank
+from robsim.servo.laws.inverse import (
+    RCOND,
+    SAME_UNITS,
+    InverseKind,
+    JacobianTranspose,
+    compute_rank,
+)
 from robsim.servo.laws.law import Law
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_shaper import CommandShaper
 from robsim.servo.task_controller import TaskController
 from robsim.servo.user_return import check_returned_array
+from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +38,12 @@ class ServoController(TaskController):
 
     regulated: BoundFeatures
     law: Law
-    gain: Any  # float, AdaptiveGain, or (runs,) with one gain for each run
-    inverse: Inverse
-    feed_forward: FeedForward
+    gain: float | AdaptiveGain | Array  # an array (runs,) has one gain for each run
+    inverse: InverseKind
+    feed_forward: KnownMotion | EstimatedMotion | None
     broyden: Broyden | None
     shaping: CommandShaper
-    weighting: tuple[Any, ...] = ()
+    weighting: tuple[Weighting | MarkWeighting, ...] = ()
 
     @property
     def weighted(self) -> bool:
@@ -67,9 +74,9 @@ class ServoController(TaskController):
         """Add the stages of one instant to a program; return the rows that they write."""
         stages = ServoStages(self, inputs)
         stages.assess()
-        return stages.commanded(stages.command())
+        return stages.outputs(stages.command())
 
-    def commanded(self, state: ControlState) -> Array:
+    def evaluate_law(self, state: ControlState) -> Array:
         """Return velocities (n, B) from the law, which may be a user's."""
         expected = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
@@ -82,7 +89,9 @@ class ServoController(TaskController):
         return self.broyden is None and self.regulated.as_one
 
 
-def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) -> Any:
+def compute_decay_rate(
+    regulated: BoundFeatures, gain: float | AdaptiveGain | Array, inverse: InverseKind
+) -> float | Array:
     """Return the slowest decay rate of the error in 1/s, () or (runs,): the gain.
 
     With the transpose the rate is the gain times the smallest sigma^2 of L J at the goal.
@@ -101,7 +110,7 @@ def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) ->
     return slowest * (smallest if len(smallest) > 1 else float(smallest[0]))
 
 
-def compute_goal_rank(regulated: BoundFeatures) -> Any:
+def compute_goal_rank(regulated: BoundFeatures) -> int | NDArray[np.int64]:
     """Return the rank of L J at the goal if it was shown, or else the largest possible rank.
 
     The result is (runs,) for several runs with individual goals.
@@ -113,6 +122,6 @@ def compute_goal_rank(regulated: BoundFeatures) -> Any:
     return ranks if len(ranks) > 1 else int(ranks[0])
 
 
-def get_rcond(inverse: Inverse) -> float:
+def get_rcond(inverse: InverseKind) -> float:
     """Return the relative size below which a singular value counts as zero."""
     return inverse.numbers[2] or RCOND

@@ -52,7 +52,7 @@ class ServoStages:
             inputs.program.rows,
             inputs.program.constant,
         )
-        # set if the gain depends on the command of the law
+        # not None if the gain depends on the command of the law
         self._command_at_gain: CommandAtGain | None = None
         self.broyden_jacobian, self.last = self.rows(self.k, self.n), self.rows(self.k + self.n)
         self.weights: BlockRows | None = None
@@ -108,7 +108,7 @@ class ServoStages:
         arguments = {"gain": self.gain, "x": self.law_error}
         return self.program.result(control_law.compute_joint_command, "qd", self.k, **arguments)
 
-    def commanded(self, qd: BlockRows) -> ControllerOutputs:
+    def outputs(self, qd: BlockRows) -> ControllerOutputs:
         """Return the written rows, with the rows of a command."""
         error, A = self.unweighted
         return ControllerOutputs(
@@ -219,7 +219,7 @@ class ServoStages:
         """Return the command of a Python law at a gain of one; the law is called again later."""
         memory = deepcopy(self.inputs.memory(blocks).get("law", {}))
         state = replace(self.state(blocks, step, memory, self.weighted_error), gain=1.0)
-        return self.controller.commanded(state)
+        return self.controller.evaluate_law(state)
 
     def _add_drift(self) -> BlockRows:
         """Return the rows of the error plus the drift caused by the motion of the target."""
@@ -261,7 +261,7 @@ class ServoStages:
     def _call_law(self, blocks: Blocks, step: int) -> Array:
         """Return the velocities (n, B) from a law in Python, such as a user's law."""
         memory = self.inputs.memory(blocks).setdefault("law", {})
-        return self.controller.commanded(self.state(blocks, step, memory, self.law_error))
+        return self.controller.evaluate_law(self.state(blocks, step, memory, self.law_error))
 
     def state(
         self, blocks: Blocks, step: int, memory: dict[str, Any], error: BlockRows

@@ -99,19 +99,19 @@ class SingleStepController:
         and whether the controller is busy.
         """
         first, c = blocks.first, self.commanded
-        why, at_limit = int(first(self.guarded.why)), first(self.guarded.at_limit)
-        return why, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
+        reasons, at_limit = int(first(self.guarded.reasons)), first(self.guarded.at_limit)
+        return reasons, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
 
     def rest(self, blocks: Blocks) -> None:
         """Set the robot at rest; a command may grow again from there."""
         blocks.fill(self.guarded.last, np.zeros(self.controller.columns.size))
-        blocks.fill(self.guarded.seconds, np.zeros(1))
+        blocks.fill(self.guarded.growth_time, np.zeros(1))
 
     def braked(self, blocks: Blocks) -> Array:
         """Return the velocities (n,) of braking for one period, without the stages."""
         guarded = self.guarded
         last = blocks.first(guarded.last)
-        rest = float((np.abs(last) / blocks.first(guarded.most)).max(initial=0.0))
+        rest = float((np.abs(last) / blocks.first(guarded.accelerations)).max(initial=0.0))
         slower: Array = last * remaining_share(rest, self.dt)
         self.rest(blocks)
         blocks.fill(guarded.last, slower)

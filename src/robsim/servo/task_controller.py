@@ -56,8 +56,8 @@ class TaskController(ABC):
     units: tuple[str, ...]
     tolerances: Array
     goal_pixels: Array
-    pace: Any
-    full_rank: Any
+    pace: Any  # Any: one number, or an array (runs,)
+    full_rank: Any  # Any: one number, or an array (runs,)
     rcond: float
 
     @abstractmethod
@@ -80,7 +80,7 @@ class TaskController(ABC):
         return frozenset()
 
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers accept every start
-        """Raise InputError if the task is impossible from all of the starts q0 (B, nq)."""
+        """Raise InputError if the task is possible from none of the starts q0 (B, nq)."""
 
     def scaled(self, decision: Decision) -> Decision:
         """Return a decision with error and task Jacobian scaled to one tolerance."""

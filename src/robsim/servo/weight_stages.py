@@ -25,11 +25,12 @@ from robsim.servo.weightings.weighting_protocol import (
     MarkRows,
     MarkWeighting,
     Residuals,
+    Weighting,
 )
 
 
 def add_mark_weights(
-    weightings: tuple[Any, ...],
+    weightings: Sequence[Weighting | MarkWeighting],
     inputs: ControllerInputs,
     view: ViewRows,
     points: BlockRows,
@@ -38,7 +39,8 @@ def add_mark_weights(
 ) -> BlockRows:
     """Add the stages of the weights of marks, see `MarkRows`; return their rows (N,).
 
-    A weight is zero without a measurement, and for a hidden mark unless a weighting fades.
+    The weight of a mark is 0 if the mark has no measurement, or if the mark is hidden and no
+    weighting fades marks.
     """
     ours = [each for each in weightings if isinstance(each, MarkWeighting)]
     program, N = inputs.program, view.depth.size
@@ -53,14 +55,16 @@ def add_mark_weights(
 
 
 def add_component_weights(
-    program: Program, marks: dict[PairKey, BlockRows], made_of: list[MarkDependencies]
+    program: Program, marks: dict[PairKey, BlockRows], dependencies: list[MarkDependencies]
 ) -> BlockRows:
     """Add the stages of the weights (k,) of components, from weights of marks; return their rows.
 
     The weight of a component is the smallest weight of its marks. The weights of a pose are 1 if
     enough marks are measured.
     """
-    return concatenate_rows(program, [_add_block_weights(program, marks, each) for each in made_of])
+    return concatenate_rows(
+        program, [_add_block_weights(program, marks, each) for each in dependencies]
+    )
 
 
 def _add_block_weights(
@@ -76,7 +80,7 @@ def _add_block_weights(
 
 def add_user_weights(
     program: Program,
-    weightings: Sequence[Any],
+    weightings: Sequence[Weighting],
     error: BlockRows,
     weights: BlockRows,
     tolerances: Array,

@@ -84,7 +84,7 @@ class StartKinematics:
         if not dot or robot not in [each.name for each in self.scene.robots]:
             raise InputError(
                 f"start: poses of '{self.frame}' cannot be reached, as no robot carries it; give "
-                "coordinates, as in start=rs.Uniform(low, high)"
+                "coordinates, as in start=rs.samplers.Uniform(low, high)"
             )
         return robot, link
 

@@ -87,7 +87,7 @@ def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
         return _make_value_axis(experiment, StudyAxis(name, None, sampler, unit=unit), *values)
     if not isinstance(value, Sampler) or isinstance(value, type):
         raise InputError(
-            f"{subject}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
+            f"{subject}: expected a sampler such as rs.samplers.Uniform(low, high), or a list of values, "
             f"got {format_value(value)}"
         )
     try:

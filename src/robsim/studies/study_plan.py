@@ -194,8 +194,8 @@ def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None
         return base.with_(start=None), start, None
     if isinstance(start, type) or hasattr(start, "drawn"):
         raise InputError(
-            "start: expected starts (nq,) or (B, nq), rs.Uniform(low, high), or a sampler of poses "
-            f"such as rs.LookAt(...), got {format_value(start)}"
+            "start: expected starts (nq,) or (B, nq), rs.samplers.Uniform(low, high), or a sampler of poses "
+            f"such as rs.starts.LookAt(...), got {format_value(start)}"
         )
     q0 = base.start if start is None else check_starts(base.scene, start, "start")
     if np.ndim(q0) > 1:

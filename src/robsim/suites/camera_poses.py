@@ -17,8 +17,8 @@ SIZE = 640, 480  # pixels
 
 
 def make_flying_scene(focal: float, marks: Array) -> Scene:
-    """Return a scene with a flying camera of 640 x 480 pixels, and a target at the origin."""
-    K = [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]]
+    """Return a flying camera, 640 x 480 pixels, and a target at the origin of the world."""
+    K: list[list[float]] = [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]]
     eye = MountedCamera("eye", Camera(K, size=SIZE), on="free_camera.body")
     return Scene((robots.load("free_camera"),), (Object("square", marks=marks),), (eye,))
 

@@ -1,4 +1,4 @@
-"""Geometry of images: poses, homographies, triangulation, tags and calibration boards."""
+"""Cameras and image geometry: poses, homographies, triangulation, tags and boards."""
 
 from robsim.base.lazy_names import attach_names
 

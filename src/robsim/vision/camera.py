@@ -1,18 +1,19 @@
 """The camera model: projection, visibility and distortion.
 
 Camera axes follow computer vision: x to the right, y down, z along the optical axis. A pixel is
-(column, row). The camera axes of the chapter (x up, y to the right; u the row, v the column) are
-converted to these axes in this module only.
+(column, row). The chapter has other axes (x up, y to the right) and other pixels (u is the row, v
+the column); see `robsim.vision.chapter`.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import Value, replace_unchecked
-from robsim.geometry.pose import Pose, as_pose, broadcast_leading_shape
+from robsim.geometry.pose import Pose, PoseLike, as_pose, broadcast_leading_shape
 from robsim.geometry.primitives import CameraBody
 from robsim.kernels.formulas import perspective as kernels
 from robsim.kernels.images import projection
@@ -40,6 +41,8 @@ _SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs hav
 class Visibility(IntEnum):
     """The position of a point relative to a camera: in the image, outside it, or behind.
 
+    Examples
+    --------
     >>> Visibility(2)
     <Visibility.BEHIND_CAMERA: 2>
     """
@@ -67,20 +70,20 @@ class Camera(Value):
     K : array_like of shape (3, 3)
         Matrix of intrinsics [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
     size : (int, int), optional
-        Width and height of the image in pixels. None: an image without border.
+        Width and height of the image in pixels. None: the image is unbounded.
     body : CameraBody, optional
         Housing of the camera, shown in figures.
     distortion : array_like, default ()
-        Coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the order of OpenCV, flat, as a row or
-        as a column. Arrays of 12 or 14 numbers, with coefficients of a thin prism and a tilted
-        sensor, are accepted if these coefficients are zero. Stored as a flat tuple of at most eight
+        Distortion coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the order of OpenCV, as a
+        flat array, a row or a column. The further coefficients of a thin prism and a tilted sensor
+        (12 or 14 numbers in all) must be zero. The attribute is a flat tuple of at most eight
         numbers.
 
     Raises
     ------
     InputError
-        If K is not a matrix of intrinsics, a camera with a size has a focal length below a pixel,
-        or the lens is not modelled.
+        If K is not a matrix of intrinsics, a camera with a size has a focal length below one pixel,
+        or the distortion has coefficients of a thin prism or a tilted sensor.
 
     Examples
     --------
@@ -90,11 +93,22 @@ class Camera(Value):
            [ nan,  nan]])
     """
 
-    K: Any
+    K: Array
     size: tuple[int, int] | None = None
     _: KW_ONLY
     body: CameraBody | None = None
     distortion: tuple[float, ...] = ()
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            K: ArrayLike,
+            size: Sequence[int] | None = None,
+            *,
+            body: CameraBody | None = None,
+            distortion: ArrayLike = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "K", make_read_only(check_intrinsics(self.K)))
@@ -106,9 +120,10 @@ class Camera(Value):
         object.__setattr__(self, "distortion", check_distortion(self.distortion))
 
     @property
-    def focal(self) -> Any:
+    def focal(self) -> float | Array:
         """The focal length in pixels, or both focal lengths (2,) if they differ."""
-        return get_intrinsic_part(self.K, "focal")
+        focal: float | Array = get_intrinsic_part(self.K, "focal")
+        return focal
 
     @property
     def center(self) -> Array:
@@ -121,15 +136,21 @@ class Camera(Value):
         """The skew of the image axes, in pixels."""
         return float(get_intrinsic_part(self.K, "skew"))
 
-    def revised(self, **changes: Any) -> Camera:
-        """Return a copy with another K, focal, center, skew, size, distortion or body."""
+    def revised(self, **changes: Any) -> Camera:  # Any: values of the fields named
+        """Return a copy with another K, focal, center, skew, size, distortion or body.
+
+        Examples
+        --------
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).revised(focal=900).K[0]
+        array([900.,   0., 320.])
+        """
         K = self.K
         for name in PART_INDICES.keys() & changes:
             K = replace_intrinsic_part(K, name, changes.pop(name))
         return replace(self, **{"K": K, **changes})
 
-    def held(self, **changes: Any) -> Camera:
-        """Return a copy with numbers (..., runs) that differ from run to run."""
+    def held(self, **changes: Array) -> Camera:
+        """Return the cameras of a batch, with parameters (..., runs) that differ between runs."""
         K, parts = self.K, {name: changes.pop(name) for name in PART_INDICES.keys() & changes}
         for name, new in parts.items():
             wide = np.repeat(K[..., None], new.shape[-1], axis=2) if K.ndim == 2 else K
@@ -151,18 +172,30 @@ class Camera(Value):
     ) -> Camera:
         """Return a camera from the parameters of eq. (10) of the chapter.
 
+        A point (X, Y, Z) in the camera axes of the chapter (x up, y to the right) has the pixel
+
+            u = u0 - f X / (Z px cos alpha),    v = v0 + f (Y + X tan alpha) / (Z py),
+
+        with the row u and the column v. The camera that is returned has the axes and the pixels
+        (column, row) of this package.
+
         Parameters
         ----------
         f, px, py : float
             Focal length, and height and width of a pixel, in the same unit.
         alpha : float
-            Skew angle in radians.
+            Skew angle in radians, between -pi/2 and pi/2.
         u0, v0 : float
-            Row and column of the image centre in pixels.
+            Row and column of the principal point in pixels.
         size : (int, int), optional
             Width and height of the image in pixels.
         body : CameraBody, optional
             Housing of the camera, shown in figures.
+
+        Raises
+        ------
+        InputError
+            If a length is not positive, or the skew angle is outside its range.
 
         Examples
         --------
@@ -189,8 +222,8 @@ class Camera(Value):
         Raises
         ------
         FileError
-            If the file is not a calibration file, it has several cameras and no `name` is given, or
-            the lens is not modelled, for example a fisheye lens.
+            If the file is not a calibration file, the file has several cameras and `name` is None,
+            or the camera model is not supported, for example a fisheye lens.
 
         Examples
         --------
@@ -199,8 +232,7 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        camera: Camera = load_camera(path, name, cls)
-        return camera
+        return load_camera(path, name, cls)
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
         """Write a calibration file, which `from_file` reads without loss, and return its path.
@@ -225,7 +257,7 @@ class Camera(Value):
         return save_camera(path, self.K, self.size, self.distortion)
 
     @classmethod
-    def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:
+    def from_ros(cls, message: object, *, rectified: bool = False) -> Camera:
         """Return the camera of a ROS message `sensor_msgs/CameraInfo`.
 
         The camera describes the published image, with binning and region of interest applied.
@@ -240,7 +272,7 @@ class Camera(Value):
         Raises
         ------
         InputError
-            If the lens is not modelled, or the camera is not calibrated.
+            If the camera model is not supported, or the camera is not calibrated.
 
         Examples
         --------
@@ -249,14 +281,13 @@ class Camera(Value):
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        camera: Camera = camera_info.camera_from_message(message, rectified, cls)
-        return camera
+        return camera_info.camera_from_message(message, rectified, cls)
 
     def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
         """Return the camera of the image scaled to another size in pixels.
 
-        Pixel centres are whole numbers, so a column u moves to u' = (u + 0.5) width' / width - 0.5,
-        as in `cv2.resize`.
+        A column u of the image becomes u' = (u + 0.5) width' / width - 0.5, as in `cv2.resize`,
+        because pixel centres are whole numbers.
 
         Parameters
         ----------
@@ -268,8 +299,7 @@ class Camera(Value):
         Raises
         ------
         InputError
-            If the aspect ratio differs by a pixel or more, as for a cropped image, and `stretch` is
-            false.
+            If `stretch` is false and the new aspect ratio changes a side by a pixel or more.
 
         Examples
         --------
@@ -280,19 +310,19 @@ class Camera(Value):
         return replace(self, K=K, size=size)
 
     def cropped(self, left: int, top: int, width: int, height: int) -> Camera:
-        """Return the camera of a part of the image.
+        """Return the camera of a rectangular region of the image.
 
         Parameters
         ----------
         left, top : int
-            First column and row of the part.
+            First column and row of the region.
         width, height : int
-            Size of the part in pixels.
+            Size of the region in pixels.
 
         Raises
         ------
         InputError
-            If the part is not inside the image.
+            If the region is not inside the image.
 
         Examples
         --------
@@ -303,7 +333,7 @@ class Camera(Value):
         K, size = crop_intrinsics(self.K, self.size, left, top, (width, height))
         return replace(self, K=K, size=size)
 
-    def project(self, points: ArrayLike, T_w_c: Any) -> Array:
+    def project(self, points: ArrayLike, T_w_c: PoseLike) -> Array:
         """Return the pixels of points.
 
         Parameters
@@ -316,7 +346,7 @@ class Camera(Value):
         Returns
         -------
         ndarray of shape (..., N, 2)
-            Pixels (column, row), NaN for points behind the camera, see `visibility`.
+            Pixels (column, row), also outside the image; NaN for points behind the camera.
 
         Examples
         --------
@@ -326,7 +356,7 @@ class Camera(Value):
         pixels, _, lead = self._project_and_classify(points, T_w_c)
         return move_runs_first(pixels, lead)
 
-    def visibility(self, points: ArrayLike, T_w_c: Any) -> NDArray[np.int8]:
+    def visibility(self, points: ArrayLike, T_w_c: PoseLike) -> NDArray[np.int8]:
         """Return the `Visibility` (..., N) of points: in the image, outside it, or behind.
 
         Parameters
@@ -335,6 +365,11 @@ class Camera(Value):
             Points in any frame, in metres.
         T_w_c : pose_like of shape (..., 4, 4)
             Pose of the camera in the frame of the points.
+
+        Returns
+        -------
+        ndarray of int8, shape (..., N)
+            Members of `Visibility`.
 
         Examples
         --------
@@ -346,9 +381,17 @@ class Camera(Value):
         return move_runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
-        """Return the undistorted points (..., N, 2) at unit depth of pixels (..., N, 2).
+        """Return the undistorted, normalised coordinates of pixels: points at unit depth.
 
-        A pixel that no undistorted point maps to is NaN.
+        Parameters
+        ----------
+        pixels : array_like of shape (..., N, 2)
+            Pixels (column, row).
+
+        Returns
+        -------
+        ndarray of shape (..., N, 2)
+            Normalised coordinates (X/Z, Y/Z), NaN for a pixel that is not the image of any point.
 
         Examples
         --------
@@ -370,14 +413,16 @@ class Camera(Value):
 
     @cached_property
     def bends(self) -> bool:
-        """Whether the lens distorts."""
+        """Whether the lens distorts the image."""
         return bool(self.lens.any())
 
     @cached_property
     def rows(self) -> Array:
-        """The numbers (22, 1) of the camera in the order of `kernels.viewing`, or (22, runs).
+        """The rows (22, 1) or (22, runs) that describe the camera to the kernels.
 
-        They differ from run to run in a sweep: then K is (3, 3, runs), or `distortion` (n, runs).
+        They are K, the lens, the image border and the valid radius, in the order of
+        `robsim.kernels.images.projection`. In a batch with different cameras K is (3, 3, runs), or
+        `distortion` is (n, runs).
         """
         groups = (self.K, 9), (self.lens, 8), (self.border, 4), (self.valid_radius, 1)
         parts = [np.reshape(values, (count, -1)) for values, count in groups]
@@ -385,25 +430,25 @@ class Camera(Value):
         return np.concatenate([np.broadcast_to(part, (len(part), runs)) for part in parts])
 
     def of_runs(self, runs: NDArray[np.int64]) -> Camera:
-        """Return the camera of some runs, given by their indices."""
+        """Return the cameras of the runs with some indices, from the cameras of a batch."""
         if self.rows.shape[1] == 1:
             return self
-        chosen = {"K": self.K, "distortion": np.array(self.distortion)}
+        arrays = {"K": self.K, "distortion": np.array(self.distortion)}
         return replace_unchecked(
-            self, **{k: v[..., runs] for k, v in chosen.items() if v.ndim != _SINGLE_NDIM[k]}
+            self, **{k: v[..., runs] for k, v in arrays.items() if v.ndim != _SINGLE_NDIM[k]}
         )
 
     def image_of(self, X: Array) -> tuple[Array, NDArray[np.int8]]:
         """Return pixels (N, 2, B) and visibility (N, B) of points X (N, 3, B) in camera axes."""
-        seen = self._apply_to_points(self._projection, X)
-        return np.ascontiguousarray(seen[:, :2]), seen[:, 2].astype(np.int8)
+        result = self._apply_to_points(self._projection, X)
+        return np.ascontiguousarray(result[:, :2]), result[:, 2].astype(np.int8)
 
     def points_of(self, pixels: Array) -> Array:
         """Return the undistorted points (N, 2, B) at unit depth of pixels (N, 2, B), or NaN."""
         return self._apply_to_points(self._undistortion, pixels)
 
     def _apply_to_points(self, function: ProgramFunction, x: Array) -> Array:
-        """Return a function of N columns x (N, n, B), as an array (N, m, B)."""
+        """Return the values (N, m, B) of a function at N points x (N, n, B) of each run."""
         N, n, runs = x.shape
         runs = runs if self.rows.shape[1] == 1 else max(runs, self.rows.shape[1])
         wide = np.broadcast_to(x, (N, n, runs))
@@ -451,24 +496,28 @@ class Camera(Value):
         return make_read_only(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
-    def valid_radius(self) -> Any:
-        """The largest normalised radius with monotonic distortion; beyond it the image folds.
+    def valid_radius(self) -> float | Array:
+        """The largest normalised radius r at which the radial distortion is monotonic.
 
-        It is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D, with numerator N and
-        denominator D of the radial distortion.
+        Beyond this radius different points have the same pixel. The radius is the smallest positive
+        root of d/dr (r N(r^2) / D(r^2)) and of D, with the numerator N and the denominator D of the
+        radial distortion s.
         """
         if self.lens.ndim > 1:
             return np.array(list(map(find_valid_radius, self.lens.T)))
         return find_valid_radius(self.lens)
 
-    def drawn(self, T_w_c: Any) -> CameraBody | None:
-        """Return the camera body at its pose, drawn in the axes of the chapter (x up, y right)."""
+    def drawn(self, T_w_c: PoseLike) -> CameraBody | None:
+        """Return the camera body at a pose of the camera, or None without a body.
+
+        The axes of the body are those of the chapter: x up, y to the right.
+        """
         return self.body and self.body.at(as_pose(T_w_c) @ T_CHAPTER_CAMERA.inv())
 
     def _project_and_classify(
-        self, points: ArrayLike, T_w_c: Any
+        self, points: ArrayLike, T_w_c: PoseLike
     ) -> tuple[Array, NDArray[np.int8], tuple[int, ...]]:
-        """Return the run-last pixels and visibility of points, and their leading shape."""
+        """Return pixels (N, 2, B) and visibility (N, B) of points, and the leading shape of B."""
         p, T = as_floats(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = broadcast_leading_shape(p.shape[:-2], T.shape[:-2], "points and camera poses")
         X = move_runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
 
-COUNTS = 0, 4, 5, 8  # numbers of coefficients that are modelled
-UNMODELLED = 12, 14  # numbers of coefficients with a thin prism, and with a tilted sensor too
+COUNTS = 0, 4, 5, 8  # supported numbers of coefficients
+ZERO_PADDED = 12, 14  # with further coefficients of a thin prism, and of a tilted sensor
 
 
 def check_focal(fx: float, fy: float) -> None:
@@ -24,8 +23,8 @@ def check_focal(fx: float, fy: float) -> None:
         )
 
 
-def check_intrinsics(matrix: Any) -> Array:
-    """Return K (3, 3) as an array; raise InputError if it is no matrix of intrinsics."""
+def check_intrinsics(matrix: ArrayLike) -> Array:
+    """Return K (3, 3) as an array; raise InputError unless it is a matrix of intrinsics."""
     K = as_floats(matrix, "K", (3, 3))
     if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
         raise InputError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
@@ -34,11 +33,11 @@ def check_intrinsics(matrix: Any) -> Array:
     return K
 
 
-def check_distortion(coefficients: Any) -> tuple[float, ...]:
+def check_distortion(coefficients: ArrayLike) -> tuple[float, ...]:
     """Return the coefficients as a flat tuple, from a row, a column or a flat array of OpenCV."""
     array = as_floats(coefficients, "distortion", ())
     lens = array.ravel()
-    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
+    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *ZERO_PADDED):
         raise InputError(
             "distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, flat, "
             f"in a row or in a column, got shape {array.shape}"
@@ -48,7 +47,7 @@ def check_distortion(coefficients: Any) -> tuple[float, ...]:
     if lens[8:].any():
         raise InputError(
             "distortion: thin prisms and tilted sensors (s1 s2 s3 s4 tau_x tau_y, from the ninth "
-            f"on) are not modelled: these coefficients must be zero, got {lens[8:].tolist()}"
+            f"on) are not supported: these coefficients must be zero, got {lens[8:].tolist()}"
         )
     if (np.abs(lens) > 1e6).any():
         raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")

@@ -1,4 +1,9 @@
-"""The intrinsics of the chapter's camera, in the axes of the chapter and of this package."""
+"""The intrinsics of the chapter's camera, in the axes of the chapter and of this package.
+
+The chapter is "A Modeling and Simulation Platform for Robot Kinematics aiming Visual Servo
+Control". Its camera has x up, y to the right and z along the optical axis, and its pixels (u, v)
+are (row, column).
+"""
 
 from __future__ import annotations
 
@@ -9,22 +14,25 @@ from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 
-# pose of the camera axes of this package in the axes of the chapter: x is its y, y its -x
+# pose of the camera axes of this package in the camera axes of the chapter: the x axis of this
+# package is the y axis of the chapter, and its y axis is the -x axis of the chapter
 T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
 def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
     """Return K for (column, row) from the chapter's Ki for (u, v) = (row, column).
 
-    The rows are exchanged, and the columns are rotated from the chapter's camera axes.
+    The first two rows of Ki are exchanged, and its columns are rotated to the axes of this package.
     """
     return as_floats(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
 
 
 def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
-    """Return Ki of the chapter's eq. (10): (u, v, 1) = Ki (X/Z, Y/Z, 1), with alpha in radians.
+    """Return Ki of the chapter's eq. (10), with (u, v, 1) = Ki (X/Z, Y/Z, 1).
 
-    u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
+    u = u0 - f X / (Z px cos alpha),    v = v0 + f (Y + X tan alpha) / (Z py)
+
+    The lengths f, px and py have the same unit, and the skew angle alpha is in radians.
 
     >>> chapter_intrinsics(8e-3, 1e-5, 1e-5, 0.0, 240, 320)[0]
     array([-800.,    0.,  240.])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,15 +15,15 @@ LARGEST = 1_000_000  # pixels of a side
 
 
 def scale_intrinsics(
-    K: Array, size: PixelSize | None, new_size: Any, stretch: bool
+    K: Array, size: PixelSize | None, new_size: Sequence[int], stretch: bool
 ) -> tuple[Array, PixelSize]:
     """Return K and the size of the image scaled to another size."""
     new, old = _check_new_size(new_size), _require_size(size, "resized")
     scale = np.array(new) / old
     if not as_bool(stretch, "stretch") and abs(scale[0] - scale[1]) * max(old) >= 1:
         raise InputError(
-            f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the shape: "
-            "crop it before (`cropped`), or give stretch=True"
+            f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the aspect "
+            "ratio: crop the camera first (`cropped`), or give stretch=True"
         )
     K_new = K.copy()
     K_new[:2] *= scale[:, None]
@@ -32,14 +32,14 @@ def scale_intrinsics(
 
 
 def crop_intrinsics(
-    K: Array, size: PixelSize | None, left: int, top: int, new_size: Any
+    K: Array, size: PixelSize | None, left: int, top: int, new_size: Sequence[int]
 ) -> tuple[Array, PixelSize]:
     """Return K and the size of the part of an image that begins at the pixel (left, top)."""
     new, old = _check_new_size(new_size), _require_size(size, "cropped")
     corner = np.array([as_integer(left, "left", 0, LARGEST), as_integer(top, "top", 0, LARGEST)])
     if (corner + new > old).any():
         raise InputError(
-            f"{new[0]} x {new[1]} pixels from ({left}, {top}) on leave an image of "
+            f"{new[0]} x {new[1]} pixels from ({left}, {top}) on exceed the image of "
             f"{old[0]} x {old[1]}"
         )
     K_new = K.copy()
@@ -47,7 +47,7 @@ def crop_intrinsics(
     return K_new, new
 
 
-def _check_new_size(value: Any) -> PixelSize:
+def _check_new_size(value: Sequence[int]) -> PixelSize:
     """Return a checked size (width, height) in whole pixels."""
     size = SIZE.check(value, "size")
     if max(size) > LARGEST:

@@ -48,7 +48,7 @@ class FocalLengths(ListOf):
 
 
 def get_intrinsic_part(K: Array, name: str) -> Any:
-    """Return focal lengths, center or skew of K; one focal length if both are equal."""
+    """Return the part "focal", "center" or "skew" of K; one focal length if both are equal."""
     numbers = [K[place] for place in PART_INDICES[name]]
     if name == "skew" or (name == "focal" and numbers[0] == numbers[1]):
         return numbers[0]
@@ -56,7 +56,7 @@ def get_intrinsic_part(K: Array, name: str) -> Any:
 
 
 def replace_intrinsic_part(K: Array, name: str, new: Any) -> Array:
-    """Return K (3, 3), or (3, 3, runs), with another focal length, center or skew."""
+    """Return K (3, 3), or (3, 3, runs), with another part "focal", "center" or "skew"."""
     places = PART_INDICES[name]
     several = len(places) > 1 and np.ndim(new) > K.ndim - 2
     K_new = np.array(K)
@@ -68,9 +68,15 @@ def replace_intrinsic_part(K: Array, name: str, new: Any) -> Array:
 
 
 def build_intrinsics(
-    focal: Sequence[float] | None, center: Sequence[float] | None, skew: float | None, size: Any
+    focal: Sequence[float] | None,
+    center: Sequence[float] | None,
+    skew: float | None,
+    size: Sequence[int] | None,
 ) -> list[list[float]]:
-    """Return K, with the center of the image by default; raise InputError if a part is missing."""
+    """Return K from its parts; the default center is the middle of the image, the default skew 0.
+
+    InputError is raised if the focal lengths are missing, or both the center and the size.
+    """
     if focal is None:
         raise InputError(
             "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
@@ -83,12 +89,12 @@ def build_intrinsics(
     return [[fx, skew or 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 
 
-def image_center(size: Any) -> list[float]:
-    """Return the middle of an image in pixels."""
+def image_center(size: Sequence[int] | None) -> list[float]:
+    """Return the middle (column, row) of an image in pixels, empty without a size."""
     return [(n - 1) / 2 for n in size or ()]
 
 
 def split_intrinsics(K: Array) -> dict[str, Any]:
-    """Return the parts of K by their keys in a text."""
+    """Return the parts of K by their keys in a scenario file."""
     (fx, skew, cx), (_, fy, cy), _ = K.tolist()
     return {"focal": [fx, fy], "center": [cx, cy], "skew": skew}

@@ -13,7 +13,8 @@ TINY = 1e-30  # smaller coefficients of the lens polynomial count as zero
 def find_valid_radius(lens: Array) -> float:
     """Return the largest normalised radius with monotonic distortion, for eight coefficients.
 
-    It is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D.
+    The radius is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D, with the
+    numerator N and the denominator D of the radial distortion. It is infinite without a root.
 
     >>> round(find_valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
     1.0541

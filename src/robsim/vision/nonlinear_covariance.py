@@ -17,12 +17,13 @@ GRID = np.stack(np.meshgrid(_AXIS, _AXIS), axis=-1).reshape(-1, 2)
 def second_moment(residuals: Callable[[Array], Array], back: Array) -> Array:
     """Return E[z z'] (B, k, k) for the density exp(-|r(z)|^2 / 2) of z, which is nearly N(0, I).
 
-    `residuals` returns r (B, n, m) in standard deviations at z (B, n, k); the estimate is z = 0.
-    `back` (B, k, m) is the linear map from residuals to the estimate, dz = back r. The last two
-    coordinates are summed over a grid, which is as accurate as an integral for a density as smooth
-    as this one. At every node chord steps bring the other coordinates to their best values, with a
-    variance of one about them (a profile likelihood). Nodes with residuals that are not finite have
-    no weight.
+    The estimate is z = 0. `residuals` returns the residuals r (B, n, m), in standard deviations, at
+    n points z (B, n, k). `back` (B, k, m) is the linear map from residuals to the estimate, dz =
+    back r.
+
+    The last two coordinates are integrated over a grid. At every node of the grid, chord steps move
+    the other coordinates to the minimum of |r| (a profile likelihood), and their variance about the
+    minimum is taken as one. Nodes with residuals that are not finite have weight zero.
 
     >>> second_moment(lambda z: np.array([z[0]]), -np.eye(3)[None]).round(3)[0].diagonal()
     array([1., 1., 1.])

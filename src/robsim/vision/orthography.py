@@ -12,12 +12,15 @@ from robsim.vision.plane import append_one
 def orthographic_poses(marks: Array, x: Array) -> Array:
     """Return both poses T_c_o (B, 2, 3, 4) of marks (N, 3) at normalised points x (B, N, 2).
 
-    The marks are projected to their least-squares plane, and the image is taken as affine about the
-    centroid, x - d = J p. With B the projection along the ray (d, 1), J = B A / Z. The matrix A
-    contains the first two rows and columns of the rotation from the plane to axes along that ray;
-    it is U diag(1, c) V' with the cosine c of the tilt. The image does not determine the sign of
-    the tilt (Oberkampf, DeMenthon and Davis 1996; in this form Collins and Bartoli 2014, section
-    4). Depths follow from the scale.
+    The marks are projected to their least-squares plane. About its centroid d the image is
+    approximated by an affine map, x - d = J p, with points p of the plane relative to the centroid
+    of the marks, which is at depth Z.
+
+    J = B A / Z, with the projection B along the ray (d, 1). The matrix A contains the first two
+    rows and columns of the rotation from the plane to axes along this ray, so A = U diag(1, c) V'
+    with the cosine c of the tilt. The depth Z follows from the larger singular value. The image
+    does not determine the sign of the tilt, which gives two poses (Oberkampf, DeMenthon and Davis
+    1996; in this form Collins and Bartoli 2014, section 4).
     """
     centre = marks.mean(0)
     plane = plane_axes(marks)
@@ -40,10 +43,10 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
 
 
 def mirror_pose(marks: Array, T_c_o: Array) -> Array:
-    """Return the pose (B, 3, 4) with the most similar image, which has the opposite tilt.
+    """Return the poses (B, 3, 4) of opposite tilt, which have nearly the same images.
 
-    The plane of the target is reflected along the ray to its centroid, and the target is reflected
-    in its plane. In orthographic projection the image of a flat target does not change.
+    The target is reflected along the ray to its centroid, and then in its own plane. Under
+    orthographic projection the image of a flat target does not change.
     """
     centre, normal = marks.mean(0), plane_axes(marks)[2]
     middle = T_c_o[..., :3] @ centre + T_c_o[..., 3]
@@ -52,7 +55,7 @@ def mirror_pose(marks: Array, T_c_o: Array) -> Array:
 
 
 def plane_axes(marks: Array) -> Array:
-    """Return a rotation (3, 3): rows are two axes in the plane of the marks, and its normal."""
+    """Return a rotation (3, 3) with rows along two axes in the plane of the marks, and normal."""
     axes = np.linalg.svd(marks - marks.mean(0), full_matrices=False)[2]
     signs: Array = np.array([1.0, 1.0, np.copysign(1.0, np.linalg.det(axes))])
     return np.asarray(axes * signs[:, None])

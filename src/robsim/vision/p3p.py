@@ -16,10 +16,12 @@ def three_marks_poses(marks: Array, x: Array) -> Array:
 
     Let s1, u s1 and v s1 be the distances of the marks from the camera. The law of cosines in the
     three triangles of the camera and two marks gives a quartic in v (Grunert 1841; Haralick, Lee,
-    Ottenberg and Noelle 1994, eq. 9), and a quadratic in u for each v. The paper computes u as a
-    quotient, which is 0/0 in symmetric views. Up to four candidates are poses; the others solve two
-    of the three equations only, so compare their images. The real part of complex roots is kept as
-    a start for noisy images. A candidate is NaN if a distance is not above zero.
+    Ottenberg and Noelle 1994, eq. 9), and a quadratic in u for each v. (The paper computes u as a
+    quotient, which is 0/0 in symmetric views.)
+
+    At most four candidates are poses. The other candidates satisfy only two of the three equations,
+    so the caller must compare reprojection errors. Complex roots are replaced by their real parts,
+    which are starting values for noisy images. A candidate is NaN if a distance is not positive.
     """
     rays = unit_vectors(append_one(x))
     aa, bb, cc = (np.square(marks[i] - marks[j]).sum() for i, j in SIDES)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,15 +14,15 @@ LARGEST = 1e100  # metres or pixels: its square must be finite
 
 
 def check_measured_pixels(
-    pixels: ArrayLike, what: str, camera: Any, count: int | str = "N"
+    pixels: ArrayLike, what: str, camera: object, count: int | str = "N"
 ) -> Array:
-    """Return checked pixels (..., count, 2), NaN for a mark that is not seen."""
+    """Return checked pixels (..., count, 2) of a camera, NaN for marks that are not seen."""
     if not isinstance(camera, Camera):
-        raise InputError(f"{what}: expected a Camera that saw them, got {format_value(camera)}")
+        raise InputError(f"{what}: expected the Camera of the image, got {format_value(camera)}")
     return as_floats(pixels, what, (count, 2), gaps=True)
 
 
-def check_noise(noise: Any) -> float:
+def check_noise(noise: float) -> float:
     """Return a checked standard deviation of a pixel coordinate."""
     sigma = as_positive(noise, "noise")
     if sigma > LARGEST:

@@ -15,9 +15,7 @@ from robsim.geometry.pose import broadcast_leading_shape
 RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
 FARTHEST = 1e100  # points farther from the origin count as missing
 CLOSE = 1e-100  # points closer together count as one point
-SMALLEST_TRANSLATION = (
-    1e-10  # relative to the distance of the plane: smaller translations count as zero
-)
+SMALLEST_TRANSLATION = 1e-10  # relative to the plane's distance: smaller ones count as zero
 
 
 def estimate_homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
@@ -110,8 +108,9 @@ def append_one(a: Array) -> Array:
 class HomographyMotions(Value):
     """The camera motions of a homography H = R + t n'/d, with X_b = R X_a + t and n'X_a = d.
 
-    A motion with its translation along the normal occurs twice. If H is a pure rotation, the first
-    motion is the rotation with translation 0 and normal NaN, and the other motions are NaN.
+    There are four motions, two of them in front of both cameras in general. If the translation is
+    along the normal, the same motion occurs twice. If H is a pure rotation, the first motion is
+    this rotation with translation 0 and normal NaN, and the other motions are NaN.
 
     Attributes
     ----------
@@ -122,8 +121,7 @@ class HomographyMotions(Value):
     normals : ndarray of shape (..., 4, 3)
         Unit normals of the plane in axes of camera a.
     in_front : ndarray of bool, shape (..., 4)
-        Whether the points are in front of both cameras, which holds for two motions of a general
-        plane.
+        Whether the points are in front of both cameras.
 
     Examples
     --------
@@ -158,13 +156,13 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     Raises
     ------
     InputError
-        If H has no inverse or a negative determinant, which no motion in front of one side of a
-        plane has.
+        If the determinant of H is not positive. It is positive if both cameras are on the same side
+        of the plane.
 
     Examples
     --------
-    >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
-    >>> np.round(found.translations[found.in_front], 9) + 0.0
+    >>> motions = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
+    >>> np.round(motions.translations[motions.in_front], 9) + 0.0
     array([[0.00499376, 0.        , 0.09987523],
            [0.1       , 0.        , 0.        ]])
     """
@@ -172,11 +170,11 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     p = as_floats(points, "points", ("N", 2))
     lead = broadcast_leading_shape(A.shape[:-2], p.shape[:-2], "H and points")
     A = np.broadcast_to(A, (*lead, 3, 3)).reshape(-1, 3, 3)
-    known = np.isfinite(A).all((1, 2))
-    if not (np.linalg.slogdet(A[known])[0] > 0).all():
+    finite = np.isfinite(A).all((1, 2))
+    if not (np.linalg.slogdet(A[finite])[0] > 0).all():
         raise InputError("H: a plane seen from one side has a homography of positive determinant")
     R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
-    R[known], t[known], n[known] = _homography_motions(A[known])
+    R[finite], t[finite], n[finite] = _homography_motions(A[finite])
     R, t, n = R.reshape(*lead, 4, 3, 3), t.reshape(*lead, 4, 3), n.reshape(*lead, 4, 3)
     ahead = (n @ np.swapaxes(append_one(p), -1, -2) > 0).all(-1)
     ahead |= np.isfinite(t).all(-1) & np.isnan(n).all(-1)
@@ -200,11 +198,11 @@ def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
     for u in ((along + across) / length, (along - across) / length):
         normal = np.cross(v2, u)
         a, b = H @ v2[..., None], H @ u[..., None]
-        turned = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
-        rotation = turned @ np.stack([v2, u, normal], axis=-2)
-        shift = ((H - rotation) @ normal[..., None])[..., 0]
+        axes_b = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
+        rotation = axes_b @ np.stack([v2, u, normal], axis=-2)
+        translation = ((H - rotation) @ normal[..., None])[..., 0]
         R += [rotation, rotation]
-        t += [shift, -shift]
+        t += [translation, -translation]
         n += [normal, -normal]
     out = np.stack(R, 1), np.stack(t, 1), np.stack(n, 1)
     _set_rotations(H, rest, *out)
@@ -212,7 +210,7 @@ def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
-    """Set the motion to R = H, t = 0 in place for homographies that are pure rotations."""
+    """Write the motion R = H, t = 0 in place for the homographies that are pure rotations."""
     U, _, Vt = np.linalg.svd(H[rest])
     n[rest], R[rest], t[rest] = np.nan, np.nan, np.nan
     R[rest, 0], t[rest, 0] = U @ Vt, 0.0

@@ -20,9 +20,7 @@ from robsim.vision.pixel_measurement import check_measured_pixels, check_noise, 
 from robsim.vision.pose_minima import CHUNK, EXACT, find_minima, project_marks, transform_marks
 from robsim.vision.robust_minima import LEAST_MARKS, WEIGHT_KINDS, find_robust_minima
 
-LINE = (
-    1e-9  # relative to the size of the target: marks within this distance of a line are on the line
-)
+LINE = 1e-9  # relative to the target: marks within this distance of a line are on the line
 SMALLEST = 1e-50  # metres
 ROUNDING = 1e-9  # pixels: smaller rms errors count as rounding errors
 ODDS = 100.0  # to one: odds of the best minimum that count as certain
@@ -33,9 +31,10 @@ DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes the pos
 class PoseEstimate(Value):
     """The result of `estimate_pose`: the minima of the reprojection error, the best one first.
 
-    With the squared errors E1 and E2 of the two best minima, the odds of the best minimum are
-    exp((E2 - E1) / (2 sigma^2)). If sigma is unknown, the odds are (E2 / E1)^(N - 3), with sigma
-    integrated out (Jeffreys's prior) over the 2N - 6 degrees of freedom of the residuals.
+    Let E1 and E2 be the squared errors of the two best minima, and sigma the standard deviation of
+    a pixel coordinate. The odds of the best minimum are exp((E2 - E1) / (2 sigma^2)). If sigma is
+    unknown, the odds are (E2 / E1)^(N - 3), with sigma integrated out (Jeffreys's prior) over the
+    2N - 6 degrees of freedom of the residuals.
 
     Attributes
     ----------
@@ -46,15 +45,15 @@ class PoseEstimate(Value):
         Root mean square, over 2N coordinates, of the distances between measured and reprojected
         marks, in pixels. With robust weights squares are weighted, and N is the sum of the weights.
     ambiguous : ndarray of bool, shape (...)
-        True if the image does not determine the pose: if no pose was found, if the odds of the best
+        True if the image does not determine the pose: if there is no pose, if the odds of the best
         minimum are below 100, or if the standard deviation of the target's depth is larger than a
-        third of the depth. Poses from three marks are always ambiguous, as no residual is left to
-        judge them.
+        third of the depth. Poses from three marks are always ambiguous, because their residuals
+        have no degrees of freedom.
     covariance : ndarray of shape (..., 6, 6)
         Covariance of the twist (v, omega) in camera axes from the estimate to the truth, in m and
-        rad: the second moment of the likelihood about this minimum, without the other minima. NaN
-        without a pose. If sigma is estimated from the residuals, the covariance has 2N - 6 degrees
-        of freedom, which are only two for four marks.
+        rad. It is the second moment of the likelihood about the best minimum; the other minima are
+        ignored. NaN without a pose. If sigma is estimated from the residuals, the covariance has 2N
+        - 6 degrees of freedom: only two for four marks.
     weights : ndarray of shape (..., N)
         Weights of the squared distances: 1, or from 0 to 1 with robust weights, near 0 for
         outliers.
@@ -112,27 +111,28 @@ def estimate_pose(
 ) -> PoseEstimate:
     """Return the poses T_c_o of a target from images of its marks, by least squares.
 
-    Starts are both scaled-orthography poses of the plane of the marks (`orthographic_poses`), the
-    best pose of the largest triangle of marks (`three_marks_poses`) and its mirror image. A virtual
-    camera is servoed from each start (`robsim.kernels.estimation.pose_fit.fit_pose`: Comport, Marchand,
-    Pressigout and Chaumette 2006), which minimises the distances at unit depth. The best pose has
-    all marks in front of the camera and the smallest error in the image. Three marks have up to
-    four poses; all of them are in `candidates`.
+    The estimate minimises the reprojection error from several starts: both scaled-orthography poses
+    of the plane of the marks (`orthographic_poses`), the best pose of the largest triangle of marks
+    (`three_marks_poses`), and its mirror image. From each start a virtual camera is servoed to the
+    image (`robsim.kernels.estimation.pose_fit.fit_pose`: Comport, Marchand, Pressigout and
+    Chaumette 2006), which minimises the distances at unit depth. The best pose has all marks in
+    front of the camera and the smallest error in the image. Three marks have up to four exact
+    poses; all of them are in `candidates`.
 
-    Robust weights suit images with mismatched marks: squares are weighted by the distance of a mark
+    Robust weights suit images with mismatched marks. The weight of a mark falls with its distance
     from the pose of the other marks (iteratively reweighted least squares,
-    `robsim.kernels.estimation.m_estimator`). An additional start is the pose of three marks that is
-    nearest to a majority of the marks (least median of squares: Rousseeuw 1984). Robust weights
-    need five marks, as any three of four marks have a pose that fits them; of many marks, almost
-    half may be outliers.
+    `robsim.kernels.estimation.m_estimator`). An additional start is the pose of three marks that
+    fits a majority of the marks best (least median of squares: Rousseeuw 1984). Robust weights need
+    five marks, because any three of four marks have a pose that fits them exactly. If there are
+    many marks, almost half of them may be outliers.
 
     Parameters
     ----------
     marks : array_like of shape (N, 3)
         Three marks or more in axes of the target, in metres, in a plane or not, but not on a line.
     pixels : array_like of shape (..., N, 2)
-        Measured pixels (column, row). An image with a NaN pixel, or with all marks in one point,
-        has no pose and is ambiguous.
+        Measured pixels (column, row). An image with a NaN pixel, or with all pixels in one point,
+        has no pose, and its result is ambiguous.
     camera : Camera
         The camera.
     noise : float, optional
@@ -149,7 +149,8 @@ def estimate_pose(
     Raises
     ------
     InputError
-        If the marks are on a line, too few, or of another number than the pixels.
+        If there are fewer than three marks, all marks are on a line, or the numbers of marks and
+        pixels differ.
 
     Examples
     --------
@@ -174,7 +175,7 @@ def estimate_pose(
     variance = _pixel_variance(squares[:, 0], count, sigma)
     covariance = _twist_covariance(p, T[:, 0], flat, camera, variance, np.sqrt(weights))
     certain = _is_distinct(squares, count, sigma) & _is_depth_known(p, T[:, 0], covariance)
-    with np.errstate(over="ignore"):  # of a target that is too large
+    with np.errstate(over="ignore"):  # a very large target overflows, and its pose becomes NaN
         T[..., 3] *= size
         covariance[:, :3] *= size
         covariance[:, :, :3] *= size
@@ -193,21 +194,21 @@ def estimate_pose(
 def _find_weighted_minima(
     p: Array, u: Array, camera: Camera, robust: str | None, sigma: float | None
 ) -> tuple[Array, Array, Array]:
-    """Return the minima, their weighted squares, and weights (B, N), 1 if they are not robust."""
+    """Return the minima, their weighted squares, and weights (B, N), 1 without robust weights."""
     if robust is None:
         T, squares = find_minima(p, u, camera)
         return T, squares, np.ones(u.shape[:2])
     check_known(robust, WEIGHT_KINDS, "robust: no weights {}", "weights")
     if len(p) < LEAST_MARKS:
         raise InputError(
-            f"robust: {len(p)} marks do not determine the outlier, as any three have a pose that "
-            f"fits them; give {LEAST_MARKS} or more"
+            f"robust: {len(p)} marks do not determine the outlier, because any three of them "
+            f"have a pose that fits exactly; give {LEAST_MARKS} or more"
         )
     return find_robust_minima(p, u, camera, WEIGHT_KINDS[robust], sigma)
 
 
 def _scale_marks(marks: ArrayLike) -> tuple[Array, float]:
-    """Return the marks in units of about their size, and this size in metres."""
+    """Return the marks divided by a unit of about their size, and this unit in metres."""
     p = as_floats(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
@@ -216,8 +217,8 @@ def _scale_marks(marks: ArrayLike) -> tuple[Array, float]:
     spread = np.linalg.svd(near - near.mean(0), compute_uv=False)
     if spread[1] <= max(LINE * np.abs(near).max(), SMALLEST / unit):
         raise InputError(
-            "marks: a pose takes three that are not on one line; these are on a line "
-            f"(to {LINE:g} of their size) or fewer than three places"
+            "marks: a pose needs three marks that are not on one line; all of these are on a line "
+            f"(within {LINE:g} of their size) or coincide"
         )
     size = unit * _power_of_two(spread[0])
     return make_read_only(p / size), size
@@ -229,7 +230,10 @@ def _power_of_two(size: float) -> float:
 
 
 def _pixel_variance(squares: Array, N: Array, sigma: float | None) -> Array:
-    """Return the variance (B,) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
+    """Return the variance (B,) of a pixel coordinate: sigma^2, or an estimate from the residuals.
+
+    The estimate is NaN for three marks.
+    """
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
     return np.asarray(squares / np.where(N > 3, 2 * N - 6, np.nan))
@@ -238,11 +242,11 @@ def _pixel_variance(squares: Array, N: Array, sigma: float | None) -> Array:
 def _twist_covariance(
     p: Array, T: Array, u: Array, camera: Camera, variance: Array, roots: Array
 ) -> Array:
-    """Return the covariance (B, 6, 6) of the twist for pixels of that variance, beyond first order.
+    """Return the covariance (B, 6, 6) of the twist for a variance of the pixels.
 
     To first order the covariance is M M' times the variance. This is too small for planes that face
-    the camera: foreshortening depends on the square of their tilt, so an estimate that noise has
-    tilted seems to be better known than the truth is. The second moment of the likelihood about the
+    the camera: foreshortening is quadratic in the tilt, so its derivative vanishes at the true pose
+    but not at an estimate that noise has tilted. The second moment of the likelihood about the
     estimate is therefore integrated along the two directions with the largest deviations.
     """
     out = np.full((len(T), 6, 6), np.nan)
@@ -262,9 +266,10 @@ def _twist_covariance(
 def _nonlinear_covariance(
     p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array, roots: Array
 ) -> Array:
-    """Return second moments (B, 6, 6) of the twist, from M and deviations (B,) of a coordinate.
+    """Return second moments (B, 6, 6) of the twist for standard deviations (B,) of the pixels.
 
-    Distances are multiplied by the roots (B, N) of the weights.
+    M (B, 6, 2N) is the linear map from pixel errors to the twist. The distances of marks are
+    multiplied by the roots (B, N) of their weights.
     """
     to_z, to_twist, _ = np.linalg.svd(M, full_matrices=False)
     order = np.arange(6)[::-1]  # the best known direction first
@@ -277,7 +282,7 @@ def _nonlinear_covariance(
         away = (pixels - u[:, None]) * roots[:, None, :, None]
         return np.asarray(away.reshape(*z.shape[:2], -1) / sigma[:, None, None])
 
-    with np.errstate(all="ignore"):  # nodes far away may be anywhere
+    with np.errstate(all="ignore"):  # marks of distant nodes may be behind the camera
         return np.asarray(S @ second_moment(residuals, back) @ np.swapaxes(S, 1, 2))
 
 
@@ -295,10 +300,10 @@ def _perturb_poses(T: Array, twists: Array) -> Array:
 def _pixel_sensitivity(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
     """Return M = L^+ J^-1 (B, 6, 2N), the linear map from pixel errors to the estimate.
 
-    L is the interaction matrix of the normalised points, and J contains their rates in the image.
-    L^+ is the pseudo-inverse of the rows of L times the roots (B, N) of the weights, times these
-    roots. With square pixels and no distortion, M M' is (L' L)^-1 with L in pixels, the smallest
-    covariance of an unbiased estimate.
+    L is the interaction matrix of the normalised points, and J the derivative of pixels by
+    normalised points. With the diagonal matrix D of the roots (B, N) of the weights, L^+ stands for
+    (D L)^+ D. With square pixels and no distortion, M M' is (L' L)^-1 with L in pixels: the
+    smallest covariance of an unbiased estimate (Cramer-Rao bound).
     """
     X = transform_marks(p, T)
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])

@@ -1,4 +1,4 @@
-"""The minima of the reprojection error of a target: starts, refinement, and order."""
+"""The minima of the reprojection error of a target, refined from several starts."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from robsim.vision.orthography import mirror_pose, orthographic_poses
 from robsim.vision.p3p import three_marks_poses
 from robsim.vision.pixel_measurement import normalise_pixels
 
-POINT = 1e-12  # normalised: images of this size or less count as a point
-ASIDE = 1e8  # normalised: points farther from the axis count as missing
+POINT = 1e-12  # normalised: an image of this size or less counts as a point
+ASIDE = 1e8  # normalised: points farther from the optical axis count as missing
 SAME = 1e-3  # radians, and relative to the distance: closer minima count as one
 EXACT = 1e-6  # pixels: minima of three marks with at most this residual count as exact
 CHUNK = 32  # poses refined together
@@ -24,8 +24,8 @@ ARRIVED = 1e-9  # radians, and relative to the distance: a smaller change ends t
 def find_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
     """Return the minima T_c_o (B, 4, 3, 4) and sums of squared pixels (B, 4), the best first.
 
-    The arguments are marks p (N, 3) and pixels u (B, N, 2). The results are NaN and inf for an
-    image without a pose.
+    The arguments are marks p (N, 3) and pixels u (B, N, 2). Missing minima have the pose NaN and
+    the sum inf.
     """
     x = normalise_pixels(u, camera)
     T, squares = np.full((len(x), 4, 3, 4), np.nan), np.full((len(x), 4), np.inf)
@@ -37,7 +37,7 @@ def find_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
 
 
 def is_usable_image(x: Array) -> NDArray[np.bool_]:
-    """Return which images (B,) of normalised points (B, N, 2) are finite and not a point."""
+    """Return whether images (B,) of normalised points (B, N, 2) are finite and not a point."""
     usable = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)
     return np.asarray(usable)  # false for NaN
 
@@ -47,8 +47,8 @@ def refine_minima(
 ) -> tuple[Array, Array]:
     """Return the minima T_c_o (B, 4, 3, 4) reached from starts (B, k, 3, 4), the best first.
 
-    The second result is the sums (B, 4) of squared pixels, times the weights (B, N) if given. A
-    start of zeros is skipped.
+    The second result contains the sums (B, 4) of squared pixels, weighted by `weights` (B, N) if
+    they are not None. A start of zeros is skipped.
     """
     T = _iterate_poses(p, x, starts, None if weights is None else np.sqrt(weights))
     squares = _squared_errors(p, T, u, camera, weights)
@@ -92,13 +92,13 @@ def _iterate_poses(p: Array, x: Array, starts: Array, roots: Array | None) -> Ar
     active = np.flatnonzero(T.any((1, 2)))
     for _ in range(ROUNDS):
         updated = _fit_in_chunks(p, images[active], T[active], rows[active])
-        far = pose_distance(updated, T[active]) > ARRIVED  # false where NaN
+        far = pose_distance(updated, T[active]) > ARRIVED  # false for NaN
         T[active], active = updated, active[far]
     return T.reshape(starts.shape)
 
 
 def _fit_in_chunks(p: Array, images: Array, guess: Array, roots: Array) -> Array:
-    """Return T (n, 3, 4) after at most 30 updates, in chunks, so that slow poses delay few."""
+    """Return T (n, 3, 4) after at most 30 updates; small chunks confine the slow poses."""
     out = np.empty_like(guess)
     for first in range(0, len(images), CHUNK):
         chunk = slice(first, first + CHUNK)

@@ -31,7 +31,8 @@ WEIGHT_KINDS = {
 LEAST_MARKS = 5  # any three of four marks have a pose that fits them, so each may be the outlier
 EXACT = 1e-9  # pixels: the smallest scale of distances
 TRIANGLES = 35  # triangles of marks; with half outliers 1 image in 100 has no triangle of inliers
-STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # x^-1..-3 of x^4 = x + 1
+# steps of a quasi-random sequence: x^-1, x^-2 and x^-3 with x^4 = x + 1 (Roberts 2018)
+STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)
 
 
 def find_robust_minima(
@@ -39,9 +40,10 @@ def find_robust_minima(
 ) -> tuple[Array, Array, Array]:
     """Return the minima T_c_o (B, 4, 3, 4), their weighted squares (B, 4), and weights (B, N).
 
-    The arguments are marks p (N, 3) and pixels u (B, N, 2). Reweighted least squares start from the
-    minima of all marks, and from the pose of three marks with the nearest majority (least median of
-    squares: Rousseeuw 1984). The weights belong to the resulting pose with the nearest majority.
+    The arguments are marks p (N, 3) and pixels u (B, N, 2). Iteratively reweighted least squares
+    start from the minima of all marks, and from the pose of three marks with the smallest majority
+    distance, see `_majority_distances` (least median of squares: Rousseeuw 1984). The weights
+    belong to the refined pose with the smallest majority distance.
     """
     x, (T, squares) = normalise_pixels(u, camera), find_minima(p, u, camera)
     weights, seen = np.full(u.shape[:2], np.nan), np.flatnonzero(is_usable_image(x))
@@ -58,7 +60,7 @@ def find_robust_minima(
 
 
 def _select_triangles(N: int) -> NDArray[np.int64]:
-    """Return the indices (n, 3) of three marks each: all triangles, or an even choice of them."""
+    """Return the marks (n, 3) of triangles: all triangles, or an even selection of TRIANGLES."""
     if N <= 7:
         return np.array(list(combinations(range(N), 3)))
     indices = (np.arange(1, 4 * TRIANGLES)[:, None] * STEPS % 1.0 * N).astype(np.int64)
@@ -67,7 +69,7 @@ def _select_triangles(N: int) -> NDArray[np.int64]:
 
 
 def _best_triangle_poses(p: Array, x: Array) -> Array:
-    """Return the pose (B, 1, 3, 4) of three marks that has the nearest majority."""
+    """Return the pose (B, 1, 3, 4) of three marks with the smallest majority distance."""
     poses = [three_marks_poses(p[three], x[:, three]) for three in _select_triangles(len(p))]
     each = np.concatenate(poses, axis=1)
     best = _majority_distances(p, each, x).argmin(1)
@@ -75,9 +77,10 @@ def _best_triangle_poses(p: Array, x: Array) -> Array:
 
 
 def _majority_distances(p: Array, T: Array, x: Array) -> Array:
-    """Return the distance (B, k) that contains a majority of marks; inf if a pose is not finite.
+    """Return the majority distances (B, k) of poses T (B, k, 3, 4); inf if a pose is not finite.
 
-    A pose fits its own three marks exactly, so the majority counts N // 2 + 2 marks.
+    The majority distance of a pose is the (N // 2 + 2)-th smallest of its reprojection errors. It
+    counts more than half of the marks, because a pose of three marks fits these marks exactly.
     """
     distances = np.linalg.norm(reprojection_errors(p, T, x), axis=-1)
     within = np.sort(distances, axis=-1)[..., len(p) // 2 + 1]  # NaN come last
@@ -100,8 +103,7 @@ def _reweight_minima(
         weights[:, active] = fit_robust_pose(
             marks[..., active], images[..., active], updated, kind, least
         )
-        far = (
-            pose_distance(move_runs_first(updated), move_runs_first(T[..., active])) > ARRIVED
-        )  # false where NaN
+        change = pose_distance(move_runs_first(updated), move_runs_first(T[..., active]))
+        far = change > ARRIVED  # false for NaN
         T[..., active], active = updated, active[far]
     return move_runs_first(T).reshape(B, k, 3, 4), move_runs_first(weights).reshape(B, k, len(p))

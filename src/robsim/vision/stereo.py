@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.value import Value
-from robsim.geometry.pose import as_pose, broadcast_leading_shape
+from robsim.geometry.pose import PoseLike, as_pose, broadcast_leading_shape
 from robsim.kernels.features import midpoint_triangulation as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.pixel_measurement import (
@@ -30,8 +29,8 @@ STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of 0.5 pixels, to 1
 class Triangulation(Value):
     """Triangulated points with covariances, the result of `triangulate`.
 
-    All arrays are NaN if the images do not determine the depth: for parallel or diverging rays, and
-    for a pixel that is NaN.
+    A point is NaN if its images do not determine the depth: if the rays are parallel or diverge, or
+    a pixel is NaN.
 
     Attributes
     ----------
@@ -41,10 +40,10 @@ class Triangulation(Value):
         Covariance of the points in m^2.
     miss : ndarray of shape (..., N)
         Reprojection error in pixels: the root of the sum of four squares, which the point
-        minimises. One dimension is left over, the distance from the epipolar line, so it is about
-        as large as the noise of a coordinate. If it is far larger, the images do not show the same
-        mark. An error along the epipolar line moves the point and leaves no reprojection error: two
-        images cannot detect it, and no weights correct the point.
+        minimises. The residual has one degree of freedom, the distance from the epipolar line, so
+        `miss` is about the noise of a pixel coordinate. If `miss` is far larger, the images do not
+        show the same mark. An error along the epipolar line moves the point without a residual, so
+        two images cannot detect it.
 
     Examples
     --------
@@ -64,7 +63,7 @@ def triangulate(
     pixels_right: ArrayLike,
     left: Camera,
     right: Camera,
-    T_left_right: Any,
+    T_left_right: PoseLike,
     *,
     noise: float = 1.0,
 ) -> Triangulation:
@@ -72,10 +71,13 @@ def triangulate(
 
     The points minimise the squared distances in both images; they are the most likely points if
     every pixel coordinate has independent noise of standard deviation `noise`. Gauss-Newton
-    iterations in (x, y, 1/Z), which keep the left image linear and far points regular, start from
-    the midpoint of the rays (`robsim.kernels.features.midpoint_triangulation.triangulate_midpoint`). The covariance is
-    noise^2 (J' J)^-1, to first order (Hartley and Zisserman 2004, section 5.2). In a parallel rig
-    of two equal cameras with baseline b its last element is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
+    iterations start from the midpoint of the rays
+    (`robsim.kernels.features.midpoint_triangulation.triangulate_midpoint`). Their unknowns are (x,
+    y, 1/Z), in which the left image is linear and far points are regular.
+
+    To first order the covariance is noise^2 (J' J)^-1 (Hartley and Zisserman 2004, section 5.2). In
+    a parallel rig of two equal cameras with focal length f and baseline b, its last element is
+    sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
     Parameters
     ----------
@@ -96,15 +98,15 @@ def triangulate(
     Raises
     ------
     InputError
-        If the numbers of points differ, or both cameras are in the same place.
+        If the numbers of points differ, or both cameras have the same position.
 
     Examples
     --------
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> rig = np.eye(4)
     >>> rig[0, 3] = 0.1
-    >>> found = triangulate([[340, 240]], [[300, 240]], camera, camera, rig)
-    >>> found.points, np.round(np.sqrt(found.covariance[0, 2, 2]), 6)
+    >>> result = triangulate([[340, 240]], [[300, 240]], camera, camera, rig)
+    >>> result.points, np.round(np.sqrt(result.covariance[0, 2, 2]), 6)
     (array([[0.05, 0.  , 2.  ]]), np.float64(0.070711))
     """
     a = check_measured_pixels(pixels_left, "pixels_left", left)
@@ -112,8 +114,8 @@ def triangulate(
     T, sigma = _check_rig_pose(T_left_right), check_noise(noise)
     if a.shape[-2] != b.shape[-2]:
         raise InputError(
-            f"pixels_left and pixels_right: the same points in both images, got {a.shape[-2]} "
-            f"and {b.shape[-2]}"
+            f"pixels_left and pixels_right: expected the same points in both images, got "
+            f"{a.shape[-2]} and {b.shape[-2]} points"
         )
     lead = broadcast_leading_shape(a.shape[:-2], b.shape[:-2], "pixels_left and pixels_right")
     lead = broadcast_leading_shape(lead, T.shape[:-2], "pixels and T_left_right")
@@ -121,13 +123,13 @@ def triangulate(
     return _fit_points(a, b, left, right, np.broadcast_to(T, (*lead, 4, 4)), sigma)
 
 
-def _check_rig_pose(T_left_right: Any) -> Array:
-    """Return the checked pose (..., 4, 4) of the right camera; raise InputError for no baseline."""
+def _check_rig_pose(T_left_right: PoseLike) -> Array:
+    """Return the checked pose (..., 4, 4) of the right camera; its baseline must not be zero."""
     with prefix_errors("T_left_right"):
         T: Array = as_pose(T_left_right).matrix
     if (T[..., :3, 3] == 0).all(-1).any():
         raise InputError(
-            "T_left_right: both cameras are at the same place, which leaves the depth open"
+            "T_left_right: both cameras have the same position, so the depth is undetermined"
         )
     return T
 
@@ -169,18 +171,17 @@ def _ray_midpoints(x: Array, other: Array, T: Array) -> Array:
 
 def _stereo_residuals(
     ray: Array, x: Array, other: Array, weights: tuple[Array, Array], T: Array
-) -> tuple[Array, Array, Any]:
+) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return residuals (..., N, 4) in pixels, and their Jacobian J (..., N, 4, 3) by the rays.
 
-    A ray is (x, y, 1/Z). The third result (..., N) is whether the point is in front of the right
-    camera. Lenses are linearised about the pixels.
+    A ray is (x, y, 1/Z). The third result (..., N) is true if the point is in front of the right
+    camera. Lenses are linearised about the measured pixels, with the derivatives `weights`.
     """
     R = np.swapaxes(T[..., :3, :3], -1, -2)
     D = np.concatenate([R[..., :2], -R @ T[..., :3, 3:]], axis=-1)  # derivative of q by the ray
     D = np.broadcast_to(D[..., None, :, :], (*ray.shape[:-1], 3, 3))
-    q = (D @ ray[..., None])[..., 0] + R[
-        ..., None, :, 2
-    ]  # direction of the point in the right camera
+    # q is the direction of the point in axes of the right camera
+    q = (D @ ray[..., None])[..., 0] + R[..., None, :, 2]
     ahead = q[..., 2] > 0
     q = np.where(ahead[..., None], q, 1.0)
     seen = q[..., :2] / q[..., 2:]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import GoalError, InputError
@@ -27,8 +28,11 @@ from robsim.world.scene import Scene
 FLOATING_UNITS = FloatingJoint.units
 
 
+Configuration = ArrayLike | Mapping[str, ArrayLike]  # (nq,), or {robot: its coordinates}
+
+
 def _copy_configuration(q: Any) -> Any:
-    """Return a read-only copy of q; its size is checked against the scene later."""
+    """Return a read-only copy of q; the task checks its size in the scene."""
     if isinstance(q, Mapping):
         return {name: _copy_configuration(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -66,7 +70,7 @@ class TaughtGoal(Value):
     True
     """
 
-    q: Any = None
+    q: Configuration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", _copy_configuration(self.q))
@@ -128,7 +132,7 @@ class GoalFeatures(Value):
     array([0.1, 0.2])
     """
 
-    s: Any
+    s: ArrayLike
 
     def __post_init__(self) -> None:
         s = as_floats(self.s, "goal s", ("k",))
@@ -137,7 +141,8 @@ class GoalFeatures(Value):
         object.__setattr__(self, "s", make_read_only(s))
 
 
-Goal = TaughtGoal | GoalPose | GoalFeatures
+GoalKind = TaughtGoal | GoalPose | GoalFeatures
+Goal = GoalKind | Configuration  # a goal, or the configuration of a shown goal
 
 
 @dataclass(frozen=True)
@@ -147,7 +152,7 @@ class GoalTable:
     rivals: ClassVar[Any] = ((("q",), ("pose",), ("computed",), ("s",)),)
 
     q: Annotated[
-        Any,
+        ArrayLike | None,
         PerJoint(get_coordinate_axes),
         "Configuration at which the goal is shown, one number for each coordinate.",
     ] = None
@@ -159,9 +164,9 @@ class GoalTable:
         POSE,
         "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
     ] = None
-    s: Annotated[Any, Numbers(), "Features at the goal, as as_floats."] = None
+    s: Annotated[ArrayLike | None, Numbers(), "Features at the goal, as numbers."] = None
 
-    def made(self, c: Context) -> Goal:
+    def made(self, c: Context) -> GoalKind:
         """Return the goal."""
         if self.s is not None:
             return GoalFeatures(self.s)
@@ -170,7 +175,7 @@ class GoalTable:
         return TaughtGoal(parse_start(self.q, self.pose, c.facts.get("scene"), "goal q"))
 
     @classmethod
-    def of(cls, value: Goal, c: Context) -> GoalTable:
+    def of(cls, value: GoalKind, c: Context) -> GoalTable:
         """Return the table of a goal."""
         if isinstance(value, GoalPose):
             return cls(computed=value.T_c_o)
@@ -188,14 +193,14 @@ class GoalTable:
 class GoalSpec(Table):
     """A goal; in Python also the configuration q of a shown goal."""
 
-    kind: Any = Goal
+    kind: Any = GoalKind
     says: type[Any] | None = GoalTable
     takes_none: ClassVar[bool] = True  # None is the home configuration
     phrase: ClassVar[str] = "a goal: q, a pose, computed or s"
     python_phrase: ClassVar[str] = "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
 
-    def check(self, value: Any, what: str) -> Goal:
-        return value if isinstance(value, Goal) else TaughtGoal(value)
+    def check(self, value: Any, what: str) -> GoalKind:
+        return value if isinstance(value, GoalKind) else TaughtGoal(value)
 
     def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if type(value) not in (TaughtGoal, GoalPose, GoalFeatures):
@@ -228,7 +233,7 @@ def describe_start(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
     return None, Pose.from_quaternion(at[:3], at[3:])
 
 
-def find_goal_configuration(goal: Goal, scene: Scene, runs: int) -> Array | None:
+def find_goal_configuration(goal: GoalKind, scene: Scene, runs: int) -> Array | None:
     """Return the coordinates (nq, runs) of a shown goal, or None for other goals."""
     if not isinstance(goal, TaughtGoal):
         return None
@@ -242,7 +247,7 @@ def find_goal_configuration(goal: Goal, scene: Scene, runs: int) -> Array | None
 
 
 def observe_goal(
-    goal: Goal,
+    goal: GoalKind,
     q: Array | None,
     truth: CameraTarget,
     belief: CameraTarget,
@@ -251,10 +256,10 @@ def observe_goal(
 ) -> Observation:
     """Return the observation of the goal by a camera, with true depths.
 
-    q (nq, runs) is the `find_goal_configuration` of a shown goal; `runs` exceeds 1 if numbers of
-    the scene differ from run to run. A computed goal is the pose of the believed target of `first`
-    in its camera; the other camera-target pairs follow if they move with `first`. A goal of
-    numbers has no image; its observation has the right shape only. Raises GoalError if a mark is
+    q (nq, runs) is the result of `find_goal_configuration`; `runs` exceeds 1 if numbers of the
+    scene differ from run to run. A computed goal is the pose of the believed target of `first` in
+    its camera; the other camera-target pairs follow if they move with `first`. A goal of numbers
+    has no image: its observation, at home, only has the right shape. Raises GoalError if a mark is
     outside the image.
     """
     if isinstance(goal, GoalPose):
@@ -301,9 +306,9 @@ def _make_poses(T: Array) -> Pose:
 def _check_marks_visible(sight: CameraTarget, status: Any, kind: str) -> None:
     """Raise GoalError for the first mark that is outside the image, (N, B), in any run."""
     for run, n in np.argwhere(status.T != Visibility.IN_IMAGE)[:1]:
-        where = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
-        whose = f" of run {run}" if status.shape[1] > 1 else ""
+        place = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
+        suffix = f" of run {run}" if status.shape[1] > 1 else ""
         raise GoalError(
-            f"the {kind} goal{whose} puts mark {n} of '{sight.target.name}' {where} "
+            f"the {kind} goal{suffix} puts mark {n} of '{sight.target.name}' {place} "
             f"camera '{sight.eye.name}'"
         )

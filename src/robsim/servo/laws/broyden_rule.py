@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
@@ -57,7 +58,7 @@ class Broyden(Value):
     """
 
     start: Annotated[
-        Any,
+        ArrayLike | None,
         Numbers(shape=("k", "n")),
         "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
         "of full rank (at most 6); None: the modelled L J at the start.",
@@ -68,7 +69,7 @@ class Broyden(Value):
             object.__setattr__(self, "start", make_read_only(_check_first_estimate(self.start)))
 
 
-def _check_first_estimate(value: Any) -> Array:
+def _check_first_estimate(value: ArrayLike) -> Array:
     """Return a first estimate as an array; raise InputError if it is singular."""
     A = as_floats(value, "Broyden start", ("k", "n"))
     if A.ndim != 2 or not A.size:
@@ -80,6 +81,9 @@ def _check_first_estimate(value: Any) -> Array:
             f"a Broyden start that is singular: rank {matrix_rank}; shape {A.shape} needs {needed}"
         )
     return A
+
+
+Matrix = Broyden | ArrayLike  # interaction matrix: the name of a model, a rule, or numbers (k, 6)
 
 
 def broyden_update(A: Array, ds: Array, dq: Array) -> Array:

@@ -15,7 +15,7 @@ from robsim.kernels.control import control_law
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.inverse import Inverse, add_solve
+from robsim.servo.laws.inverse import InverseKind, add_solve
 
 CommandAtGain = Callable[
     [BlockRows], BlockRows
@@ -37,7 +37,7 @@ class LawRows(NamedTuple):
     A: BlockRows  # (k, n) L J
     s: BlockRows | None  # (k,)
     q: BlockRows | None  # (nq,)
-    inverse: Inverse
+    inverse: InverseKind
     one_motion: bool  # whether A is the product of L and J
 
 
@@ -84,7 +84,7 @@ class CompiledLaw(ABC):
 
 
 def _build_law_function(
-    law: CompiledLaw, n: int, sizes: tuple[int, ...], inverse: Inverse, one_motion: bool
+    law: CompiledLaw, n: int, sizes: tuple[int, ...], inverse: InverseKind, one_motion: bool
 ) -> ProgramFunction:
     """Return the velocities (n,) of a law as a function of rows: gain, e, L, J, L J, s, q.
 
@@ -105,7 +105,7 @@ _cached_law_function = lru_cache(maxsize=64)(_build_law_function)
 
 
 def as_compiled_law(law: Any) -> CompiledLaw | None:
-    """Return a law that is made of stages, or None if a user's class commands in Python."""
+    """Return a law that consists of stages, or None if its `command` is Python code."""
     overridden = not isinstance(law, CompiledLaw) or type(law).command is not CompiledLaw.command
     return None if overridden else law
 
@@ -118,7 +118,7 @@ def scale_by_gain(of: LawRows, unit: BlockRows) -> CommandAtGain:
 
 
 def add_joint_velocities(of: LawRows, V: BlockRows, length: BlockRows) -> BlockRows:
-    """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
+    """Add the stages of J^+ V (eq. 19), with v in units of `length`; return the rows (n,)."""
     program, options = of.program, {"length": length, "how": 0}
     program.add(control_law.scale_length_unit, A=V.column, **options, B=V.column)
     J = program.result(control_law.scale_length_unit, "B", 6, of.n, A=of.J, **options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,15 +11,14 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, view_for_user
 from robsim.base.errors import InputError
 from robsim.servo.laws.control_state_checks import check_state_fields, put_runs_last
-from robsim.servo.laws.inverse import Inverse, PseudoInverse, multiply_batches
+from robsim.servo.laws.inverse import InverseKind, PseudoInverse, multiply_batches
 
 
 @dataclass(frozen=True, eq=False)
 class ControlState:
     """Input of a control law: error, interaction matrix and Jacobian at one instant.
 
-    All are as the controller models them.
-
+    All quantities follow the model of the controller, which may differ from the true scene.
     `ControlState.of` makes a state from arrays with the run first. The fields that end in `_last`
     have the run last, as the kernels do; the properties are run-first views. All arrays are
     read-only. J maps the commanded joint velocities to the twist of the camera relative to the
@@ -70,13 +69,13 @@ class ControlState:
     interaction_last: Array
     jacobian_last: Array
     task_jacobian_last: Array
-    gain: Any
-    inverse: Inverse
+    gain: float | Array
+    inverse: InverseKind
     s_last: Array | None = None
     q_last: Array | None = None
     time: float = 0.0
     dt: float = 0.04
-    memory: dict[str, Any] = field(default_factory=dict)
+    memory: dict[str, Any] = field(default_factory=dict)  # Any: a law may store any values
     one_motion: bool = False
 
     def __post_init__(self) -> None:
@@ -89,8 +88,8 @@ class ControlState:
         interaction: ArrayLike,
         jacobian: ArrayLike,
         *,
-        gain: Any = 1.0,
-        inverse: Inverse | None = None,
+        gain: ArrayLike = 1.0,
+        inverse: InverseKind | None = None,
         s: ArrayLike | None = None,
         q: ArrayLike | None = None,
         time: float = 0.0,
@@ -149,7 +148,7 @@ class ControlState:
             L,
             J,
             multiply_batches(L, J),
-            gain,
+            cast(Array, gain),  # checked and converted by `__post_init__`
             PseudoInverse() if inverse is None else inverse,
             None if s is None else put_runs_last(s, "s", ("k",)),
             None if q is None else put_runs_last(q, "q", ("nq",)),

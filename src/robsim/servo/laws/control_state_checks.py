@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_bool, as_float, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
 from robsim.features.observation_checks import check_array_shape
-from robsim.servo.laws.inverse import Inverse
+from robsim.servo.laws.inverse import InverseKind
 
 STATE_SHAPES = {
     "error_last": ("k", "B"),
@@ -39,7 +39,7 @@ def check_state_fields(fields: dict[str, Any]) -> dict[str, Any]:
     for what in ("time", "dt"):
         checked[what] = as_float(fields[what], what)
     checked["gain"] = _check_state_gain(fields["gain"], sizes["B"])
-    if not isinstance(fields["inverse"], get_args(Inverse)):
+    if not isinstance(fields["inverse"], get_args(InverseKind)):
         raise InputError(f"inverse: expected an inverse, got {format_value(fields['inverse'])}")
     if not isinstance(fields["memory"], dict):
         raise InputError(f"memory: expected a dictionary, got {format_value(fields['memory'])}")
@@ -47,7 +47,7 @@ def check_state_fields(fields: dict[str, Any]) -> dict[str, Any]:
     return checked
 
 
-def _check_state_gain(gain: Any, runs: int) -> Any:
+def _check_state_gain(gain: Any, runs: int) -> float | Array:
     """Return a gain as a number, or as an array (B, 1)."""
     values = as_floats(gain, "gain", ())
     if values.size not in (1, runs) or values.ndim > 2:

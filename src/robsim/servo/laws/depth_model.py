@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from robsim.servo.laws.depth_filter import DEPTHS, DepthFilter
 
 Depth = Literal["true", "goal"] | float | DepthFilter
 DEPTH = KindOf(DEPTHS, default="filter", short=False, plain=("true", "goal"), other=Length(above=0))
-DepthScale = float | tuple[float, ...]  # one factor for all marks, or one for each mark
+Scale = float | Sequence[float]  # one factor for all marks, or one for each mark
 
 
 DEPTH_SCALE = OneOf(
@@ -27,7 +28,7 @@ class DepthModel:
     """The depth of the marks that a task uses, with a factor to study errors of the depth."""
 
     which: Depth = "true"
-    scale: Any = 1.0  # `DepthScale`, or (1, B) or (N, B) with individual factors for each run
+    scale: Scale | Array = 1.0  # as an array (1, B) or (N, B): individual factors for each run
 
     @property
     def filtered(self) -> bool:

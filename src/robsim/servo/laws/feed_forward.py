@@ -41,16 +41,15 @@ class KnownMotion:
 class EstimatedMotion(DeclaredValue):
     """Feed-forward of the estimated motion of the target in the image.
 
-    It adds the change of e that the command does not explain to the error.
+    The motion of the target is the change of e that the command does not explain,
 
-    The estimate is a first-order low-pass filter, with time constant `lag`, of
+        (e_k - e_(k-1))/dt - L J qdot_(k-1).
 
-        (e_k - e_(k-1))/dt - L J qdot_(k-1)
-
-    (Chaumette and Hutchinson 2007, section on target tracking; Corke and Good 1996). It needs no
-    model of the target, and removes the lag behind a target of constant velocity. A larger `lag`
-    rejects more noise and reacts later; a small `lag` with delayed images may destabilise the
-    loop.
+    A first-order low-pass filter with time constant `lag` smooths it to the estimate de/dt. The
+    law acts on e + (de/dt)/gain, as with `KnownMotion` (Chaumette and Hutchinson 2007,
+    section on target tracking; Corke and Good 1996). The estimate needs no model of the target, and
+    removes the lag behind a target of constant velocity. A larger `lag` rejects more noise and
+    reacts later; a small `lag` with delayed images may destabilise the loop.
 
     Raises
     ------
@@ -80,7 +79,5 @@ class EstimatedMotion(DeclaredValue):
     ] = 0.2
 
 
-FeedForward = KnownMotion | EstimatedMotion | None
-
-
+FeedForward = KnownMotion | EstimatedMotion | str  # a feed-forward, or its name
 FEED_FORWARD = KindOf(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})

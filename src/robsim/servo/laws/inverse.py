@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.declare import DeclaredValue, KindOf, Number, family, register
@@ -99,7 +100,8 @@ class JacobianTranspose:
     --------
     >>> import robsim as rs
     >>> L = np.diag([2.0, 0.1]) @ np.eye(2, 6)
-    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=rs.laws.JacobianTranspose())
+    >>> inverse = rs.laws.JacobianTranspose()
+    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=inverse)
     >>> rs.laws.JointLaw().command(state)[0, :2]
     array([-2. , -0.1])
     """
@@ -110,7 +112,8 @@ class JacobianTranspose:
         return True, 0.0, RCOND
 
 
-Inverse = PseudoInverse | DampedInverse | JacobianTranspose
+InverseKind = PseudoInverse | DampedInverse | JacobianTranspose
+Inverse = InverseKind | str  # an inverse, or its name
 INVERSE = KindOf(
     INVERSES,
     default="pseudo_inverse",
@@ -118,7 +121,7 @@ INVERSE = KindOf(
 )
 
 
-# number of leading columns of a matrix that are per metre
+# numbers of leading columns of a matrix that are per metre
 SAME_UNITS = 0
 LATERAL_TWIST = 2
 CAMERA_TWIST = 3
@@ -140,8 +143,8 @@ def add_solve(
     """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,).
 
     Singular values are compared in a unit of length that gives all columns of A equal weight. J
-    gives the columns per metre: the rows of a Jacobian (6, n), TWIST or ACROSS. The row after x is
-    the rank, see `rank_row`.
+    determines the columns of A that are per metre: the rows of a Jacobian (6, n), or a number of
+    leading columns such as `CAMERA_TWIST`. The row after x is the rank, see `rank_row`.
     """
     m, n = A.shape
     solution = program.rows(n + 1)
@@ -165,7 +168,11 @@ def rank_row(x: BlockRows) -> BlockRows:
 
 
 def add_inverse(
-    program: Program, A: BlockRows, y: BlockRows, inverse: Inverse, J: BlockRows | int = SAME_UNITS
+    program: Program,
+    A: BlockRows,
+    y: BlockRows,
+    inverse: InverseKind,
+    J: BlockRows | int = SAME_UNITS,
 ) -> BlockRows:
     """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
     transposed, damping, rcond = inverse.numbers
@@ -174,7 +181,9 @@ def add_inverse(
     return program.result(control_law.multiply_transpose, "x", A.shape[1], A=A, y=y)
 
 
-def compute_rank(A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND) -> Any:
+def compute_rank(
+    A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND
+) -> NDArray[np.int64]:
     """Return the rank (B,) of A (m, n, B) with columns of `moves` (6, n, B), as in `add_solve`.
 
     The rank is the number of singular values above rcond times the largest.

@@ -159,4 +159,5 @@ class CameraLaw(CompiledLaw, DeclaredValue):
         return scale_by_gain(of, add_joint_velocities(of, V, unit))
 
 
+LawLike = Law | str  # a law, or its name
 LAW = KindOf(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)

@@ -1,4 +1,4 @@
-"""The partitioned law of Corke and Hutchinson, which controls the optical axis apart."""
+"""The partitioned law of Corke and Hutchinson, with separate control of the optical axis."""
 
 from __future__ import annotations
 

@@ -46,11 +46,11 @@ class SafetyStages:
         self.controller, self.inputs = controller, inputs
         self.safety, self.scene = guard.safety, guard.believed
         inner, n, program = controller.stages(inputs), controller.columns.size, inputs.program
-        self.n, self.program, self.share, self.busy = n, program, program.rows(), program.rows()
+        self.n, self.program, self.scale, self.busy = n, program, program.rows(), program.rows()
         self.last = program.rows(n)  # last command
-        self.seconds = program.rows()  # time since the command began to grow
-        self.most = program.constant(self._velocity_limits("acceleration"))
-        self.why = program.rows()  # active limits, as the bits of `command_limits`
+        self.growth_time = program.rows()  # time since the command began to grow
+        self.accelerations = program.constant(self._velocity_limits("acceleration"))
+        self.reasons = program.rows()  # active limits, as the bits of `command_limits`
         self.at_limit = program.rows(n)  # 1 for a joint that is kept from its limit
         qd = self._limit_command(inner)
         busy = program.result(control_law.compute_any, "out", rows=[inner.busy, self.busy])
@@ -69,10 +69,10 @@ class SafetyStages:
             last=self.last,
             command=command,
             brake=brake,
-            shares=self.share,
-            reason=self.why,
+            shares=self.scale,
+            reason=self.reasons,
             duration=self.inputs.dt,
-            accelerations=self.most,
+            accelerations=self.accelerations,
             low=low,
             high=high,
             q=self.inputs.q,
@@ -84,28 +84,28 @@ class SafetyStages:
             command_limits.store_command,
             out=qd,
             last=self.last,
-            reason=self.why,
+            reason=self.reasons,
             busy=self.busy,
-            share=self.share,
+            share=self.scale,
         )
         return qd
 
     def _add_hold(self, law_command: BlockRows, status: BlockRows | None) -> None:
         """Add the stage that holds the robot or lets it move."""
-        watchdog, program, given = self.safety.watchdog, self.program, self.inputs
+        watchdog, program, inputs = self.safety.watchdog, self.program, self.inputs
         after = math.inf if watchdog is None else watchdog.after
         stops = watchdog is not None and watchdog.then == "stop"
         program.add(
             command_limits.hold_command,
             wished=law_command,
-            dt=given.dt,
-            age=program.constant(0.0) if given.age is None else given.age,
-            released=program.constant(1.0) if given.released is None else given.released,
+            dt=inputs.dt,
+            age=program.constant(0.0) if inputs.age is None else inputs.age,
+            released=program.constant(1.0) if inputs.released is None else inputs.released,
             settings=program.constant([after, float(stops), self.safety.ramp or 0.0]),
             latched=program.rows(),
-            passed=self.seconds,
-            share=self.share,
-            reason=self.why,
+            passed=self.growth_time,
+            share=self.scale,
+            reason=self.reasons,
             status=program.constant(float(IN_IMAGE)) if status is None else status,
         )
 
@@ -119,15 +119,15 @@ class SafetyStages:
         return program.result(scale_command, "out", n, J=J, limits=limits, qd=command)
 
     def _bound_joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
-        """Return the watched coordinates, or -1, and the rows of their bounds."""
-        where, bounds = find_coordinates(self.scene, self.controller.columns)
+        """Return the coordinate of each velocity, -1 without a margin, and the rows of bounds."""
+        coordinates, bounds = find_coordinates(self.scene, self.controller.columns)
         if self.safety.margin is None:
-            where = np.full(self.n, -1)
+            coordinates = np.full(self.n, -1)
         else:
-            margins = self.safety.limits("margin", self.scene.nq)[where]
+            margins = self.safety.limits("margin", self.scene.nq)[coordinates]
             bounds = bounds + np.stack([margins, -margins], axis=1)
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
-        return where.tolist(), (low, high)
+        return coordinates.tolist(), (low, high)
 
     def _add_fence(self, command: BlockRows, brake: BlockRows) -> BlockRows:
         """Add the stages that keep a frame in its box; return the rows of the command."""
@@ -139,7 +139,7 @@ class SafetyStages:
             command=command,
             brake=brake,
             duration=self.inputs.dt,
-            most=self.most,
+            most=self.accelerations,
             velocities=qd,
             seconds=seconds,
         )
@@ -157,7 +157,7 @@ class SafetyStages:
             n,
             attempts=qd,
             brake=brake,
-            reason=self.why,
+            reason=self.reasons,
             box=program.constant([fence.low, fence.high]),
             now=self._add_pose(fence.frame, self.inputs.q),
             places=len(BRAKE_FRACTIONS),

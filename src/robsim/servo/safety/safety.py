@@ -93,7 +93,7 @@ class Watchdog(DeclaredValue):
 @described
 @dataclass(frozen=True)
 class Safety(DeclaredValue):
-    """Limits of all commands, in the simulation and in `Controller` on a real robot alike.
+    """Limits of all commands, in a simulation and on a real robot (`Controller`).
 
     The limits act in this order:
 
@@ -101,10 +101,10 @@ class Safety(DeclaredValue):
        allows. `ramp` makes the command grow from zero at the start and after every hold.
     2. `speed` scales the whole command and keeps its direction.
     3. `acceleration` bounds the change of each velocity.
-    4. A joint moves no faster than it can brake in front of its limit, less `margin`.
-    5. The whole motion is no faster than allowed for the frame of `fence` to brake inside its box.
+    4. Each joint is slow enough to brake at a distance `margin` in front of its limit.
+    5. The whole motion is slow enough for the frame of `fence` to brake inside its box.
 
-    A state that is safe stays safe: the braking that this needs is within `acceleration`. Without
+    A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. Without
     `acceleration` a velocity can change at once.
 
     Limits are one number for all velocities or coordinates of the scene, or one number for each;

@@ -15,12 +15,18 @@ from robsim.base.errors import InputError, suggest_names
 from robsim.declare import DeclaredValue, PerRun
 from robsim.declare.lists import Names
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.shaping.command_shaper import PROJECTION, CommandShaper, find_coordinates
-from robsim.servo.shaping.redundancy import SECONDARY
+from robsim.servo.shaping.command_shaper import (
+    PROJECTION,
+    CommandShaper,
+    Projector,
+    find_coordinates,
+)
+from robsim.servo.shaping.redundancy import SECONDARY, Subtask
 from robsim.servo.shaping.speed_limit import SPEED_LIMIT, SpeedLimit
 from robsim.world.scene import Scene
 
 JOINT_NAMES = Names()
+Joints = str | Sequence[str]  # names of robots, joints or velocities
 VelocityIndices = NDArray[np.int64]  # indices of velocities in a scene
 
 
@@ -31,7 +37,7 @@ class CommandFields(DeclaredValue):
     group: ClassVar[str] = "shaping"
     _: KW_ONLY
     joints: Annotated[
-        Any,
+        Joints | None,
         JOINT_NAMES,
         "Names of the commanded robots or velocities; None: all that move the features.",
     ] = None
@@ -48,7 +54,7 @@ class CommandFields(DeclaredValue):
         "Speed limits that scale the command and keep its direction.",
     ] = None
 
-    # defaults of tasks that leave no motions free
+    # defaults of tasks that leave no motions free; Any: `RedundancyFields` declares their types
     secondary = cast(Any, None)
     projection = cast(Any, "classic")
 
@@ -63,7 +69,7 @@ class CommandFields(DeclaredValue):
         at = find_coordinates(scene, columns)
         return CommandShaper(self.secondary, large, self.smooth_start, self.limit, *at)
 
-    def chosen(self, scene: Scene, moving: VelocityIndices) -> VelocityIndices:
+    def select_velocities(self, scene: Scene, moving: VelocityIndices) -> VelocityIndices:
         """Return the velocities in `moving` that `joints` names."""
         if self.joints is None:
             return moving
@@ -74,7 +80,7 @@ class CommandFields(DeclaredValue):
         if not commanded.size:
             names = [scene.velocity_names[i] for i in moving]
             raise InputError(
-                f"joints: none of {', '.join(self.joints)} moves what the task controls; "
+                f"joints: none of {', '.join(self.joints)} moves a feature or a frame of the task; "
                 f"these do: {', '.join(names)}"
             )
         return make_read_only(commanded)
@@ -87,11 +93,11 @@ class RedundancyFields(CommandFields):
     group: ClassVar[str] = "shaping"
     _: KW_ONLY
     secondary: Annotated[
-        Any,
+        Subtask | None,
         SECONDARY,
         "Motion in the free motions of the task: a kind, or an object with velocity(q, limits).",
     ] = None
-    projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
+    projection: Annotated[Projector, PROJECTION, "Projector of the secondary motion."] = "classic"
 
     def __post_init__(self) -> None:
         super().__post_init__()

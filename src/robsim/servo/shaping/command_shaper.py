@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.controller_rows import ControllerInputs
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.redundancy import AvoidLimits, Posture, add_priorities
+from robsim.servo.shaping.redundancy import AvoidLimits, Posture, SecondaryMotion, add_priorities
 from robsim.servo.shaping.speed_limit import SpeedLimit
 from robsim.world.scene import Scene
 
@@ -26,14 +26,14 @@ PROJECTIONS = family("projection")
 @register("projection", "large")
 @dataclass(frozen=True)
 class LargeProjection(DeclaredValue):
-    """Projector that requires a secondary motion to keep ||e|| only, far from the goal.
+    """Projector onto motions that keep only the norm ||e||, far from the goal.
 
     The classic projector keeps every component of e, so a task that uses all joints leaves no room
     for a secondary motion. The large projector keeps the norm ||e|| above `high`, every component
     below `low`, and blends the two between them (see
     `robsim.servo.shaping.redundancy.large_projection`; Marey and Chaumette 2010). The robot then
-    avoids its limits on the way, and the final approach is undisturbed. Smaller bounds leave the
-    secondary motion active for longer.
+    avoids its joint limits far from the goal, and the secondary motion does not disturb the final
+    approach. Smaller bounds keep the secondary motion active for longer.
 
     Raises
     ------
@@ -66,6 +66,7 @@ class LargeProjection(DeclaredValue):
             raise InputError(f"low must be below high, got {self.low} and {self.high}")
 
 
+Projector = LargeProjection | str  # a projector, or its name
 PROJECTION = KindOf(PROJECTIONS, default="large", plain=("classic",))
 
 
@@ -73,7 +74,7 @@ PROJECTION = KindOf(PROJECTIONS, default="large", plain=("classic",))
 class CommandShaper:
     """Changes of the command after the law, for the commanded velocities of a scene."""
 
-    secondary: Any  # a `Secondary`, or None
+    secondary: SecondaryMotion | None
     projection: LargeProjection | None
     smooth_start: float | None  # per second
     limit: SpeedLimit | None
@@ -89,8 +90,9 @@ class CommandShaper:
         """
         program, n = inputs.program, qd.size
         if self.secondary is not None:
-            secondary, P = self._add_secondary(inputs, n), self._add_projector(program, error, A)
-            qd = program.result(kernels.add_projected_motion, "out", n, P=P, wish=secondary, qd=qd)
+            motion = self._add_secondary(self.secondary, inputs, n)
+            P = self._add_projector(program, error, A)
+            qd = program.result(kernels.add_projected_motion, "out", n, P=P, wish=motion, qd=qd)
         if self.smooth_start is not None:
             arguments = {"mu": program.number(self.smooth_start), "first": program.rows(n)}
             qd = program.result(
@@ -106,10 +108,12 @@ class CommandShaper:
             program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
         return P
 
-    def _add_secondary(self, inputs: ControllerInputs, n: int) -> BlockRows:
+    def _add_secondary(
+        self, secondary: SecondaryMotion, inputs: ControllerInputs, n: int
+    ) -> BlockRows:
         """Add the stage of the secondary motion, which a user's class may define."""
-        program, q, secondary = inputs.program, inputs.q, self.secondary
-        if type(secondary) in (AvoidLimits, Posture):
+        program, q = inputs.program, inputs.q
+        if type(secondary) is AvoidLimits or type(secondary) is Posture:
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
             return program.result(
                 kernels.compute_limit_avoidance,
@@ -120,17 +124,19 @@ class CommandShaper:
                 highest=high,
                 q=[q[i] if i >= 0 else None for i in self.coordinates],
             )
-        return program.asked(lambda blocks, step: self._call_secondary(blocks.get(q), n), n)
+        return program.asked(
+            lambda blocks, step: self._call_secondary(secondary, blocks.get(q), n), n
+        )
 
-    def _call_secondary(self, q: Array, n: int) -> Array:
+    def _call_secondary(self, secondary: SecondaryMotion, q: Array, n: int) -> Array:
         """Return the secondary motion (n, B) of a user's class.
 
-        Velocities without a coordinate of their own are at zero.
+        The coordinate of a velocity without its own coordinate is 0.
         """
-        name, expected = type(self.secondary).__name__, (q.shape[1], n)
+        name, expected = type(secondary).__name__, (q.shape[1], n)
         has_coordinate = self.coordinates[:, None] >= 0
         at = np.where(has_coordinate, q[self.coordinates], 0.0)
-        value = self.secondary.velocity(view_for_user(at), self.limits)
+        value = secondary.velocity(view_for_user(at), self.limits)
         velocity = as_floats(value, f"{name}.velocity", expected)
         if velocity.shape != expected:
             raise InputError(f"{name}.velocity: expected shape {expected}, got {velocity.shape}")

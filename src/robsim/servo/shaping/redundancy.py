@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,7 @@ from robsim.servo.laws.gain import PER_SECOND
 def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
     """Return velocities (n, B) that serve tasks in order, and the projector onto the free motions.
 
-    Each level reduces its residual as far as the levels before it allow, and never disturbs them:
+    Each level reduces its residual |A_i qdot - rate_i| as far as the levels before it allow:
 
         qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
         P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
@@ -135,7 +135,21 @@ class SecondaryMotion(Protocol):
     """
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Return desired velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return the desired velocities.
+
+        Parameters
+        ----------
+        q : ndarray of shape (B, n)
+            Coordinates of the commanded velocities in B runs; 0 for a velocity without its own
+            coordinate.
+        limits : ndarray of shape (n, 2)
+            Lower and upper limits of the coordinates; infinite without a limit.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Desired velocities in rad/s or m/s.
+        """
 
 
 def _check_limits_array(limits: ArrayLike, count: int) -> Array:
@@ -162,8 +176,8 @@ class AvoidLimits(DeclaredValue):
 
     A threshold is `margin` times the range in front of each limit. The motion descends the cost
     sum (q - threshold)^2/(2 range) of Chaumette and Marchand 2001, times the range of each
-    coordinate, so that `gain` is in 1/s for any unit of q. A coordinate without two limits is left
-    alone.
+    coordinate, so that `gain` is in 1/s for any unit of q. A coordinate without two limits gets no
+    motion.
 
     The motion is projected onto the motions that the task leaves free: it does not change the
     features, and it has no effect if the task uses all joints. A larger `margin` starts earlier,
@@ -268,9 +282,9 @@ class Posture(DeclaredValue):
     """
 
     q: Annotated[
-        Any,
+        Sequence[float] | Array,
         PerJoint(get_commanded_axes, later=True),
-        "Preferred coordinates, one for each get_commanded_axes velocity.",
+        "Preferred coordinates, one for each commanded velocity.",
     ]
     gain: SecondaryGain = 1.0
 
@@ -317,4 +331,5 @@ class Posture(DeclaredValue):
         return rest, rest
 
 
+Subtask = SecondaryMotion | str  # a secondary motion, or its name
 SECONDARY = KindOf(SECONDARIES, short=False, protocol=SecondaryMotion)

@@ -23,6 +23,7 @@ from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.task import Task, TaskLike
 from robsim.servo.tasks.task_choice import check_nesting
 from robsim.world.scene import Scene
 
@@ -34,7 +35,7 @@ TaskPath = tuple[str | int, ...]  # path of a task in another task, as ("tasks",
 class CompositeController(TaskController):
     """Base of controllers composed of the controllers of several tasks."""
 
-    parts: tuple[Any, ...]
+    parts: tuple[TaskController, ...]
 
     @property
     def weighted(self) -> bool:
@@ -56,12 +57,12 @@ class CompositeController(TaskController):
         return frozenset().union(*(part.whole for part in self.parts))
 
     def check_start(self, q0: Array) -> None:
-        """Raise InputError if a task is impossible from all of the starts q0 (B, nq)."""
+        """Raise InputError if a task is possible from none of the starts q0 (B, nq)."""
         for part in self.parts:
             part.check_start(q0)
 
     def _find_positions(self, part: TaskController) -> VelocityIndices:
-        """Return the indices of the velocities of a part among all commanded velocities."""
+        """Return the positions of a part's velocities among all commanded velocities."""
         return np.searchsorted(self.columns, part.columns)
 
     def _add_parts(self, inputs: ControllerInputs) -> list[ControllerOutputs]:
@@ -131,11 +132,11 @@ class CompositeTask(DeclaredValue):
 
     @property
     @abstractmethod
-    def placed(self) -> dict[TaskPath, Any]:
+    def placed(self) -> dict[TaskPath, Task]:
         """Tasks of the composition, by their paths."""
 
     @property
-    def inner(self) -> tuple[Any, ...]:
+    def inner(self) -> tuple[Task, ...]:
         """Tasks of the composition."""
         return tuple(self.placed.values())
 
@@ -151,7 +152,7 @@ class CompositeTask(DeclaredValue):
         """Return the indices of the velocities that any of the tasks commands."""
         return make_read_only(np.unique(np.concatenate(self.each_columns(scene))))
 
-    def bound(self, scene: Scene, columns: Iterable[VelocityIndices]) -> tuple[Any, ...]:
+    def bound(self, scene: Scene, columns: Iterable[VelocityIndices]) -> tuple[TaskController, ...]:
         """Return the controllers of all tasks, each with its commanded velocities."""
         controllers: list[TaskController] = []
         for (path, task), own in zip(self.placed.items(), columns, strict=True):
@@ -165,15 +166,26 @@ class CompositeTask(DeclaredValue):
 class TaskListFields(CompositeTask):
     """Base of declared tasks with a list `tasks`."""
 
-    tasks: Any
+    tasks: Sequence[TaskLike]
 
     @property
-    def placed(self) -> dict[TaskPath, Any]:
+    def placed(self) -> dict[TaskPath, Task]:
         """Tasks of the composition, by their paths."""
-        return {("tasks", i): task for i, task in enumerate(self.tasks)}
+        return {("tasks", i): cast(Task, task) for i, task in enumerate(self.tasks)}
 
-    def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in the same order."""
+    def with_inner(self, tasks: Sequence[Task]) -> Self:
+        """Return a copy with other tasks.
+
+        Parameters
+        ----------
+        tasks : sequence of Task
+            Tasks in the order of `inner`.
+
+        Returns
+        -------
+        Parallel or Priorities
+            The copy.
+        """
         copy: Self = replace(cast(Any, self), tasks=tuple(tasks))
         return copy
 

@@ -34,7 +34,18 @@ class Condition(Protocol):
     """
 
     def holds(self, first: SchemeState, second: SchemeState) -> NDArray[np.bool_]:
-        """Return truth values (B,): whether the condition holds in each run."""
+        """Return whether the condition holds in each run.
+
+        Parameters
+        ----------
+        first, second : SchemeState
+            States of the two schemes in B runs.
+
+        Returns
+        -------
+        ndarray of bool of shape (B,)
+            True if the condition holds in the run.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +105,18 @@ class CompiledCondition(ABC):
         """Add the stage of the condition; return a row that is 1 if it holds, else 0."""
 
     def holds(self, first: SchemeState, second: SchemeState) -> NDArray[np.bool_]:
-        """Return truth values (B,): whether the condition holds in each run."""
+        """Return whether the condition holds in each run.
+
+        Parameters
+        ----------
+        first, second : SchemeState
+            States of the two schemes in B runs.
+
+        Returns
+        -------
+        ndarray of bool of shape (B,)
+            True if the condition holds in the run.
+        """
 
         def add(
             program: Program, e: BlockRows, x: BlockRows, e2: BlockRows, x2: BlockRows
@@ -107,7 +129,7 @@ class CompiledCondition(ABC):
 
 
 def as_compiled_condition(condition: Any) -> CompiledCondition | None:
-    """Return a condition that is made of stages, or None if Python evaluates it."""
+    """Return a condition that consists of stages, or None if Python evaluates it."""
     ours = isinstance(condition, CompiledCondition)
     return condition if ours and type(condition).holds is CompiledCondition.holds else None
 
@@ -136,7 +158,7 @@ class ErrorBelow(CompiledCondition, DeclaredValue):
     value: Annotated[
         float, Number(above=0), "Bound of the largest |e|, in the unit of the features."
     ]
-    of: Annotated[str, Word(("first", "second"), "scheme"), "Scheme whose error is compared."] = (
+    of: Annotated[str, Word(("first", "second"), "scheme"), "Scheme with the compared error."] = (
         "first"
     )
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Number, register
+from robsim.declare import Number, PerRun, register
 from robsim.features.pose_error import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels.control import docking_law as kernels
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluated
 from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.feature_block import Features
 from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.servo_controller import ServoController
-from robsim.servo.tasks.task_fields import TaskGain, WeightingFields
+from robsim.servo.tasks.task_fields import Gain, WeightingFields
 
 
 @register("task", "docking")
@@ -56,19 +57,19 @@ class Docking(WeightingFields):
     """
 
     _: KW_ONLY
-    gain: TaskGain = 1.0
-    turn: Annotated[float, PER_SECOND, "TaskGain of the rotation towards the goal."] = 3.0
+    gain: Annotated[Gain, PerRun(())] = 1.0
+    turn: Annotated[float, PER_SECOND, "Gain of the rotation towards the goal."] = 3.0
     h: Annotated[
-        float, Number(above=0), "Weight of the angle theta in the rotation, without unit."
+        float, Number(above=0), "Weight of the angle theta in the rotation, dimensionless."
     ] = 2.0
 
     @property
-    def features(self) -> Any:
+    def features(self) -> Features:
         """Translation and rotation of the camera in goal axes."""
         return [Translation("goal"), "theta_u"]
 
     def warn_of_wheels(self, controller: ServoController) -> None:
-        """Issue no warning: the law is not smooth, and therefore reaches the pose."""
+        """Issue no warning: the law is not smooth, so it can reach the pose."""
 
     def bound_law(self, regulated: BoundFeatures) -> DockingLaw:
         """Return the law; raise InputError unless one unicycle carries the camera."""

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.declare.problems import prefix_path
+from robsim.features.feature import Feature
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey, make_camera_target
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalFeatures, find_goal_configuration, observe_goal
-from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.broyden_rule import Broyden, Interaction
 from robsim.servo.tasks.task_checks import is_collinear
 from robsim.world.scene import Scene
 
@@ -56,10 +58,12 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
         depths.check(len(each.target.marks), each.target.name)
     with prefix_path("features"):
         bound = tuple(_bind_block(*pair) for pair in zip(task.blocks, believed, strict=True))
-    which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
-    s_goal = goal.s if isinstance(goal, GoalFeatures) else None
+    which: Interaction | Array = (
+        "current" if isinstance(task.interaction, Broyden) else task.interaction
+    )
+    s_goal = np.asarray(goal.s) if isinstance(goal, GoalFeatures) else None
     draft = BoundFeatures(bound, sights, exact, columns, depths, which, goals, q_goal, s_goal, runs)
-    return draft.at_its_goal()
+    return draft.measure_from_goal()
 
 
 def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:
@@ -69,7 +73,7 @@ def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:
 
 def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBlock:
     """Return a block bound to its camera-target pairs; raise InputError if it does not fit."""
-    feature, target = part.feature, sights[0].target
+    feature, target = cast(Feature, part.feature), sights[0].target
     marks, components = (_convert_indices(part.marks), _convert_indices(part.components))
     if marks is not None and marks.max() >= len(target.marks):
         raise InputError(
@@ -81,7 +85,7 @@ def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBl
     return BoundBlock(feature, sights, marks, components, part.weight)
 
 
-def _check_camera_count(feature: Any, sights: Sequence[CameraTarget]) -> None:
+def _check_camera_count(feature: Feature, sights: Sequence[CameraTarget]) -> None:
     """Raise InputError unless a feature gets the one or two cameras that it needs."""
     needed = getattr(feature, "cameras", 1)
     if needed not in (1, 2):
@@ -94,7 +98,7 @@ def _check_camera_count(feature: Any, sights: Sequence[CameraTarget]) -> None:
         raise InputError(f"{type(feature).__name__} needs {expected}, got '{names}'")
 
 
-def _check_feature_marks(feature: Any, marks: Any) -> None:
+def _check_feature_marks(feature: Feature, marks: Array) -> None:
     """Raise InputError if a feature gets too few marks, or a pose marks on one line."""
     name, poses = type(feature).__name__, getattr(feature, "uses_pose", False)
     least = max(getattr(feature, "least_marks", 1), 3 if poses else 1)

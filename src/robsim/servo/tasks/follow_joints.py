@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_float, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value
@@ -16,10 +17,14 @@ from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import Context, Raw, make_expected_error
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.command_fields import JOINT_NAMES, VelocityIndices
+from robsim.servo.shaping.command_fields import JOINT_NAMES, Joints, VelocityIndices
 from robsim.servo.tasks.joint_follower import JointFollower, check_joint_goals
 from robsim.servo.tasks.joint_names import JointIndices, find_joints, select_joints
-from robsim.servo.tasks.trajectory_follower import check_trajectory, make_cameraless_fields
+from robsim.servo.tasks.trajectory_follower import (
+    Trajectory,
+    check_trajectory,
+    make_cameraless_fields,
+)
 from robsim.trajectory.axis_limits import AxisAcceleration, AxisSpeed, Limits
 from robsim.trajectory.time_law import TRAJECTORIES
 from robsim.world.scene import Scene
@@ -53,6 +58,7 @@ class JointGoal(PerJoint):
         return "{ joint = number } with units, or a list of one for each"
 
 
+JointValues = Mapping[str, float] | ArrayLike  # {joint: number}, or numbers (n,)
 GOAL_FIELDS = ("to", "by", "trajectory")  # fields that give the goal; one of them is required
 TRAJECTORY = KindOf(TRAJECTORIES, short=False, protocol=object)
 
@@ -106,21 +112,23 @@ class FollowJoints(DeclaredValue):
     """
 
     to: Annotated[
-        Any,
+        JointValues | None,
         JointGoal(get_followed_axes),
         "Final coordinates of the joints: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
     by: Annotated[
-        Any,
+        JointValues | None,
         JointGoal(get_followed_axes),
         "Change of the coordinates from the start, instead of `to`: {joint: change}, or (n,).",
     ] = None
     trajectory: Annotated[
-        Any, TRAJECTORY, "Trajectory, instead of `to` and `by`, on the clock of the run."
+        Trajectory | None,
+        TRAJECTORY,
+        "Trajectory, instead of `to` and `by`, on the clock of the run.",
     ] = None
     joints: Annotated[
-        Any,
+        Joints | None,
         JOINT_NAMES,
         "Names of joints or robots, in the order of the axes of the trajectory; None: the "
         "joints of `to` or `by`, or all joints of one coordinate and one velocity.",
@@ -159,10 +167,10 @@ class FollowJoints(DeclaredValue):
     facts_from: ClassVar[Any] = ("joints",)
 
     @classmethod
-    def facts(cls, own: Any, c: Context) -> Context:
+    def facts(cls, own: Mapping[str, Any], c: Context) -> Context:  # Any: values of all fields
         """Return the context with the joints of the task, which set the units of its numbers."""
         scene = c.facts.get("scene")
-        if sum(way in c.facts["raw"] for way in GOAL_FIELDS) > 1:
+        if sum(name in c.facts["raw"] for name in GOAL_FIELDS) > 1:
             raise UnreadableValue  # reported already
         if scene is None:
             return c
@@ -239,7 +247,8 @@ class FollowJoints(DeclaredValue):
     @property
     def _goal_field(self) -> tuple[str, Any]:
         """Name of the field that gives the goal, and its value."""
-        return next((name, way) for name in GOAL_FIELDS if (way := getattr(self, name)) is not None)
+        fields = ((name, getattr(self, name)) for name in GOAL_FIELDS)
+        return next((name, value) for name, value in fields if value is not None)
 
     def _resolve_goal(self, names: list[str]) -> Array:
         """Return the end of the trajectory (n,); with `by` its length.
@@ -252,7 +261,7 @@ class FollowJoints(DeclaredValue):
         elif what != "trajectory":
             goal = value
         else:
-            goal = as_floats(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
+            goal = as_floats(value.at(value.duration), "trajectory.at", ("n",))
         if goal.shape != (len(names),):
             raise InputError(
                 f"{what}: expected {len(names)} axes, for {', '.join(names)}; got shape "

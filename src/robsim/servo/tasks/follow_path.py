@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
@@ -13,14 +15,18 @@ from robsim.declare import ListOf, Number, Table, Word, fields_of, register
 from robsim.declare.quantities import ExactQuantity
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.texts import FrameReference
-from robsim.geometry.pose import Pose, check_single_pose, is_pose_like
+from robsim.geometry.pose import Pose, PoseLike, check_single_pose, is_pose_like
 from robsim.geometry.pose_table import PoseSpec
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.inverse import INVERSE
+from robsim.servo.laws.inverse import INVERSE, Inverse, InverseKind
 from robsim.servo.servo_controller import get_rcond
 from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
 from robsim.servo.tasks.path_follower import PathFollower, estimate_generic_rank
-from robsim.servo.tasks.trajectory_follower import check_trajectory, make_cameraless_fields
+from robsim.servo.tasks.trajectory_follower import (
+    Trajectory,
+    check_trajectory,
+    make_cameraless_fields,
+)
 from robsim.trajectory import Path, Straight
 from robsim.trajectory.pace import (
     Duration,
@@ -93,11 +99,11 @@ class FollowPath(RedundancyFields):
 
         qdot = J^+ V
 
-    with the Jacobian J of the frame and the twist V = (v, omega) that carries the frame from its
-    measured pose to the pose of the path one period later, minus the twist that a `Motion` of the
-    scene gives it (resolved motion rate control: Whitney 1969; Siciliano et al. 2009, section
-    3.7). Each period is one step of Newton's method, so the distance from the path is of second
-    order in the period.
+    with the Jacobian J of the frame (resolved motion rate control: Whitney 1969; Siciliano et al.
+    2009, section 3.7). The twist V = (v, omega) carries the frame from its measured pose to the
+    pose of the path one period later. If a `Motion` of the scene moves the frame, its twist is
+    subtracted from V. Each period is one step of Newton's method, so the distance from the path is
+    of second order in the period.
 
     With `to` the frame moves on a straight line to a pose, or with mask "position" to a position,
     in the given `duration`, or within `speed` and `acceleration` (and for a pose `turn` and
@@ -128,14 +134,14 @@ class FollowPath(RedundancyFields):
     """
 
     to: Annotated[
-        Any,
+        PoseLike | None,
         PathGoal(),
         "Goal of a straight path in the world: a pose, or with mask 'position' a position (3,) "
         "in metres.",
     ] = None
     _: KW_ONLY
     path: Annotated[
-        Any,
+        Trajectory | None,
         PATH_SPEC,
         "Path instead of `to`: Straight, Path, or an object with duration and at(t) (4, 4).",
     ] = None
@@ -154,7 +160,7 @@ class FollowPath(RedundancyFields):
     acceleration: OriginAcceleration = None
     turn: TurnRate = None
     turn_acceleration: TurnAcceleration = None
-    inverse: Annotated[Any, PATH_INVERSES, "Inverse of the Jacobian J of the frame."] = (
+    inverse: Annotated[Inverse, PATH_INVERSES, "Inverse of the Jacobian J of the frame."] = (
         "pseudo_inverse"
     )
     gain: Annotated[
@@ -177,7 +183,7 @@ class FollowPath(RedundancyFields):
     facts_from: ClassVar[Any] = ("mask",)
 
     @classmethod
-    def facts(cls, own: Any, c: Context) -> Context:
+    def facts(cls, own: Mapping[str, Any], c: Context) -> Context:  # Any: values of all fields
         """Return the context with the mask, which determines the keys of `to`."""
         return c.knowing(mask=own.get("mask"))
 
@@ -187,7 +193,7 @@ class FollowPath(RedundancyFields):
         columns = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
         if not columns.size:
             raise InputError(f"no joint that a task can command moves '{frame}'")
-        return self.chosen(scene, make_read_only(columns))
+        return self.select_velocities(scene, make_read_only(columns))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> PathFollower:
         """Return the controller of the task; raise InputError if the scene lacks the frame."""
@@ -198,8 +204,8 @@ class FollowPath(RedundancyFields):
             **make_cameraless_fields(scene, frame, columns, s_goal, self),
             units=("m", "m", "m", "rad", "rad", "rad")[:k],
             full_rank=estimate_generic_rank(scene, frame, columns, k),
-            rcond=get_rcond(self.inverse),
-            way_pace=None if self.path is not None else Pace(**self._pace_values()),
+            rcond=get_rcond(cast(InverseKind, self.inverse)),
+            line_pace=None if self.path is not None else Pace(**self._pace_values()),
             end=end,
             shaping=self.shaping(scene, columns),
         )
@@ -224,7 +230,7 @@ class FollowPath(RedundancyFields):
             return check_single_pose(self.path.at(self.path.duration), "path.at").matrix[:3]
         if isinstance(self.to, Pose):
             return self.to.matrix[:3]
-        return Pose.at(*self.to).matrix[:3]
+        return Pose.at(*cast(Array, self.to)).matrix[:3]
 
     def _check_goal(self) -> Any:
         """Return the goal as a pose or a position; raise InputError for any other value."""
@@ -233,7 +239,7 @@ class FollowPath(RedundancyFields):
                 check_single_pose(self.to, "to").matrix
             )  # in the world; frame names are dropped
             return pose if self.mask == "pose" else pose.position
-        position = as_floats(self.to, "to (a pose, or a position)", (3,))
+        position = as_floats(cast(ArrayLike, self.to), "to (a pose, or a position)", (3,))
         if position.ndim != 1:
             raise InputError(f"to: expected one position (3,), got {position.shape}")
         if self.mask == "pose":

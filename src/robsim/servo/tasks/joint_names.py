@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from robsim.base.errors import InputError, suggest_names
@@ -61,7 +61,7 @@ def _find_joint(
     return axis
 
 
-def select_joints(scene: Scene, names: tuple[str, ...] | None) -> list[JointIndices]:
+def select_joints(scene: Scene, names: Sequence[str] | None) -> list[JointIndices]:
     """Return joints by joint names or robot names, in that order; all joints if `names` is None."""
     robots = [robot.name for robot in scene.robots]
     axes: list[JointIndices] = []

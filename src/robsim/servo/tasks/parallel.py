@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from robsim.servo.tasks.composite import (
     TaskListFields,
     merge_controller_fields,
 )
-from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task import Task, TaskLike
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
@@ -53,7 +54,7 @@ class Parallel(TaskListFields):
     """
 
     tasks: Annotated[
-        Any,
+        Sequence[TaskLike],
         ListOf(TaskChoice(TASKS, protocol=Task), 2, 64),
         "Two or more tasks that command different joints.",
     ]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.kernels.control import axis_trajectory, control_law
@@ -13,6 +13,7 @@ from robsim.kernels.control import frame_trajectory as kernels
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.robot.fk_stages import FKStages
+from robsim.robot.robot import Robot
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.inverse import add_inverse, compute_rank
@@ -32,7 +33,7 @@ from robsim.world.scene import Scene
 class PathFollower(TrajectoryFollower):
     """Controller of `FollowPath`."""
 
-    way_pace: Pace | None  # pace of a straight path, from the start of each run to the end
+    line_pace: Pace | None  # pace of a straight path, from the start of each run to the end
     end: Array  # (3, 4), end of the path
     shaping: CommandShaper
 
@@ -105,7 +106,7 @@ class PathFollower(TrajectoryFollower):
     def _add_path(self, inputs: ControllerInputs) -> ReferenceRows:
         """Add the stages of a path that all runs share."""
 
-        def at(t: Any) -> Array:
+        def at(t: ArrayLike) -> Array:
             T = as_floats(self.task.path.at(t), "path.at", (4, 4))
             return T[..., :3, :].reshape(*T.shape[:-2], 12)
 
@@ -115,7 +116,7 @@ class PathFollower(TrajectoryFollower):
         self, inputs: ControllerInputs, T: BlockRows, end: BlockRows
     ) -> ReferenceRows:
         """Add the stages of the straight path of each run, from the start of its frame at T."""
-        assert self.way_pace is not None
+        assert self.line_pace is not None
         program, goal, room = inputs.program, end, inputs.program.scratch(kernels.PATH_SCRATCH)
         start = program.result(axis_trajectory.store_start, "to", 12, rows=list(T.flat)).reshape(
             3, 4
@@ -125,13 +126,13 @@ class PathFollower(TrajectoryFollower):
             goal = program.result(
                 axis_trajectory.store_start, "to", 12, rows=position_goal
             ).reshape(3, 4)
-        way = program.result(
+        line = program.result(
             kernels.plan_straight_motion, "way", 8, start=start, goal=goal, room=room
         )
-        pace = self.way_pace
+        pace = self.line_pace
         limits = None if pace.duration is not None else np.reshape(pace.limits, (2, 2))
-        times = add_timing(program, way[6:], pace.duration, limits)
-        ends = {"start": start, "way": way, "goal": goal, "room": room}
+        times = add_timing(program, line[6:], pace.duration, limits)
+        ends = {"start": start, "way": line, "goal": goal, "room": room}
         rows = program.result(
             kernels.sample_straight_motion, "here", 2, 3, 4, dt=inputs.dt, **times, **ends
         )
@@ -152,7 +153,7 @@ def estimate_generic_rank(scene: Scene, frame: str, columns: VelocityIndices, k:
     return int(compute_rank(np.ascontiguousarray(J[:k][:, columns])).max())
 
 
-def _move_from_home(robot: Any, duration: float) -> Array:
+def _move_from_home(robot: Robot, duration: float) -> Array:
     """Return the coordinates (nq,) of a robot after a motion from home at constant velocities."""
     rates = duration * (1.0 + 0.1 * np.arange(robot.nv))
     q: Array = robot.integrate(robot.home, rates, 1.0)

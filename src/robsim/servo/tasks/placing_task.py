@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
@@ -33,14 +33,14 @@ PlacingVariant = Literal["corrected", "printed", "completed"]
 class Placing(RedundancyFields, ServoTask):
     """Placing of an object with two fixed cameras that triangulate three of its marks.
 
-    From the unit vectors P_ab and P_ac between the marks a, b and c, now (1) and at the goal (2),
-    the law computes a twist at the origin of the world (chapter, section 6.2),
+    The law computes a twist at the origin of the world (chapter, section 6.2),
 
         Omega = rotation (P_ab1 x P_ac1) x (P_ab2 x P_ac2)
         T = translation t_a - Omega x p_a
 
-    with the remaining translation t_a of mark a and its position p_a. A point p then has the
-    velocity v = T + Omega x p, and the frame that holds the target gets this twist by eq. 19,
+    with the unit vectors P_ab and P_ac from mark a to the marks b and c, now (1) and at the goal
+    (2). Mark a is at p_a and has the translation t_a left to its goal. A point p then has the
+    velocity v = T + Omega x p. The frame that holds the target gets this twist by eq. 19,
     qdot = J^+ (v, Omega).
 
     `variant` chooses among three laws:
@@ -80,19 +80,19 @@ class Placing(RedundancyFields, ServoTask):
 
     _: KW_ONLY
     variant: Annotated[
-        PlacingVariant, Word(get_args(PlacingVariant), "variant"), "PlacingVariant of the law."
+        PlacingVariant, Word(get_args(PlacingVariant), "variant"), "Variant of the law."
     ] = "corrected"
     marks: Annotated[
         tuple[int, int, int],
         IndexList(least=3, most=3),
-        "IndexList of the marks a, b and c, which must not lie on one line.",
+        "Indices of the marks a, b and c, which must not lie on one line.",
     ] = (0, 1, 2)
     rotation: Annotated[float, PER_SECOND, "Gain k1 of the rotation."] = 1.0
     translation: Annotated[float, PER_SECOND, "Gain k2 of the translation."] = 1.0
     length: UnitOfLength = 1.0
 
     @property
-    def features(self) -> Any:
+    def features(self) -> list[FeatureBlock]:
         """Triangulated positions of the marks."""
         return [FeatureBlock("stereo_points", marks=self.marks)]
 

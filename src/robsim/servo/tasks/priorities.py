@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from robsim.base.errors import InputError, format_value
 from robsim.declare import ListOf, register
@@ -22,7 +23,7 @@ from robsim.servo.tasks.composite import (
     TaskListFields,
     merge_controller_fields,
 )
-from robsim.servo.tasks.task import ServoTask, Task
+from robsim.servo.tasks.task import ServoTask, Task, TaskLike
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
@@ -34,15 +35,16 @@ PRIORITY_LEVELS = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), prot
 class Priorities(TaskListFields, RedundancyFields):
     """Several servo tasks in strict order: no task disturbs a task before it.
 
-    Each task i requires A_i qdot = rate_i with its task Jacobian A_i = L J and rate_i = -gain e_i,
-    and gets the least-squares solution within the motions that the tasks before it leave free,
+    Task i requires A_i qdot = rate_i, with its task Jacobian A_i = L J and rate_i = -gain e_i. It
+    gets the least-squares solution within the motions that the tasks before it leave free,
 
         qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
-        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
+        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1)),
 
-    with P_0 = I (Siciliano and Slotine 1991; Baerlocher and Boulic 1998). The first task converges
-    as it would alone; the last task takes the motions that remain. Put the task that must never
-    fail first, such as keeping the target in the centre of the image, and the pose second.
+    from qdot_0 = 0 and P_0 = I (Siciliano and Slotine 1991; Baerlocher and Boulic 1998). The first
+    task converges as it would alone; the last task takes the motions that remain. Put the task that
+    must never fail first, such as keeping the target in the centre of the image, and the pose
+    second.
 
     Features, gain, depth and feed-forward belong to each task, and every law is "joint". `joints`,
     `secondary`, `smooth_start` and `limit` belong to the whole. A larger `rcond` leaves weak
@@ -59,7 +61,8 @@ class Priorities(TaskListFields, RedundancyFields):
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("mobile_arm"))
-    >>> centre = rs.IBVS(features=rs.features.FeatureBlock("point_moments", components=[1, 2]), gain=3)
+    >>> centroid = rs.features.FeatureBlock("point_moments", components=[1, 2])
+    >>> centre = rs.IBVS(features=centroid, gain=3)
     >>> task = rs.Priorities([centre, rs.PBVS()])
     >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
     >>> rs.Outcome(int(run.outcome)).name
@@ -67,7 +70,7 @@ class Priorities(TaskListFields, RedundancyFields):
     """
 
     tasks: Annotated[
-        Any,
+        Sequence[TaskLike],
         PRIORITY_LEVELS,
         "Two or more servo tasks with the joint law, the most important first.",
     ]
@@ -82,12 +85,13 @@ class Priorities(TaskListFields, RedundancyFields):
 
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the indices of the velocities that any of the tasks commands."""
-        return self.chosen(scene, super().columns(scene))
+        return self.select_velocities(scene, super().columns(scene))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
-        parts = self.bound(scene, repeat(columns, len(self.tasks)))
+        bound = self.bound(scene, repeat(columns, len(self.tasks)))
+        parts = cast(tuple[ServoController, ...], bound)
         shared = merge_controller_fields(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
         return PriorityController(**shared, columns=columns, parts=parts, shaping=shaping)
@@ -126,6 +130,6 @@ class PriorityController(CompositeController):
         for one in levels:
             one.assess()
         qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)
-        outputs = self._merge_outputs(inputs, [one.commanded(qd) for one in levels], qd)
+        outputs = self._merge_outputs(inputs, [one.outputs(qd) for one in levels], qd)
         task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
         return replace(outputs, qd=self.shaping.stages(inputs, qd, *task))

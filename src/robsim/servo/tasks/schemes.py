@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, cast
 
 import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.base.value import construct_unchecked
-from robsim.declare import Integer, Word, register
-from robsim.features.pose_error import Translation
+from robsim.declare import Integer, PerRun, Word, register
+from robsim.features.pose_error import Translation, TranslationForm
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.feature_block import FeatureBlock, IndexList
-from robsim.servo.laws.broyden_rule import INTERACTION
-from robsim.servo.laws.inverse import INVERSE
+from robsim.servo.feature_block import FeatureBlock, Features, IndexList
+from robsim.servo.laws.broyden_rule import INTERACTION, Matrix
+from robsim.servo.laws.inverse import INVERSE, Inverse
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.partitioned_law import AdvanceGain, PartitionedLaw, RollGain
 from robsim.servo.shaping.command_fields import RedundancyFields
 from robsim.servo.tasks.task_fields import (
     DepthFields,
     FeatureFields,
+    Gain,
     LawFields,
-    TaskGain,
     WeightingFields,
 )
 
@@ -136,10 +136,9 @@ class PBVS(RedundancyFields, WeightingFields, LawFields):
     ] = "goal"
 
     @property
-    def features(self) -> Any:
+    def features(self) -> Features:
         """Translation and rotation of the camera relative to its goal."""
-        form: Any = self.form
-        return [Translation(form), "theta_u"]
+        return [Translation(cast(TranslationForm, self.form)), "theta_u"]
 
 
 @register("task", "hybrid")
@@ -180,7 +179,7 @@ class Hybrid(RedundancyFields, WeightingFields, LawFields, DepthFields):
     ] = 0
 
     @property
-    def features(self) -> Any:
+    def features(self) -> list[FeatureBlock]:
         """Image point and logarithmic depth of the mark, and the rotation of the camera."""
         blocks = [FeatureBlock(name, marks=(self.mark,)) for name in ("points", "log_depth")]
         return [*blocks, FeatureBlock("theta_u")]
@@ -189,16 +188,16 @@ class Hybrid(RedundancyFields, WeightingFields, LawFields, DepthFields):
 @register("task", "partitioned")
 @dataclass(frozen=True, eq=False)
 class Partitioned(RedundancyFields, DepthFields):
-    """Partitioned visual servoing: the optical axis is controlled apart from the other motions.
+    """Partitioned visual servoing: separate control of the optical axis.
 
     Two scalar features drive the optical axis, and the points drive the other four components of
     the camera twist (Corke and Hutchinson 2001),
 
         omega_z = roll (angle - angle*),    v_z = advance ln(sigma*/sigma),
-        V_xy = L_xy^+ (-gain e - L_z V_z),
+        V_xy = L_xy^+ (-gain e - L_z V_z).
 
-    with the angle of the line through two marks (`segment`) and the square root sigma of the area
-    of the polygon of all marks. The law is `PartitionedLaw(roll, advance, length)`.
+    The angle is the direction of the line through two marks (`segment`); sigma is the square root
+    of the area of the polygon of all marks. The law is `PartitionedLaw(roll, advance, length)`.
 
     A rotation about the optical axis no longer causes the retreat of `IBVS`, since the angle alone
     commands it. `roll` and `advance` set the rates of rotation and approach relative to `gain`. A
@@ -225,12 +224,12 @@ class Partitioned(RedundancyFields, DepthFields):
 
     _: KW_ONLY
     interaction: Annotated[
-        Any,
+        Matrix,
         MODEL_INTERACTION,
         "Interaction matrix L of the points: current, at the goal, the mean of both, or constant.",
     ] = "current"
-    gain: TaskGain = 1.0
-    inverse: Annotated[Any, TRUNCATION_ONLY, "Inverse of L."] = "pseudo_inverse"
+    gain: Annotated[Gain, PerRun(())] = 1.0
+    inverse: Annotated[Inverse, TRUNCATION_ONLY, "Inverse of L."] = "pseudo_inverse"
     segment: Annotated[
         tuple[int, int],
         IndexList(least=2, most=2),
@@ -241,7 +240,7 @@ class Partitioned(RedundancyFields, DepthFields):
     length: UnitOfLength = 1.0
 
     @property
-    def features(self) -> Any:
+    def features(self) -> list[FeatureBlock]:
         """Points, the angle of the segment, and the area of the polygon of all marks."""
         angle = FeatureBlock("segments", marks=self.segment, components=(3,))
         area = FeatureBlock("region_moments", components=(0,))
@@ -259,6 +258,6 @@ class Partitioned(RedundancyFields, DepthFields):
         if np.abs(regulated.at_goal.J[2]).max() < 1e-9:
             raise InputError(
                 "the partitioned scheme moves the camera along its optical axis, and no commanded "
-                f"joint moves '{regulated.sights[0].eye.name}' so"
+                f"joint moves '{regulated.sights[0].eye.name}' in this direction"
             )
         return self.law

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from robsim.servo.tasks.conditions import (
     SchemeState,
     as_compiled_condition,
 )
-from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task import Task, TaskLike
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
@@ -76,22 +76,35 @@ class Switch(CompositeTask):
     CONVERGED
     """
 
-    first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme at the start."]
-    second: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme after the switch."]
+    first: Annotated[TaskLike, TaskChoice(TASKS, protocol=Task), "Scheme at the start."]
+    second: Annotated[TaskLike, TaskChoice(TASKS, protocol=Task), "Scheme after the switch."]
     when: Annotated[
-        Any, CONDITION, "Condition of the switch: a kind, or an object with holds(first, second)."
+        Condition,
+        CONDITION,
+        "Condition of the switch: a kind, or an object with holds(first, second).",
     ]
     latch: Annotated[
         bool, Flag(), "Whether a run keeps the second scheme after the first switch."
     ] = True
 
     @property
-    def placed(self) -> dict[TaskPath, Any]:
+    def placed(self) -> dict[TaskPath, Task]:
         """Tasks of the composition, by their paths."""
-        return {("first",): self.first, ("second",): self.second}
+        return {("first",): cast(Task, self.first), ("second",): cast(Task, self.second)}
 
-    def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in the same order."""
+    def with_inner(self, tasks: Sequence[Task]) -> Self:
+        """Return a copy with other tasks.
+
+        Parameters
+        ----------
+        tasks : sequence of Task
+            First and second scheme.
+
+        Returns
+        -------
+        Switch
+            The copy.
+        """
         first, second = tasks
         return replace(self, first=first, second=second)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
@@ -10,14 +11,22 @@ import numpy as np
 
 from robsim.base.arrays import make_read_only
 from robsim.declare import Number, described
-from robsim.declare.spec import Context
+from robsim.declare.spec import Context, Raw
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.feature_block import CAMERAS, TARGET, FeatureBlock, make_feature_blocks
-from robsim.servo.goals.goal import GoalSpec
+from robsim.servo.feature_block import (
+    CAMERAS,
+    TARGET,
+    FeatureBlock,
+    Features,
+    Name,
+    make_feature_blocks,
+)
+from robsim.servo.goals.goal import Goal, GoalKind, GoalSpec
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
+from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import PseudoInverse
-from robsim.servo.laws.law import JointLaw
+from robsim.servo.laws.law import JointLaw, Law, LawLike
 from robsim.servo.servo_controller import (
     ServoController,
     compute_decay_rate,
@@ -50,14 +59,43 @@ class Task(Protocol):
     """Protocol of a task: an object that can be simulated in a scene."""
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the indices of the velocities that the task commands."""
+        """Return the indices of the velocities that the task commands.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        ndarray of int
+            Indices of the velocities of the scene, in increasing order.
+        """
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of the task in a scene.
 
-        `columns` are the commanded velocities if several tasks share them. Raises InputError or
-        GoalError if the task is impossible in the scene.
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+        columns : ndarray of int, optional
+            Indices of the commanded velocities, if several tasks share them. Default:
+            `columns(scene)`.
+
+        Returns
+        -------
+        TaskController
+            The controller.
+
+        Raises
+        ------
+        InputError or GoalError
+            If the task is impossible in the scene.
         """
+
+
+TaskLike = Task | str  # a task, or its name
 
 
 @described
@@ -67,21 +105,22 @@ class ServoTask(CommandFields):
 
     The features s depend on the pose of a camera relative to its target, and so on the joints,
 
-        sdot = L (J_c - J_o) qdot = L J qdot,
+        sdot = L (J_c - J_o) qdot = L J qdot.
 
-    with the interaction matrix L (k, 6) of the features and the Jacobians of camera and target at
-    the origin of the camera, in camera axes. A camera on the hand has J_o = 0, a fixed camera has
-    J_c = 0, a camera on another robot has both. The law chooses qdot so that e decays
-    exponentially at the rate `gain`, as far as the joints allow (chapter, eqs. 5 to 8; Chaumette
-    and Hutchinson 2006).
+    L (k, 6) is the interaction matrix of the features. J_c and J_o are the Jacobians of camera and
+    target at the origin of the camera, in camera axes. J_o is 0 for a camera on the hand, J_c is 0
+    for a fixed camera, and neither is 0 for a camera on another robot. The law chooses qdot so that
+    e decays exponentially at the rate `gain`, as far as the joints allow (chapter, eqs. 5 to 8;
+    Chaumette and Hutchinson 2006).
 
     `IBVS`, `PBVS`, `Hybrid`, `Partitioned`, `Placing` and `Docking` are servo tasks. A task of
     your own derives from this class and defines `features`, and optionally `law`, `gain` and
-    `bound_law`. The optional fields (features,
-    depth, law and weighting) are in `robsim.servo.tasks.task_fields`.
+    `bound_law`. Derive it also from classes of `robsim.servo.tasks.task_fields` to get the fields
+    of features, depth, law and weighting.
 
     `goal` is shown (at a configuration), computed (from a pose), or given as numbers. A shown goal
-    is reached exactly even with a wrong calibration, since the run and the goal are measured alike.
+    is reached exactly even with a wrong calibration, since the true camera measures both the goal
+    and the run.
     `belief` is the scene as the controller models it: the difference from the true scene is the
     modelling error.
 
@@ -112,12 +151,14 @@ class ServoTask(CommandFields):
 
     group: ClassVar[str] = "goal"
     goal: Annotated[
-        Any,
+        Goal | None,
         GoalSpec(),
         "Goal: a configuration q at which it is shown (None: home), GoalPose or GoalFeatures.",
     ] = None
     camera: Annotated[
-        Any, CAMERAS, "Name of the camera, or names of a stereo pair; None: the only camera."
+        Name | None,
+        CAMERAS,
+        "Name of the camera, or names of a stereo pair; None: the only camera.",
     ] = None
     target: Annotated[
         str | None, TARGET, "Name of the object with the marks; None: the only object."
@@ -131,7 +172,7 @@ class ServoTask(CommandFields):
     belief: Annotated[
         Scene | None, BeliefSpec(), "Scene as the controller models it; None: the true scene."
     ] = None
-    # defaults of tasks without these fields
+    # defaults of tasks without these fields; Any: the classes of `task_fields` declare their types
     interaction = cast(Any, "current")
     inverse = cast(Any, PseudoInverse())
     feed_forward = cast(Any, None)
@@ -144,17 +185,17 @@ class ServoTask(CommandFields):
         check_servo_fields(self)
 
     @property
-    def features(self) -> Any:
+    def features(self) -> Features:
         """Regulated features: one feature, or several features that are stacked."""
         raise NotImplementedError(f"{type(self).__name__} needs features")
 
     @property
-    def law(self) -> Any:
+    def law(self) -> LawLike:
         """Law that maps the error e to joint velocities."""
         return JointLaw()
 
     @property
-    def gain(self) -> Any:
+    def gain(self) -> float | AdaptiveGain:
         """Decay rate of e, in 1/s."""
         return 1.0
 
@@ -169,7 +210,7 @@ class ServoTask(CommandFields):
         return any(getattr(block.feature, "uses_depth", True) for block in self.blocks)
 
     @classmethod
-    def text_check(cls, raw: Any, c: Context) -> None:
+    def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
         """Report a camera or a target that a text must name."""
         own, scene = c.facts["own"], c.facts.get("scene")
         features = own.get("features")
@@ -186,9 +227,26 @@ class ServoTask(CommandFields):
         return make_feature_blocks(self.features)
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocity indices that move a camera of the task relative to its target."""
+        """Return the indices of the commanded velocities.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        ndarray of int
+            Velocities that move a camera of the task relative to its target, and that `joints`
+            names.
+
+        Raises
+        ------
+        InputError
+            If the scene lacks a name, or if no joint moves the camera relative to the target.
+        """
         columns = [s.columns for each in self.sights(scene) for s in each]
-        return self.chosen(scene, make_read_only(np.unique(np.concatenate(columns))))
+        return self.select_velocities(scene, make_read_only(np.unique(np.concatenate(columns))))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> ServoController:
         """Return the controller of the task in a scene, after checks of names, goal and fields.
@@ -242,7 +300,7 @@ class ServoTask(CommandFields):
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
-        check_goal_interaction(self.goal, regulated)
+        check_goal_interaction(cast(GoalKind, self.goal), regulated)
         own = regulated.tolerances
         tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
         check_feature_tolerance(tolerance, regulated)
@@ -269,7 +327,18 @@ class ServoTask(CommandFields):
         )
 
     def sights(self, scene: Scene) -> BlockTargets:
-        """Return the true camera-target pairs of each feature block, cached for the last scene."""
+        """Return the true camera-target pairs of each feature block, cached for the last scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        list of tuple of CameraTarget
+            For each block, the pairs of its one or two cameras.
+        """
         last: BlockTargets | None = vars(self).get("_last_sights")
         if last is None or last[0][0].scene is not scene:
             last = find_camera_targets(self, scene)
@@ -277,13 +346,42 @@ class ServoTask(CommandFields):
         return last
 
     def regulated(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
-        """Return the bound features of the task; raise InputError if they are impossible."""
+        """Return the features of the task in a scene.
+
+        Parameters
+        ----------
+        sights : list of tuple of CameraTarget
+            True camera-target pairs of each feature block, from `sights`.
+        columns : ndarray of int
+            Indices of the commanded velocities.
+
+        Returns
+        -------
+        BoundFeatures
+            Features with their goal, as the controller models them.
+
+        Raises
+        ------
+        InputError or GoalError
+            If the goal, the belief or the depth does not fit the scene.
+        """
         return bind_features(self, sights, columns)
 
     def warn_of_wheels(self, controller: ServoController) -> None:
         """Issue a RankWarning if a unicycle alone has more features than velocities."""
         warn_of_wheels(controller)
 
-    def bound_law(self, regulated: BoundFeatures) -> Any:
-        """Return the law, which depends on the scene in some tasks."""
-        return self.law
+    def bound_law(self, regulated: BoundFeatures) -> Law:
+        """Return the law in a scene.
+
+        Parameters
+        ----------
+        regulated : BoundFeatures
+            Features of the task in the scene.
+
+        Returns
+        -------
+        Law
+            The field `law`. Some tasks return a law that depends on the scene.
+        """
+        return cast(Law, self.law)

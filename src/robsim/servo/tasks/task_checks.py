@@ -11,9 +11,10 @@ from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.declare.problems import prefix_path
+from robsim.features.feature import Feature
 from robsim.features.points import PixelPoints, Points
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.goals.goal import Goal, GoalFeatures
+from robsim.servo.goals.goal import GoalFeatures, GoalKind
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.feed_forward import EstimatedMotion
@@ -32,18 +33,18 @@ def check_servo_fields(task: Any) -> None:
 
 def _check_law_fields(task: Any) -> None:
     """Raise InputError for contradictions of law, inverse, interaction and feed-forward."""
-    name, learnt = type(task.law).__name__, isinstance(task.interaction, Broyden)
+    name, broyden = type(task.law).__name__, isinstance(task.interaction, Broyden)
     if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
         raise InputError(
             "the transpose gives a direction, not the motion that cancels the target motion: "
             "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
-    if learnt and getattr(task.law, "in_camera", False):
+    if broyden and getattr(task.law, "in_camera", False):
         raise InputError(
             f"Broyden's rule estimates how the joints move the features, and {name} needs the "
             "motion of the camera: use law='joint'"
         )
-    if learnt and isinstance(task.feed_forward, EstimatedMotion):
+    if broyden and isinstance(task.feed_forward, EstimatedMotion):
         raise InputError(
             "Broyden's rule and feed_forward='estimated' both explain the error of the model: "
             "use one of them"
@@ -56,11 +57,11 @@ def _check_law_fields(task: Any) -> None:
 def _check_depth_fields(task: Any) -> None:
     """Raise InputError for features and depths that do not fit together."""
     features, depths = [block.feature for block in task.blocks], task.depths
-    made_of_it = [each for each in features if getattr(each, "measures_depth", False)]
-    if made_of_it and not depths.measured:
+    measuring_depth = [each for each in features if getattr(each, "measures_depth", False)]
+    if measuring_depth and not depths.measured:
         with prefix_path("features"):
             raise InputError(
-                f"{type(made_of_it[0]).__name__} measures the depth of the marks, and depth="
+                f"{type(measuring_depth[0]).__name__} measures the depth of the marks, and depth="
                 f"{depths.which!r} does not: use depth='true' or a DepthFilter"
             )
     if not task.needs_depth and depths != DepthModel():
@@ -104,7 +105,7 @@ def _check_weighting_fields(task: Any) -> None:
         )
 
 
-def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> None:
+def check_bound_law(law: object, interaction: object, regulated: BoundFeatures) -> None:
     """Raise InputError for a law and an interaction matrix that do not fit the scene."""
     if getattr(law, "in_camera", False) and not regulated.as_one:
         raise InputError(
@@ -120,10 +121,10 @@ def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> Non
 def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
     """Raise InputError unless the first estimate of a Broyden rule has the shape (k, n)."""
     k, n = regulated.k, regulated.columns.size
-    if rule.start is not None and rule.start.shape != (k, n):
+    if rule.start is not None and np.shape(rule.start) != (k, n):
         raise InputError(
             f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
-            f"velocities, got {rule.start.shape}"
+            f"velocities, got {np.shape(rule.start)}"
         )
 
 
@@ -140,16 +141,16 @@ def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
         )
 
 
-def check_goal_interaction(goal: Goal, regulated: BoundFeatures) -> None:
+def check_goal_interaction(goal: GoalKind, regulated: BoundFeatures) -> None:
     """Raise GoalError if L is not finite at a goal that has an image."""
     if not isinstance(goal, GoalFeatures) and not np.isfinite(regulated.at_goal.L).all():
         raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
 
 
 def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None:
-    """Raise InputError if any two images are within the tolerance (k,) of a feature.
+    """Raise InputError if a tolerance (k,) exceeds every possible error of its feature.
 
-    This concerns image points with a known image size: no error exceeds the size of the image.
+    Only image points in an image of known size have a largest error, the size of the image.
     """
     first = 0
     for part in regulated.parts:
@@ -163,7 +164,7 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
             )
 
 
-def _measure_image_width(feature: Any, camera: Camera) -> float:
+def _measure_image_width(feature: Feature, camera: Camera) -> float:
     """Return the largest distance of two points along an axis of the image; infinity if unknown."""
     several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # one camera for each run
     if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
@@ -218,7 +219,7 @@ def warn_of_wheels(controller: ServoController) -> None:
         )
 
 
-def is_collinear(marks: Any) -> bool:
+def is_collinear(marks: Array) -> bool:
     """Return whether marks (N, 3) lie on one line, or marks (N, 3, B) in any run."""
     each = np.moveaxis(marks, (0, 1), (-2, -1))
     return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from robsim.declare import PerRun
-from robsim.servo.feature_block import FEATURES_SPEC
-from robsim.servo.laws.broyden_rule import INTERACTION
-from robsim.servo.laws.depth_model import DEPTH, DEPTH_SCALE, Depth
-from robsim.servo.laws.feed_forward import FEED_FORWARD
+from robsim.servo.feature_block import FEATURES_SPEC, Features
+from robsim.servo.laws.broyden_rule import INTERACTION, Matrix
+from robsim.servo.laws.depth_model import DEPTH, DEPTH_SCALE, Depth, Scale
+from robsim.servo.laws.feed_forward import FEED_FORWARD, FeedForward
 from robsim.servo.laws.gain import GAIN, AdaptiveGain
-from robsim.servo.laws.inverse import INVERSE
-from robsim.servo.laws.law import LAW
+from robsim.servo.laws.inverse import INVERSE, Inverse
+from robsim.servo.laws.law import LAW, LawLike
 from robsim.servo.tasks.task import ServoTask
-from robsim.servo.weightings.weighting_protocol import WEIGHTING_LIST
+from robsim.servo.weightings.weighting_protocol import WEIGHTING_LIST, Weights
 
-TaskGain = Annotated[
-    float | AdaptiveGain, GAIN, PerRun(()), "Rate at which e falls: a constant, or adaptive."
-]
+Gain = Annotated[float | AdaptiveGain, GAIN, "Decay rate of e, in 1/s: a constant, or adaptive."]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +25,7 @@ class FeatureFields(ServoTask):
 
     group: ClassVar[str] = "features"
     features: Annotated[
-        Any, FEATURES_SPEC, "Regulated feature, or several features that are stacked."
+        Features, FEATURES_SPEC, "Regulated feature, or several features that are stacked."
     ] = "points"
 
 
@@ -43,7 +41,7 @@ class DepthFields(ServoTask):
         "Depth Z of the marks in L: true, at the goal, constant in metres, or filtered.",
     ] = "true"
     depth_scale: Annotated[
-        Any,
+        Scale,
         DEPTH_SCALE,
         PerRun((), ("N",), rows=True),
         "Factor of the depths in L, to study errors of the depth.",
@@ -57,18 +55,18 @@ class LawFields(ServoTask):
     group: ClassVar[str] = "law"
     _: KW_ONLY
     interaction: Annotated[
-        Any,
+        Matrix,
         INTERACTION,
         "Interaction matrix L: current, at the goal, the mean of both, a constant (k, 6), or "
         "estimated on line.",
     ] = "current"
     law: Annotated[
-        Any, LAW, "Law from the error to joint velocities: a kind, or an object with command."
+        LawLike, LAW, "Law from the error to joint velocities: a kind, or an object with command."
     ] = "joint"
-    gain: TaskGain = 1.0
-    inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
+    gain: Annotated[Gain, PerRun(())] = 1.0
+    inverse: Annotated[Inverse, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
     feed_forward: Annotated[
-        Any,
+        FeedForward | None,
         FEED_FORWARD,
         "Compensation of the target motion: known from the scene, or estimated; None: none.",
     ] = None
@@ -81,5 +79,7 @@ class WeightingFields(ServoTask):
     group: ClassVar[str] = "weighting"
     _: KW_ONLY
     weighting: Annotated[
-        Any, WEIGHTING_LIST, "Weightings of the marks; the weights of several weightings multiply."
+        Weights,
+        WEIGHTING_LIST,
+        "Weightings of the marks; the weights of several weightings multiply.",
     ] = ()

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_nonnegative, make_read_only
 from robsim.base.errors import InputError, format_value
@@ -20,6 +21,29 @@ from robsim.servo.task_controller import TaskController
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 from robsim.trajectory.time_law import QUINTIC_RAMP
 from robsim.world.scene import Scene
+
+
+@runtime_checkable
+class Trajectory(Protocol):
+    """Protocol of a trajectory: any object with a duration, and with points at times.
+
+    Examples
+    --------
+    >>> class Swing:  # one joint, for two seconds
+    ...     duration = 2.0
+    ...     def at(self, t):
+    ...         return [0.1 * np.sin(np.pi * t)]
+    >>> isinstance(Swing(), Trajectory)
+    True
+    """
+
+    @property
+    def duration(self) -> float:
+        """Duration in seconds."""
+
+    def at(self, t: float) -> ArrayLike:
+        """Return the point at a time in seconds: n coordinates (n,), or a pose (4, 4)."""
+
 
 TABLE_TYPES = (Blends, Path, Quintic, Straight, Trapezoid)  # sampled once into a table
 MAX_TABLE_PERIODS = 100_000  # largest number of periods in a table
@@ -70,7 +94,7 @@ def make_cameraless_fields(
 
 
 def add_trajectory(
-    inputs: ControllerInputs, trajectory: Any, n: int, at: Callable[[Any], Array]
+    inputs: ControllerInputs, trajectory: Trajectory, n: int, at: Callable[[ArrayLike], Array]
 ) -> ReferenceRows:
     """Add the stages of a trajectory `at(t)` (..., n) at times t (...) in seconds."""
     rows, duration = inputs.program.rows(2, n), trajectory.duration

@@ -18,10 +18,10 @@ class Border(MarkWeighting, DeclaredValue):
 
     The weight of a mark is 0 outside the image and behind the camera, 1 from `width` pixels
     inside, and between them a polynomial with two continuous derivatives. Use it if marks may
-    leave the image: a run then does not end when a mark is lost, and the command is continuous as
-    marks leave and enter (Garcia-Aracil, Malis, Aracil-Santonja and Perez-Vidal 2005), provided
-    that the marks with full weight determine it alone (Mansard, Remazeilles and Chaumette 2009). A
-    larger `width` makes the transitions gentler, and uses less of the image in full.
+    leave the image: a run then does not end when a mark is lost. The command is continuous as
+    marks leave and enter (Garcia-Aracil, Malis, Aracil-Santonja and Perez-Vidal 2005) if the marks
+    with full weight alone determine the command (Mansard, Remazeilles and Chaumette 2009). A larger
+    `width` makes the transitions gentler, but gives fewer marks full weight.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class Border(MarkWeighting, DeclaredValue):
 
     def marks(self, of: MarkRows) -> BlockRows:
         """Add the stage of the weights of the marks of a pair; return their rows."""
-        program = of.given.program
+        program = of.inputs.program
         image = {"pixels": of.view.pixels, "camera": of.camera}
         return program.result(
             kernels.weight_border_distance, "out", of.N, **image, width=program.number(self.width)

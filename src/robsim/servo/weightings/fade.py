@@ -54,7 +54,9 @@ class Fade(MarkWeighting, DeclaredValue):
 
     def marks(self, of: MarkRows) -> BlockRows:
         """Add the stage of the weights of the marks of a pair; return their rows."""
-        program = of.given.program
-        times = {"seconds": program.number(self.time), "dt": of.given.dt}
+        program = of.inputs.program
+        times = {"seconds": program.number(self.time), "dt": of.inputs.dt}
         ramp = program.rows(of.N)
-        return program.result(kernels.fade_weights, "out", of.N, there=of.there, **times, ramp=ramp)
+        return program.result(
+            kernels.fade_weights, "out", of.N, there=of.present, **times, ramp=ramp
+        )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from robsim.declare.problems import prefix_path
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.servo.weightings.weighting_protocol import ComponentGroup
+from robsim.servo.weightings.weighting_protocol import ComponentGroup, MarkWeighting, Weighting
 
 POSE_MARKS = 4  # fewer marks leave several poses
 
@@ -45,7 +45,7 @@ def find_mark_dependencies(regulated: BoundFeatures) -> list[MarkDependencies]:
 
     Raises InputError if a feature depends on all marks at once, so that no mark may be missing.
     """
-    result = [MarkDependencies(part, marks) for part, marks in regulated.made_of()]
+    result = [MarkDependencies(part, marks) for part, marks in regulated.find_dependencies()]
     for each in result:
         counts = each.marks.any(axis=1)
         whole = counts.any(axis=0).sum()
@@ -70,7 +70,9 @@ def group_components(each: list[MarkDependencies]) -> tuple[ComponentGroup, ...]
     return tuple(result)
 
 
-def check_weighting(weighting: tuple[Any, ...], regulated: BoundFeatures) -> None:
+def check_weighting(
+    weighting: Sequence[Weighting | MarkWeighting], regulated: BoundFeatures
+) -> None:
     """Raise InputError for weightings that do not fit the features."""
     if not weighting:
         return
@@ -81,7 +83,7 @@ def check_weighting(weighting: tuple[Any, ...], regulated: BoundFeatures) -> Non
                 _check_weighting_target(each, sight)
 
 
-def _check_weighting_target(weighting: Any, sight: CameraTarget) -> None:
+def _check_weighting_target(weighting: Weighting | MarkWeighting, sight: CameraTarget) -> None:
     """Raise InputError if the target has too few marks, or the image no known size."""
     least, marks = getattr(weighting, "least_marks", 1), len(sight.target.marks)
     if marks < least:

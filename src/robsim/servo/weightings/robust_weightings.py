@@ -1,9 +1,9 @@
-"""Robust weightings: marks far from their expected places count less (M-estimation).
+"""Robust weightings: marks far from their expected positions count less (M-estimation).
 
 The command is the weighted least squares of diag(w) L and diag(w) e, with the weights w of an
 M-estimate (Comport, Marchand and Chaumette, "Statistically robust 2-D visual servoing", IEEE
 Transactions on Robotics 22(2), 2006). Their residual is an error minus the median of all errors.
-RobSim takes the distance of a mark from its place at the goal without this subtraction: a common
+RobSim takes the distance of a mark from its position at the goal without this subtraction: a common
 motion of the marks enters the scale. A residual against a motion fitted to the marks is useless
 for four marks: for a square parallel to the image, an error of one mark leaves equal residuals at
 all four.
@@ -28,7 +28,7 @@ RobustNoise = Annotated[
 
 
 class _RobustWeighting(MarkWeighting):
-    """Base of weightings by the distance of marks from their places at the goal."""
+    """Base of weightings by the distance of marks from their positions at the goal."""
 
     by_goal: ClassVar[bool] = True
     least_marks: ClassVar[int] = 4  # an outlier among three leaves two marks, which fix no pose
@@ -37,9 +37,9 @@ class _RobustWeighting(MarkWeighting):
 
     def marks(self, of: MarkRows) -> BlockRows:
         """Add the stage of the weights of the marks of a pair; return their rows."""
-        program, N = of.given.program, of.N
+        program, N = of.inputs.program, of.N
         goal = program.numbers(of.goal, 2)
-        image = {"pixels": of.view.pixels, "goal": goal, "there": of.there}
+        image = {"pixels": of.view.pixels, "goal": goal, "there": of.present}
         options = {"kind": self.kernel, "least": program.number(self.noise)}
         room = program.scratch(3 * N)
         return program.result(
@@ -52,8 +52,8 @@ class _RobustWeighting(MarkWeighting):
 class Huber(_RobustWeighting, DeclaredValue):
     """Huber's robust weighting: full weight up to a distance, and then the inverse of the distance.
 
-    The distance r of each mark from its place at the goal, in pixels, is measured in units of the
-    scale 1.4826 median(r), or of `noise` if that is larger: u = r/scale. The weight is
+    The distance r of each mark from its position at the goal, in pixels, is divided by the scale
+    1.4826 median(r), or by `noise` if it is larger: u = r/scale. The weight is
 
         w = 1  for u <= 1.345,    w = 1.345/u  otherwise
 

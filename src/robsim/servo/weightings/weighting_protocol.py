@@ -1,4 +1,4 @@
-"""Weightings: how much each mark, or each component computed from it, counts in a servo task.
+"""Weightings: weights of the marks, or of the components of s, in a servo task.
 
 With weights w the law uses diag(w) L and diag(w) e, the weighted least squares. The weights of
 several weightings multiply.
@@ -7,6 +7,7 @@ several weightings multiply.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -21,11 +22,11 @@ WEIGHTINGS = family("weighting")
 class MarkRows(NamedTuple):
     """Rows of the N marks of a camera-target pair, the input of a weighting."""
 
-    given: ControllerInputs
+    inputs: ControllerInputs
     N: int
     view: ViewRows  # measured pixels, or NaN; a hidden mark keeps its last measured pixels
     camera: BlockRows  # in the order of `robsim.kernels.images.projection`
-    there: BlockRows  # (N,) 1 for a mark measured in this image, else 0
+    present: BlockRows  # (N,) 1 for a mark measured in this image, else 0
     goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) for all runs
 
 
@@ -85,7 +86,18 @@ class Weighting(Protocol):
     """
 
     def weigh(self, now: Residuals) -> Array:
-        """Return weights (B, k) from 0 to 1 for each component of s in each run."""
+        """Return the weights of the components of s.
+
+        Parameters
+        ----------
+        now : Residuals
+            Error, and weights from the marks, of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k)
+            Weights from 0 to 1.
+        """
 
 
 class MarkWeighting(ABC):
@@ -101,5 +113,7 @@ class MarkWeighting(ABC):
         """Add the stages of the weights of the marks of a pair; return their rows (N,)."""
 
 
+# weightings, or their names
+Weights = Weighting | MarkWeighting | str | Sequence[Weighting | MarkWeighting | str]
 WEIGHTING = KindOf(WEIGHTINGS, protocol=Weighting)
 WEIGHTING_LIST = ListOf(WEIGHTING, most=16, alone=True)

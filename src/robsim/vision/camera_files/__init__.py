@@ -1,1 +1,1 @@
-"""Calibrated cameras in the files and messages of other programs."""
+"""Cameras in calibration files and messages of OpenCV, ROS, Kalibr and COLMAP."""

@@ -1,4 +1,4 @@
-"""Calibration files: the format is detected when reading, and given by the suffix when writing."""
+"""Calibration files: the content determines the format for reading, the suffix for writing."""
 
 from __future__ import annotations
 
@@ -15,29 +15,31 @@ from robsim.base.errors import FileError, InputError, check_known, raise_file_er
 from robsim.base.file_content import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import camera_tables, colmap, kalibr, yaml_text
-from robsim.vision.camera_files.camera_tables import LensCoefficients, MakeCamera, OptionalSize
+from robsim.vision.camera_files.camera_tables import C, LensCoefficients, MakeCamera, OptionalSize
 from robsim.vision.camera_files.xml_text import parse_xml_table
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
 
 
-def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera) -> Any:
-    """Return the only camera of a file, or the camera with a name; see `Camera.from_file`."""
+def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera[C]) -> C:
+    """Return the camera of a file with a name, or its only camera; see `Camera.from_file`."""
     cameras, _ = _load_cameras(path, make)
     if name is None and len(cameras) == 1:
         return next(iter(cameras.values()))
     if name is None:
-        raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one, name=")
+        raise FileError(
+            f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one by name="
+        )
     with raise_file_errors(path):
         check_known(name, cameras, "no camera {}", "cameras")
         return cameras[name]
 
 
-def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[Any, Pose]]:
+def load_rig(path: str | os.PathLike[str], make: MakeCamera[C]) -> dict[str, tuple[C, Pose]]:
     """Return the cameras of Kalibr's chain with their poses in axes of the first camera.
 
-    FileError is raised for files of other programs, which contain no such poses.
+    FileError is raised for files of other programs, which do not store the poses of cameras.
     """
     cameras, content = _load_cameras(path, make)
     if not kalibr.is_camera_chain(content):
@@ -47,7 +49,7 @@ def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[
     return {name: (camera, poses[name]) for name, camera in cameras.items()}
 
 
-def _load_cameras(path: str | os.PathLike[str], make: MakeCamera) -> tuple[dict[str, Any], Any]:
+def _load_cameras(path: str | os.PathLike[str], make: MakeCamera[C]) -> tuple[dict[str, C], Any]:
     """Return the cameras of a file by name, and its content as plain tables."""
     data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
     if data.lstrip().startswith(b"<"):
@@ -76,19 +78,19 @@ def _decode_text(data: bytes, source: str) -> str:
 def save_camera(
     path: str | os.PathLike[str], K: Array, size: OptionalSize, lens: LensCoefficients
 ) -> Path:
-    """Write the file format that the suffix selects; see `Camera.to_file`."""
+    """Write a camera in the format of the suffix, and return the path; see `Camera.to_file`."""
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
     if ending not in ENDINGS:
         raise FileError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
     with raise_file_errors(path):
         if K[0, 1]:
-            raise InputError(f"a skew of {K[0, 1]:g} px, which other programs leave out")
+            raise InputError(f"a skew of {K[0, 1]:g} px, which calibration files cannot store")
         text = ENDINGS[ending](K, size, lens)
     return write_whole(path, text)
 
 
 def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
-    """Return a YAML text for OpenCV, which ROS also reads, with all keys that ROS requires."""
+    """Return a YAML text for OpenCV, with all keys that ROS requires."""
     lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _scalar_entries(size, lens))]
     for key, values in _matrix_entries(K, lens):
         rows, cols = values.shape
@@ -118,7 +120,7 @@ def _scalar_entries(size: OptionalSize, lens: LensCoefficients) -> Iterator[tupl
 
 
 def _matrix_entries(K: Array, lens: LensCoefficients) -> Iterator[tuple[str, Array]]:
-    """Yield the matrices; the rectified camera is this camera without its distortion."""
+    """Yield the matrices by key; the rectified camera is this camera without its distortion."""
     yield "camera_matrix", K
     yield "distortion_coefficients", np.array([lens]) if lens else EMPTY_MATRIX
     yield "rectification_matrix", np.eye(3)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
+
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, has_items
 from robsim.base.errors import InputError, format_value
 
-MakeCamera = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
+C = TypeVar("C")  # the class of cameras
+MakeCamera = Callable[..., C]  # Make(K, size, distortion=lens) returns a camera
 OptionalSize = tuple[int, int] | None  # the width and height of the image in pixels
 LensCoefficients = tuple[float, ...]  # the distortion coefficients
-# keys of programs for each part, in lower case without other characters; a number at the end is
-# the number of a camera
+# keys of other programs for each part of a camera, reduced to letters and digits in lower case; a
+# number at the end of a key is the number of the camera
 WORDS = {
     "K": "cameramatrix k m mtx intrinsicmatrix",
     "distortion": "distortioncoefficients distortioncoeffs distcoeffs distcoefs dist d distortion",
@@ -26,22 +29,19 @@ PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
 EXPECTED = "camera_matrix, cameraMatrix or K"
 MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
 MODEL_KEYS = "distortion_model", "camera_model", "model"
-FISHEYE_KEYS = (
-    "fisheye_model",
-    "fisheye",
-    "xi",
-)  # keys of OpenCV's calibrations for other lenses, if they are not 0
+# keys of OpenCV for fisheye and omnidirectional lenses, if their values are not 0
+FISHEYE_KEYS = "fisheye_model", "fisheye", "xi"
 PERSPECTIVE = (
     "expected a perspective camera with k1 k2 p1 p2 [k3 [k4 k5 k6]] "
     "(plumb_bob, radtan, rational_polynomial)"
 )
 
 
-def read_table_cameras(table: Any, make: MakeCamera) -> dict[str, Any]:
+def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
     """Return the cameras of a table by the number at the end of their keys, or "camera".
 
-    InputError is raised without a camera matrix, for two keys of the same part, or for a lens that
-    is not modelled.
+    InputError is raised if the camera matrix is missing, two keys belong to the same part, or the
+    camera model is not supported.
     """
     if not isinstance(table, Mapping):
         raise InputError(f"expected keys such as {EXPECTED}, got {format_value(table)}")
@@ -60,15 +60,15 @@ def read_table_cameras(table: Any, make: MakeCamera) -> dict[str, Any]:
 
 
 def check_camera_model(table: Mapping[str, Any]) -> None:
-    """Raise InputError for a kind of camera or lens that is not modelled."""
+    """Raise InputError for a camera or lens model that is not supported."""
     for key in MODEL_KEYS:
         model = table.get(key)
         if model is not None and str(model).strip().lower() not in MODELLED:
-            raise InputError(f"{key} {format_value(model)} is not modelled: {PERSPECTIVE}")
+            raise InputError(f"{key} {format_value(model)} is not supported: {PERSPECTIVE}")
     for key in FISHEYE_KEYS:
         if table.get(key) not in (None, 0.0, "false", "False", False):
             raise InputError(
-                f"{key}: fisheye and omnidirectional lenses are not modelled: {PERSPECTIVE}"
+                f"{key}: fisheye and omnidirectional lenses are not supported: {PERSPECTIVE}"
             )
 
 
@@ -92,13 +92,15 @@ def parse_matrix(value: Any, what: str) -> Array:
         or data.size != shape[0] * shape[1]
     ):
         raise InputError(
-            f"{what}: {format_value(shape[0])} rows and {format_value(shape[1])} columns do not hold its "
-            f"{data.size} numbers"
+            f"{what}: {format_value(shape[0])} rows and {format_value(shape[1])} columns, "
+            f"but {data.size} numbers"
         )
     return data.reshape([int(n) for n in shape])
 
 
-def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera) -> Any:
+def _build_table_camera(
+    table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera[C]
+) -> C:
     """Return the camera of a table from the keys of its parts."""
     K = parse_matrix(table[keys["K"]], keys["K"])
     if K.shape == (9,):
@@ -111,8 +113,8 @@ def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make:
     return make(K, _read_image_size(table, keys), distortion=lens)
 
 
-def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
-    """Return (width, height), or None if the table has neither of them."""
+def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> ArrayLike | None:
+    """Return (width, height), or None if the table has neither."""
     if "size" in keys and not keys.keys() & {"width", "height"}:
         return parse_matrix(table[keys["size"]], keys["size"]).ravel()
     if not keys.keys() & {"width", "height"}:
@@ -123,19 +125,19 @@ def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
 
 
 def _split_key(key: str) -> tuple[str, str]:
-    """Return a key in lower case without other characters, and the number at its end."""
+    """Return the letters and digits of a key in lower case, split before a number at the end."""
     word = re.sub(r"[^a-z0-9]", "", key.lower())
     stem = word.rstrip("0123456789")
     return stem, word[len(stem) :]
 
 
 def _record_key(keys: dict[str, str], part: str, key: str) -> None:
-    """Store the key of a part; raise InputError if another key is stored."""
+    """Store the key of a part; raise InputError if the part already has a key."""
     if part in keys:
         raise InputError(f"{keys[part]} and {key} are the same parameter: give one")
     keys[part] = key
 
 
-def _is_whole_number(value: Any) -> bool:
-    """Return whether a value is a whole number from 0 on."""
+def _is_whole_number(value: object) -> bool:
+    """Return whether a value is a whole number, 0 or larger."""
     return isinstance(value, int | float) and value >= 0 and value == int(value)

@@ -1,7 +1,8 @@
 """Cameras in COLMAP's cameras.txt.
 
-COLMAP has the upper left corner of an image at (0, 0), and therefore the centre of the first pixel
-at (0.5, 0.5), which is (0, 0) in this package. Its principal point is half a pixel larger.
+The upper left corner of an image is at (0, 0) in COLMAP, and the centre of the first pixel at (0.5,
+0.5). In this package the centre of the first pixel is (0, 0), so a principal point has coordinates
+that are smaller by half a pixel.
 """
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from decimal import Context, Decimal
-from typing import Any
 
 from robsim.base.arrays import Array, as_float
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.vision.camera_files.camera_tables import (
     PERSPECTIVE,
+    C,
     LensCoefficients,
     MakeCamera,
     OptionalSize,
@@ -38,7 +39,7 @@ _LINE = re.compile(r"\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d+[ \t]+\d+([ \t]|$)")
 
 
 def is_cameras_txt(text: str) -> bool:
-    """Return whether the first line that is no comment belongs to a cameras.txt.
+    """Return whether the first line that is not a comment describes a COLMAP camera.
 
     >>> is_cameras_txt("# cameras\\n1 PINHOLE 640 480 500 500 320 240\\n")
     True
@@ -46,13 +47,12 @@ def is_cameras_txt(text: str) -> bool:
     return any(map(_LINE.match, [line for _, line in _split_lines(text)][:1]))
 
 
-def read_colmap_cameras(text: str, source: str, make: MakeCamera) -> dict[str, Any]:
-    """Return the cameras by their number in the file.
+def read_colmap_cameras(text: str, source: str, make: MakeCamera[C]) -> dict[str, C]:
+    """Return the cameras of a text by their number.
 
-    FileError is raised for an invalid line, a number that occurs twice, or a model that is not
-    supported.
+    FileError is raised for an invalid line, a number that occurs twice, or an unsupported model.
     """
-    cameras: dict[str, Any] = {}
+    cameras: dict[str, C] = {}
     for at, line in _split_lines(text):
         try:
             name, model, *rest = line.split()
@@ -82,11 +82,11 @@ def _split_lines(text: str) -> list[tuple[int, str]]:
     return [(i, line) for i, line in stripped if line and not line.startswith("#")]
 
 
-def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> Any:
-    """Return the camera of a model from the words after the model."""
+def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera[C]) -> C:
+    """Return the camera of a model from the further words of its line: size and parameters."""
     if model not in MODELS:
         raise InputError(
-            f"{format_value(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}"
+            f"{format_value(model)} is not supported; choose {', '.join(MODELS)}; {PERSPECTIVE}"
         )
     places, lens = MODELS[model]
     count = max([*places, *(i for i in lens if i is not None)]) + 1
@@ -101,7 +101,7 @@ def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> 
 
 
 def _add_exactly(word: str, by: Decimal) -> Decimal:
-    """Return the exact sum of two numbers, so that a shift by half a pixel loses no digit."""
+    """Return the exact sum of two numbers: a shift by half a pixel and back loses no digit."""
     return EXACT.add(Decimal(word), by)
 
 
@@ -110,4 +110,4 @@ def _parse_number(word: str) -> float:
     try:
         return as_float(float(word), "a parameter")
     except ValueError:
-        raise InputError(f"{format_value(word)} is no finite number") from None
+        raise InputError(f"{format_value(word)} is not a finite number") from None

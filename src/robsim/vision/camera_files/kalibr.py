@@ -1,4 +1,4 @@
-"""Cameras in Kalibr's chain of cameras, camchain.yaml."""
+"""Cameras in Kalibr's camera chain, camchain.yaml."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Any, TypeGuard
 from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.camera_tables import MakeCamera, check_camera_model
+from robsim.vision.camera_files.camera_tables import C, MakeCamera, check_camera_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 
 
-def is_camera_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
-    """Return whether a table is a chain of cameras, with cam0 and further cameras."""
+def is_camera_chain(table: object) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
+    """Return whether a table is a camera chain: whether it has the camera cam0."""
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
-def read_chain_cameras(chain: Mapping[str, Mapping[str, Any]], make: MakeCamera) -> dict[str, Any]:
+def read_chain_cameras(chain: Mapping[str, Mapping[str, Any]], make: MakeCamera[C]) -> dict[str, C]:
     """Return the cameras of a chain by name; raise InputError for an unsupported camera."""
     return {name: _build_chain_camera(name, chain[name], make) for name in _chain_names(chain)}
 
@@ -44,7 +44,7 @@ def _chain_names(chain: Mapping[str, Any]) -> list[str]:
     return [name for name in names if name in chain]
 
 
-def _build_chain_camera(name: str, table: Any, make: MakeCamera) -> Any:
+def _build_chain_camera(name: str, table: object, make: MakeCamera[C]) -> C:
     """Return the camera of an entry of the chain."""
     if not isinstance(table, Mapping):
         raise InputError(f"{name}: expected {', '.join(KEYS)}, got {format_value(table)}")

@@ -19,7 +19,7 @@ def parse_xml_table(data: bytes, source: str) -> dict[str, Any]:
     root = parse_xml(data, source, f"<{XML_ROOT}>")
     if root.tag != XML_ROOT:
         raise FileError(
-            f"{source}:{root.line}: <{root.tag:.40}>: expected <{XML_ROOT}>, as of OpenCV"
+            f"{source}:{root.line}: <{root.tag:.40}>: expected <{XML_ROOT}>, the root of OpenCV"
         )
     return _element_table(root, source)
 

@@ -1,7 +1,7 @@
 """YAML as plain tables, lists, numbers and texts: the extra `vision`.
 
-PyYAML parses the text into events, and tags are ignored. Aliases, keys that occur twice and deep
-nesting are rejected. Numbers are recognised here, as YAML 1.1 does not read 1e-3 as a number.
+PyYAML parses the text into events. Tags are ignored; aliases, duplicate keys and deep nesting are
+rejected. This module parses numbers itself, because 1e-3 is a text in YAML 1.1.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from robsim.base.errors import FileError, format_value
 DEEPEST = 16
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _NAMED = re.compile(r"[-+]?\.(inf|nan)", re.IGNORECASE)
-_VERSION = re.compile(r"\A%YAML[: ][^\n]*")  # "%YAML:1.0", as OpenCV writes it, is no YAML
+_VERSION = re.compile(r"\A%YAML[: ][^\n]*")  # OpenCV writes "%YAML:1.0", which is not valid YAML
 
 
 def parse_yaml_table(text: str, source: str) -> Any:
     """Return the content of the only document of a YAML text; each number is a float.
 
-    FileError is raised for invalid YAML, several documents, an alias, or a key that occurs twice.
+    FileError is raised for invalid YAML, several documents, an alias, or a duplicate key.
     """
     try:
         import yaml
@@ -47,7 +47,7 @@ class _YamlBuilder:
         self.document: Any = None
         self.documents = 0
         self.open: list[Any] = []  # tables and lists that are not closed yet, the innermost last
-        self.keys: list[str | None] = []  # for each of them the key without a value yet
+        self.keys: list[str | None] = []  # for each of them, the key that has no value yet
 
     def add(self, kind: str, event: Any) -> None:
         """Process the next event."""

@@ -1,1 +1,1 @@
-"""Tags and boards to print, and detectors of their corners in images: the extra `vision`."""
+"""Tags and boards to print, and the detector of their corners, with the extra `vision`."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.errors import InputError
@@ -18,6 +19,9 @@ from robsim.vision.tags.tag_families import (
     opencv_dictionary,
 )
 
+if TYPE_CHECKING:
+    from cv2.aruco import CharucoBoard
+
 MOST_SQUARES = 100  # on a side
 
 
@@ -25,16 +29,16 @@ MOST_SQUARES = 100  # on a side
 class Board(PlanarTarget):
     """A ChArUco board: a chessboard with tags in its white squares.
 
-    The axes follow OpenCV (since 4.6; not its legacy pattern): the origin is the upper left corner,
-    in a black square, with x to the right, y down and z into the board. Tags are numbered from 0,
-    row by row. The marks are the inner corners of the chessboard, row by row.
+    The origin is the upper left corner of the board, with x to the right, y down and z into the
+    board. The upper left square is black, as in OpenCV since 4.6 (without its legacy pattern). Tags
+    are numbered from 0, row by row. The marks are the inner corners of the chessboard, row by row.
 
     Parameters
     ----------
     family : str
         Family of the tags, such as "DICT_4X4_50".
     columns, rows : int
-        Numbers of squares.
+        Numbers of squares along x and y, at least 2.
     square : float
         Side of a square in metres.
     tag : float
@@ -43,7 +47,7 @@ class Board(PlanarTarget):
     Raises
     ------
     InputError
-        If a tag is larger than its square, or the family has too few tags.
+        If the tags are not smaller than the squares, or the family has too few tags.
 
     Examples
     --------
@@ -107,7 +111,9 @@ class Board(PlanarTarget):
         dark = (column + row) % 2 == 0
         return np.asarray(inside & (dark | self._is_tag_black(x, y, column, row)))
 
-    def _is_tag_black(self, x: Array, y: Array, column: Any, row: Any) -> BoolArray:
+    def _is_tag_black(
+        self, x: Array, y: Array, column: NDArray[np.int64], row: NDArray[np.int64]
+    ) -> BoolArray:
         """Return whether points in white squares are black cells of a tag."""
         n, margin = find_tag_family(self.family).cells, (self.square - self.tag) / 2
         i, j = (
@@ -119,7 +125,8 @@ class Board(PlanarTarget):
         at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
         return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
 
-    def as_opencv(self) -> Any:
+    def as_opencv(self) -> CharucoBoard:
         """Return the board as a `cv2.aruco.CharucoBoard`."""
         size, kind = (self.columns, self.rows), opencv_dictionary(self.family)
-        return import_opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)
+        board: CharucoBoard = import_opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)
+        return board

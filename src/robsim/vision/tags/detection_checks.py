@@ -1,4 +1,4 @@
-"""Checks of detected tags, for detections that may be false or inaccurate."""
+"""Reasons to doubt a detected tag: small cells, image border, low contrast, wrong cells."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from robsim.vision.plane import estimate_homography
 from robsim.vision.tags.edges import sample_image
 from robsim.vision.tags.tag import Tag
 
-SMALL = 3.0  # pixels of a cell; corners of smaller cells have errors above a tenth of a pixel
-TINY = 1e-9  # pixels
+SMALL = 3.0  # pixels of a cell: tags with smaller cells have corner errors above 0.1 pixels
+TINY = 1e-9  # pixels: smallest length of a side
 FAINT = 20.0  # smallest difference of grey values between black and white cells
 
 
 def cell_width(corners: Array, tag: Tag) -> float:
-    """Return the smallest width of a tag's cells across its sides, in pixels."""
+    """Return the smallest width of the cells of a tag in the image, in pixels."""
     after = np.roll(corners, -1, axis=0) - corners
     before = np.roll(after, 1, axis=0)
     area = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
@@ -25,7 +25,7 @@ def cell_width(corners: Array, tag: Tag) -> float:
 
 
 def find_doubts(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str]:
-    """Return reasons against a detected tag, an empty list for nearly all detections."""
+    """Return reasons to doubt a detected tag, an empty list for nearly all detections."""
     cell, reasons = cell_width(corners, tag), []
     h, w = image.shape
     if cell < SMALL:
@@ -36,7 +36,7 @@ def find_doubts(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str]
 
 
 def _check_cells(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str]:
-    """Return reasons against a tag from the grey values in the middle of its cells."""
+    """Return reasons to doubt a tag, from the grey values in the middle of its cells."""
     cells = tag.cells
     n = len(cells)
     H = estimate_homography(tag.marks[:, :2] / tag.pitch + n / 2, corners)

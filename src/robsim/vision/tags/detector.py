@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +15,21 @@ from robsim.vision.tags.detector_backends import make_board_finder, make_tag_fin
 from robsim.vision.tags.edges import refine_corners
 from robsim.vision.tags.tag import Tag
 
-LEAST_SIDE = 16  # pixels: no tag fits into less, and AprilTag ends the process for images below 3
+LEAST_SIDE = 16  # pixels: the smallest image; AprilTag aborts the process for images below 3
 MOST_PIXELS = 200_000_000
-FEW = 4  # corners: a pose needs at least so many
+FEW = 4  # corners that a pose needs
 
 
 class Detections(dict[str, Array]):
     """The marks (N, 2) detected in an image, in pixels, by the names of their targets.
 
-    Targets that are not detected have no item. `doubtful` contains, by the name of a target,
-    reasons why its detection may be false or inaccurate. A target that is seen more than once has
-    such a reason and no item, as the right detection is not known.
+    The items are {name of a target: marks}. Targets that are not detected have no item, nor has a
+    target that is seen more than once, because the right detection is unknown.
+
+    Attributes
+    ----------
+    doubtful : dict of str to str
+        Reasons why a detection may be false or inaccurate, by the name of the target.
     """
 
     def __init__(self, marks: dict[str, Array], doubtful: dict[str, str]):
@@ -34,7 +37,12 @@ class Detections(dict[str, Array]):
         self.doubtful = doubtful
 
     def pixels(self, targets: Iterable[Tag | Board]) -> Array:
-        """Return the marks (N, 2) of targets one after the other, NaN if they are not detected.
+        """Return the marks (N, 2) of several targets in order, NaN if they are not detected.
+
+        Parameters
+        ----------
+        targets : iterable of Tag or Board
+            Targets; N is the sum of their numbers of marks.
 
         Examples
         --------
@@ -48,25 +56,25 @@ class Detections(dict[str, Array]):
 class TagDetector:
     """A detector of tags and boards in grey images, called as `detector(image)`.
 
-    AprilTags are detected by pyapriltags, ArUco tags and ChArUco boards by OpenCV; the corners of
-    tags are then refined from the edges of their black squares. The detector needs the extra
-    `vision`.
+    AprilTags are detected by pyapriltags, ArUco tags and ChArUco boards by OpenCV. The corners of
+    tags are then refined from the edges of their black squares. The call returns `Detections`:
+    marks by the name of their target. The detector needs the extra `vision`.
 
     Parameters
     ----------
     targets : iterable of Tag or Board
-        Targets to detect, without common tags.
+        Targets to detect. No tag may belong to two targets.
 
     Raises
     ------
     InputError
-        If a target is no Tag or Board, or two targets have the same tag.
+        If a target is not a Tag or Board, or two targets have the same tag.
 
     Examples
     --------
     >>> TagDetector([Tag("tag36h11", 0, size=0.1), Tag("tag36h11", 0, size=0.2)])
     Traceback (most recent call last):
-    robsim.base.errors.InputError: targets: tag36h11_0 and tag36h11_0 have tag 0 of tag36h11 both
+    robsim.base.errors.InputError: targets: tag36h11_0 and tag36h11_0 both have tag 0 of tag36h11
     """
 
     def __init__(self, targets: Iterable[Tag | Board]):
@@ -77,13 +85,23 @@ class TagDetector:
             name: make_tag_finder(name) for name in sorted({name for name, _ in self._tags})
         }
 
-    def __call__(self, image: Any) -> Detections:
-        """Return the marks in a grey image (h, w) of uint8, in pixels with whole centres.
+    def __call__(self, image: NDArray[np.generic]) -> Detections:
+        """Return the marks in a grey image, in pixels (column, row).
+
+        Parameters
+        ----------
+        image : ndarray of uint8, shape (h, w)
+            Grey image; pixel centres are whole numbers.
+
+        Returns
+        -------
+        Detections
+            Marks (N, 2) by the name of their target, and reasons for doubt.
 
         Raises
         ------
         InputError
-            If the image has another type or shape, or less than 16 pixels on a side.
+            If the image has another type or shape, or fewer than 16 pixels on a side.
         """
         grey = _check_grey_image(image)
         tags, boards = self._detect_tags(grey).items(), self._boards.items()
@@ -107,8 +125,8 @@ def _select_tag_corners(
 ) -> tuple[Array | None, list[str]]:
     """Return the corners of a tag, or None, and reasons for doubt.
 
-    Of several detections the only one without doubts is returned, as tags of weak families are also
-    detected in noise.
+    If a tag is detected several times, the corners of the only detection without doubts are
+    returned, because tags of weak families are also detected in noise.
     """
     every = [_refine_tag_corners(grey, tag, corners) for corners in detections]
     certain = [each for each in every if not each[1]]
@@ -131,13 +149,13 @@ def _check_board_corners(corners: Array, repeated: bool) -> tuple[Array | None, 
     """Return the inner corners of a board, or None, and reasons for doubt."""
     seen = int(np.isfinite(corners[:, 0]).sum())
     if repeated:
-        return None, ["a tag of it seen more than once"]
+        return None, ["one of its tags is seen more than once"]
     if not seen:
         return None, []
     return corners, [f"{seen} of {len(corners)} corners"] if seen < FEW else []
 
 
-def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
+def _check_targets(targets: Iterable[Tag | Board]) -> tuple[Tag | Board, ...]:
     """Return the targets as a tuple; raise InputError if two targets share a tag."""
     if not has_items(targets):
         raise InputError(f"targets: expected a list of Tag and Board, got {format_value(targets)}")
@@ -150,7 +168,7 @@ def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
             key = target.family, number
             if key in owners:
                 raise InputError(
-                    f"targets: {owners[key]} and {target.name} have tag {number} of {key[0]} both"
+                    f"targets: {owners[key]} and {target.name} both have tag {number} of {key[0]}"
                 )
             owners[key] = target.name
     if not every:
@@ -158,7 +176,7 @@ def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
     return every
 
 
-def _check_grey_image(image: Any) -> NDArray[np.uint8]:
+def _check_grey_image(image: object) -> NDArray[np.uint8]:
     """Return a grey image as a contiguous array; raise InputError for any other image."""
     if not isinstance(image, np.ndarray):
         raise InputError(f"image: expected an array (h, w) of uint8, got {format_value(image)}")

@@ -1,4 +1,4 @@
-"""Detectors of tags by AprilTag and OpenCV, with common pixels and a common order of corners."""
+"""Detectors of AprilTag and OpenCV, with the same pixels and the same order of corners."""
 
 from __future__ import annotations
 
@@ -15,21 +15,19 @@ from robsim.vision.tags.tag_families import find_tag_family, import_opencv, open
 
 Image = NDArray[np.uint8]
 Finder = Callable[[Image], Iterator[tuple[int, Array]]]  # yields numbers and corners (4, 2)
-WINDOWS = (
-    3,
-    53,
-    10,
-)  # pixels: least, most and step of OpenCV's threshold windows, for small to large tags
-APART = 1.2  # cells: of squares nearer than this the outer one is kept; the paper is farther away
-SMOOTH, WINDOW = (
-    1.0,
-    3,
-)  # pixels: smoothing and window for the corners of a chessboard, clear of the tags
-SUPPORT = 0.5  # pixels: position of the centre of the first pixel in AprilTag
+# pixels: smallest and largest size, and step, of OpenCV's threshold windows
+WINDOWS = 3, 53, 10
+# cells: if two squares are closer, OpenCV keeps the outer square; the edge of the paper is farther
+# away
+APART = 1.2
+# pixels: standard deviation of the blur, and half size of the window for the corners of a
+# chessboard; the window does not reach the tags
+SMOOTH, WINDOW = 1.0, 3
+FIRST_CENTER = 0.5  # pixels: position of the centre of the first pixel in AprilTag
 
 
 def make_tag_finder(name: str) -> Finder:
-    """Return a detector of the tags of a family; raise InputError if its library is missing."""
+    """Return the detector of a tag family; raise InputError if its library is not installed."""
     return _make_apriltag_finder(name) if find_tag_family(name).april else _make_aruco_finder(name)
 
 
@@ -55,11 +53,11 @@ def convert_apriltag_corners(corners: Array) -> Array:
     (AprilRobotics/apriltag, issue 121). AprilTag's corners go counter-clockwise from the lower
     left.
     """
-    return corners[::-1] - SUPPORT
+    return corners[::-1] - FIRST_CENTER
 
 
 def _make_aruco_finder(name: str) -> Finder:
-    """Return OpenCV's detector of a family; its pixels and order of corners are unchanged."""
+    """Return OpenCV's detector of a family, which has the pixels and corners of this package."""
     detector = import_opencv().aruco.ArucoDetector(opencv_dictionary(name), _aruco_parameters(name))
 
     def find(image: Image) -> Iterator[tuple[int, Array]]:
@@ -84,8 +82,8 @@ def _aruco_parameters(name: str) -> Any:
 def make_board_finder(board: Board) -> Callable[[Image], tuple[Array, bool]]:
     """Return a function from an image to the inner corners (N, 2) of a board.
 
-    Corners that are not seen are NaN. The second result is true if a tag of the board is seen
-    twice.
+    Corners that are not seen are NaN. The second result of the function is true if a tag of the
+    board is seen twice.
     """
     aruco = import_opencv().aruco
     parameters = aruco.CharucoParameters(), _aruco_parameters(board.family)
@@ -106,7 +104,7 @@ def make_board_finder(board: Board) -> Callable[[Image], tuple[Array, bool]]:
 def _refine_saddles(image: Image, corners: Any) -> Array:
     """Return the inner corners (N, 2) of a chessboard, refined in a smoothed image.
 
-    Sharp edges attract OpenCV's corners to pixel centres, by a twentieth of a pixel.
+    Without smoothing, OpenCV's corners are biased towards pixel centres by a twentieth of a pixel.
     """
     cv2 = import_opencv()
     smooth = cv2.GaussianBlur(image, (0, 0), SMOOTH)

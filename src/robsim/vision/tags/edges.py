@@ -1,11 +1,11 @@
 """The corners of a tag from the edges of its black square, to a few hundredths of a pixel.
 
-Detectors return corners to a tenth of a pixel or worse. Here each side is fitted again to the grey
-values across it. On a line across the side, from -w to w, black B and white W are the values at the
-ends. The edge is at the offset e with (e + w) B + (w - e) W = sum, which preserves the mean (the
-first of the moments of Tabatabai and Mitchell 1984). Blur that is the same on both sides does not
-move the edge. A parabola is fitted to the offsets along a side, as lenses bend sides, and a corner
-is the intersection of the fits of its two sides.
+The corners of detectors have errors of a tenth of a pixel or more. Here each side is fitted again
+to the grey values across it. On a line across the side, from -w to w, let B (black) and W (white)
+be the grey values at the ends. An ideal edge at the offset e has the same sum of grey values as the
+image if (e + w) B + (w - e) W = sum (the first moment of Tabatabai and Mitchell 1984). Symmetric
+blur does not move this edge. A parabola is fitted to the offsets along a side, because lenses bend
+sides, and a corner is the intersection of the fits of its two sides.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 
 ROUNDS = 5
-REACH = 0.6, 1.5, 4.0  # half length of a line across a side: in cells, and its limits in pixels
-STEP = 0.25  # pixels between the samples across
-FAINT = 5.0  # grey values: a smaller difference between white and black is no edge
+REACH = 0.6, 1.5, 4.0  # half length w of a line: in cells, and its limits in pixels
+STEP = 0.25  # pixels between the samples on a line
+FAINT = 5.0  # smallest difference of grey values between white and black at an edge
 
 
 def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | None:
@@ -43,7 +43,7 @@ def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Arr
 
 
 def sample_image(image: NDArray[np.uint8], points: Array) -> Array:
-    """Return grey values (...) at points (..., 2) between pixels, bilinear, NaN outside."""
+    """Return bilinearly interpolated grey values (...) at points (..., 2), NaN outside."""
     h, w = image.shape
     x, y = points[..., 0], points[..., 1]
     inside = (x >= 0) & (y >= 0) & (x <= w - 1) & (y <= h - 1)
@@ -88,20 +88,21 @@ def _edge_offsets(
 
 
 def _fit_line(t: Array, values: Array) -> Array:
-    """Return the values of a line fitted along a side, as illumination varies slowly."""
+    """Return the values of a line fitted along a side, because illumination varies slowly."""
     start, slope = np.polynomial.polynomial.polyfit(t, values, 1)
     return np.asarray(start + slope * t)
 
 
 def _corner_shifts(corners: Array, offsets: Array) -> Array:
-    """Return shifts (4, 2) of the corners that move both sides at each corner by their offsets."""
+    """Return the shifts (4, 2) of corners that move all sides by their offsets (4, 2)."""
     ends = zip(corners, np.roll(corners, -1, 0), strict=True)
     normals = np.array([_outward_normal(a, b) for a, b in ends])
-    both = np.stack(
-        [np.roll(normals, 1, 0), normals], axis=1
-    )  # normals of the sides before and after the corner
-    wanted = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
-    crossing = np.abs(np.linalg.det(both)) > 0.05  # else the sides are nearly one line
-    moves = np.full((4, 2), np.inf)
-    moves[crossing] = np.linalg.solve(both[crossing], wanted[crossing, :, None])[..., 0]
-    return moves
+    # normals of the sides before and after each corner
+    normal_pairs = np.stack([np.roll(normals, 1, 0), normals], axis=1)
+    offset_pairs = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
+    crossing = np.abs(np.linalg.det(normal_pairs)) > 0.05  # else the sides are nearly one line
+    shifts = np.full((4, 2), np.inf)
+    shifts[crossing] = np.linalg.solve(normal_pairs[crossing], offset_pairs[crossing, :, None])[
+        ..., 0
+    ]
+    return shifts

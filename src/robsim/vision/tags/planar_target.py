@@ -1,37 +1,63 @@
-"""A target printed on a plane: its black area, and its picture."""
+"""A target that is printed on paper: its black area, and its picture."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import as_integer
+from robsim.base.arrays import Array, as_integer
 from robsim.base.value import Value
 
 MOST_PIXELS = 10_000  # of a side of a picture
 BoolArray = NDArray[np.bool_]
 
 
+class PrintedPattern(Protocol):
+    """A black pattern on white paper, with x to the right, y down and z into the paper."""
+
+    @property
+    def name(self) -> str:
+        """The name of the target in `Detections`."""
+
+    @property
+    def marks(self) -> Array:
+        """The points (N, 3) in metres that a detector measures."""
+
+    @property
+    def pitch(self) -> float:
+        """The side of a cell or square in metres."""
+
+    @property
+    def paper(self) -> Array:
+        """The corners ((left, top), (right, bottom)) of the paper in metres, with a margin."""
+
+    def is_black(self, x: Array, y: Array) -> BoolArray:
+        """Return whether points (...) of the plane, in metres, are black."""
+
+
 class PlanarTarget(Value):
     """A tag or a board on white paper, with x to the right, y down and z into the paper, in metres.
 
-    Subclasses define the `name` of the target in `Detections`, its `marks` (N, 3), which a detector
-    measures, the corners ((left, top), (right, bottom)) of the `paper` with a margin, and the
-    `pitch` of its cells or squares. `is_black` returns whether points of the plane are black.
+    Subclasses define the properties and the method of `PrintedPattern`.
     """
 
-    def picture(self: Any, pixels: int = 20) -> NDArray[np.uint8]:
-        """Return a picture (h, w) of the target to print or to show, black 0 and white 255.
+    def picture(self: PrintedPattern, pixels: int = 20) -> NDArray[np.uint8]:
+        """Return a picture of the target to print or to show.
 
-        Print it so that the black square of a tag, or the squares of a board, have their declared
-        size.
+        Scale the print such that the black square of a tag, or the squares of a board, have their
+        declared size.
 
         Parameters
         ----------
         pixels : int, default 20
             Side of one cell of a tag, or of one square of a board, in pixels.
+
+        Returns
+        -------
+        ndarray of uint8, shape (h, w)
+            Grey image, black 0 and white 255.
         """
         (left, top), (right, bottom) = self.paper
         step = self.pitch / as_integer(pixels, "pixels", 1, MOST_PIXELS)

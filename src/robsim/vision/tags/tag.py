@@ -15,7 +15,7 @@ from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
 from robsim.vision.tags.tag_families import black_cells, find_tag_family
 
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
-THICK = 1e-3  # relative to the size: thickness of the plates that draw a tag
+THICK = 1e-3  # relative to the size: thickness of the plates of a tag in figures
 
 
 def tag_name(family: str, number: int) -> str:
@@ -31,10 +31,11 @@ def tag_name(family: str, number: int) -> str:
 class Tag(PlanarTarget):
     """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
 
-    The origin is the middle of the tag, with x to the right, y down and z into the paper, for a tag
-    printed upright as its authors print it. An upright tag in front of a camera has the axes of the
-    camera. Its marks are the corners of the black square: upper left, upper right, lower right,
-    lower left. OpenCV prints AprilTags upside down; turn such prints by half a turn.
+    The origin is the middle of the tag, with x to the right, y down and z into the paper. An
+    upright tag that faces a camera therefore has the orientation of the camera. The marks are the
+    corners of the black square: upper left, upper right, lower right, lower left. Upright is the
+    orientation in the pictures of the authors of the family. OpenCV prints AprilTags upside down;
+    rotate such prints by 180 degrees.
 
     Parameters
     ----------
@@ -44,6 +45,11 @@ class Tag(PlanarTarget):
         Number of the tag in its family.
     size : float
         Side of the black square in metres.
+
+    Raises
+    ------
+    InputError
+        If the family does not exist or has no tag of this number, or the size is not positive.
 
     Examples
     --------
@@ -86,7 +92,7 @@ class Tag(PlanarTarget):
 
     @property
     def cells(self) -> BoolArray:
-        """Which cells (n, n) of the upright tag are black, with the border."""
+        """Whether the cells (n, n) of the upright tag are black, with the border."""
         cells = black_cells(self.family, self.id)
         return cells[::-1, ::-1] if find_tag_family(self.family).april else cells
 
@@ -100,10 +106,10 @@ class Tag(PlanarTarget):
 
     @property
     def shapes(self) -> tuple[Block, ...]:
-        """The shapes that draw the tag in a scene: white paper, and black plates for its cells.
+        """The shapes of the tag for a scene: white paper, and black plates for its cells.
 
-        There is one plate for each run of black cells in a row. An object with these shapes also
-        needs `marks`.
+        Consecutive black cells of a row share one plate. An object with these shapes also needs the
+        `marks` of the tag.
         """
         thick, step, (_, (edge, _)) = THICK * self.size, self.pitch, self.paper
         paper = Block(2 * edge, 2 * edge, thick, "w", pose=Pose.at(0, 0, 1.5 * thick))

@@ -13,12 +13,12 @@ from robsim.base.errors import InputError, check_known
 
 
 class TagFamily(NamedTuple):
-    """A family of tags: cells on a side with the black border, number of tags, name in OpenCV."""
+    """A family of tags, and its dictionary in OpenCV."""
 
-    cells: int
-    ids: int
-    dictionary: str
-    april: bool = False  # whether AprilTag detects it; OpenCV draws these tags upside down
+    cells: int  # on a side, with the black border
+    ids: int  # number of tags
+    dictionary: str  # name in OpenCV
+    april: bool = False  # whether AprilTag detects the tags, which OpenCV draws upside down
 
 
 TAG_FAMILIES = {
@@ -34,7 +34,7 @@ TAG_FAMILIES = {
 }
 
 
-def find_tag_family(name: Any) -> TagFamily:
+def find_tag_family(name: str) -> TagFamily:
     """Return the family with a name of AprilTag or OpenCV; raise InputError if there is none.
 
     >>> find_tag_family("tag36h11").ids
@@ -61,7 +61,7 @@ def opencv_dictionary(name: str) -> Any:
 
 @lru_cache(256)
 def black_cells(name: str, number: int) -> NDArray[np.bool_]:
-    """Return which cells (n, n) of a tag with its border are black, as OpenCV draws the tag."""
+    """Return whether the cells (n, n) of a tag with its border are black, as OpenCV draws it."""
     picture = import_opencv().aruco.generateImageMarker(
         opencv_dictionary(name), number, TAG_FAMILIES[name].cells
     )

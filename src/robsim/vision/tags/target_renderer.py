@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_integer
 from robsim.base.errors import InputError, format_value
-from robsim.geometry.pose import Pose, check_single_pose
+from robsim.geometry.pose import Pose, PoseLike, check_single_pose
 from robsim.vision.camera import Camera
 from robsim.vision.tags.board import Board
 from robsim.vision.tags.tag import Tag
@@ -22,13 +21,13 @@ ROWS = 64  # image rows rendered at a time
 
 
 def render_targets(
-    camera: Camera, targets: Mapping[TagOrBoard, Any], samples: int = 4
+    camera: Camera, targets: Mapping[TagOrBoard, PoseLike], samples: int = 4
 ) -> NDArray[np.uint8]:
     """Return the grey image (h, w) of targets at poses in camera axes.
 
-    Each pixel is the mean of `samples` x `samples` rays through the lens. Nearer targets cover
-    farther ones. Light and paper are uniform, and only the pixels blur the image. The function
-    needs the extra `vision`.
+    A pixel is the mean grey value of `samples` x `samples` rays through the lens. Nearer targets
+    hide farther targets. Light and paper are uniform, and the image has no blur beyond the area of
+    the pixels. The function needs the extra `vision`.
 
     Parameters
     ----------
@@ -42,7 +41,7 @@ def render_targets(
     Returns
     -------
     ndarray of uint8, shape (h, w)
-        Image.
+        Grey image: ink 30, paper 225, background 128.
 
     Raises
     ------
@@ -62,7 +61,7 @@ def render_targets(
         raise InputError(f"targets: expected poses by Tag or Board, got {format_value(targets)}")
     width, height = camera.size
     if width * height > MOST_PIXELS:
-        raise InputError(f"an image of {width} x {height} pixels is too large to draw")
+        raise InputError(f"an image of {width} x {height} pixels is too large to render")
     posed = [
         (target, check_single_pose(T, f"pose of {target.name}")) for target, T in targets.items()
     ]
@@ -84,7 +83,7 @@ def _render_rows(camera: Camera, posed: list[tuple[TagOrBoard, Pose]], pixels: A
 
 
 def _ray_offsets(count: int) -> Array:
-    """Return the offsets (count^2, 2) of rays in a pixel, no two of them in one row or column.
+    """Return the offsets (count^2, 2) of rays in a pixel, each in its own row and column.
 
     An edge along the rows is then resolved to 1/count^2 of a pixel instead of 1/count (the
     arrangement of Chiu, Shirley and Wang 1994).
@@ -95,11 +94,9 @@ def _ray_offsets(count: int) -> Array:
 
 
 def _paint_target(target: TagOrBoard, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
-    """Write a target's grey values in place, for rays that meet its paper before other targets."""
+    """Write the grey values of a target in place, for rays that meet its paper first."""
     R, t = pose.rotation, pose.position
-    slope = (
-        rays @ R[:2, 2] + R[2, 2]
-    )  # component of each ray (x, y, 1) along the normal of the plane
+    slope = rays @ R[:2, 2] + R[2, 2]  # component of a ray (x, y, 1) along the normal
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = R[:, 2] @ t / slope
         x, y = (depth * (rays @ R[:2, k] + R[2, k]) - R[:, k] @ t for k in (0, 1))
