@@ -89,7 +89,7 @@ class Case:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
         spec, own = each.spec, self.own().get(key, MISSING)
         spec = spec_of_key(each, key) if key in spec.keys(each.name) else spec
-        plain = own if own is not MISSING else written(spec, each.default)
+        plain = own if own is not MISSING else write_value(spec, each.default)
         words = words_in(each.spec.properties(each.name, SchemaDefinitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))
         yield from ((value, False) for value in near(plain))
@@ -103,7 +103,7 @@ class Case:
         return tables
 
 
-def written(spec, value):
+def write_value(spec, value):
     """Return the text of a value; MISSING if it needs more than the value."""
     try:
         return MISSING if value is None else spec.write(value, Context(Problems("text")))

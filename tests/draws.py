@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 
 
-def drawn(few, many, **strategies):
+def try_samples(few, many, **strategies):
     """Let a property be tried with a few draws by default, and with many by `full`."""
 
     def tried(check):

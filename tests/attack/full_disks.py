@@ -39,7 +39,7 @@ def case(seed):
     random = np.random.default_rng(seed)
     name = list(TARGETS)[random.integers(len(TARGETS))]
     names, code = TARGETS[name]
-    whole = given(name)
+    whole = write_given_files(name)
     sizes = [len(whole[each]) for each in names]
     room = int(max(sizes) * random.uniform(0.0, 1.2))
     mounted = random.random() < 0.5 and mount(room)
@@ -106,7 +106,7 @@ def mount(room):
 
 
 @cache
-def given(name):
+def write_given_files(name):
     """The files that a target writes on a disk with enough space."""
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial"), ["run.duration=0.4 s"])
     rs.save_run(experiment.run(), "given.nc")

@@ -27,13 +27,13 @@ def case(seed):
             rewritten, edited, edited, nested, of_hdf5)  # fmt: skip
     way = ways[random.integers(len(ways))]
     Path("secret.txt").write_text(SECRET)
-    changed = way(random, *made(int(random.integers(2))))
+    changed = way(random, *make_run_file(int(random.integers(2))))
     if isinstance(changed, bytes):
         Path("bad.nc").write_bytes(changed)
     size = os.path.getsize("bad.nc")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        word = said(random, way)
+        word = choose_option(random, way)
         try:
             run = rs.open_run("bad.nc", **word)
         except rs.RobSimError:
@@ -45,10 +45,10 @@ def case(seed):
             raise Wrong("another file was read")
         if run.nbytes > 100 * size:
             raise Wrong(f"{run.nbytes} bytes of {size}")
-        return all([used(run, each) for each in USES])
+        return all([try_use(run, each) for each in USES])
 
 
-def said(random, way):
+def choose_option(random, way):
     """The explicit option, always for files that HDF5 made, and now and then for others."""
     if not hasattr(rs, "ReplayWarning"):  # of before the word
         return {}
@@ -73,7 +73,7 @@ USES = (
 )
 
 
-def used(run, use):
+def try_use(run, use):
     try:
         use(run)
         pyplot.close("all")
@@ -83,7 +83,7 @@ def used(run, use):
 
 
 @cache
-def made(several):
+def make_run_file(several):
     """The bytes of a sealed run file, and its seal: content, index."""
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.2)
     if several:

@@ -134,7 +134,7 @@ def judged(got, entitled):
     raise Wrong(f"{got.status}: {got.body[:80]!r}, {'with' if entitled else 'without'} cookie")
 
 
-def asked(browser, data, entitled=True):
+def send_and_judge(browser, data, entitled=True):
     """Send bytes, and judge what comes."""
     with suppress(ConnectionError), browser.connected() as stream:
         with suppress(ConnectionError):
@@ -156,7 +156,7 @@ def odd_requests(rng, browser):
         data = bytearray("\r\n".join([line, *rng.permutation(lines), "", ""]).encode())
         for _ in range(pick(rng, [0, 0, 1, 5, 50])):
             data[int(rng.integers(len(data)))] = int(rng.integers(256))
-        taken |= asked(browser, bytes(data))
+        taken |= send_and_judge(browser, bytes(data))
     return taken
 
 
@@ -203,7 +203,7 @@ def too_much(rng, browser):
         "a" * size,
         "\r\n" * size,
     ]
-    return asked(browser, pick(rng, data).encode(), entitled=False)
+    return send_and_judge(browser, pick(rng, data).encode(), entitled=False)
 
 
 def odd_frames(rng, browser):

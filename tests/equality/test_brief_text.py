@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from draws import drawn
+from draws import try_samples
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -254,7 +254,7 @@ NUMBER = st.one_of(
 )
 
 
-@drawn(
+@try_samples(
     12, 60, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
 )
 def test_whatever_is_changed_comes_back_from_a_short_text(changes):
@@ -294,7 +294,7 @@ def test_numbers_are_as_people_write_them():
     ]
 
 
-@drawn(
+@try_samples(
     20,
     100,
     tables=st.dictionaries(

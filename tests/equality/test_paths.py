@@ -51,7 +51,7 @@ def by_path(experiment, changes):
         return None
 
 
-def others(control):
+def list_other_values(control):
     """Values near the value of a control; some of them are valid."""
     if control.form == "whole":
         return [control.value + 1]
@@ -67,7 +67,7 @@ def test_a_number_changed_by_its_path_agrees_with_the_file(name, every):
     for control in list(controls(experiment))[::every]:
         if control.path.endswith(DERIVED) or (name == "wrong_dh" and AGREED in control.path):
             continue
-        for value in others(control):
+        for value in list_other_values(control):
             changes = control.changes(value)
             made, said = by_path(experiment, changes), in_file(name, changes)
             assert (made is None) == (said is None), (control.path, value)
@@ -109,7 +109,7 @@ def test_a_change_of_a_number_makes_few_calls(name):
     experiment = rs.load_scenario(examples.path(name))
     calls = {}
     for control in controls(experiment):
-        for value in others(control):
+        for value in list_other_values(control):
             if by_path(experiment, {control.path: value}) is not None:
                 calls[control.path] = calls_of(lambda v=value, p=control.path: experiment.at(p, v))
                 break

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
-from draws import drawn
+from draws import try_samples
 from hypothesis import strategies as st
 
 import robsim as rs
@@ -243,7 +243,7 @@ def any_vehicle(rng):
     return rs.Robot("train", links)
 
 
-@drawn(10, 50, seed=st.integers(0, 2**32 - 1))
+@try_samples(10, 50, seed=st.integers(0, 2**32 - 1))
 def test_any_vehicle_gripper_and_rail_comes_back_bit_for_bit(seed):
     rng = np.random.default_rng(seed)
     robot = any_vehicle(rng)

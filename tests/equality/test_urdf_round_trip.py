@@ -107,14 +107,14 @@ def test_most_of_the_library_can_be_written():
 def test_a_tip_that_the_links_do_not_suggest_comes_back(tmp_path):
     """Other programs leave the element out; an element without new data is not written."""
     arm = robots.panda()
-    assert "robsim" not in written(arm, tmp_path)
+    assert "robsim" not in write_urdf(arm, tmp_path)
     held = dataclasses.replace(arm, tip=arm.links[4].name)
-    assert f'<robsim tip="{held.tip}"/>' in written(held, tmp_path)
+    assert f'<robsim tip="{held.tip}"/>' in write_urdf(held, tmp_path)
     assert again(held, tmp_path).tip == held.tip != arm.tip
     assert again(arm, tmp_path).tip == arm.tip
 
 
-def written(robot, folder):
+def write_urdf(robot, folder):
     robot.to_urdf(folder / "robot.urdf")
     return (folder / "robot.urdf").read_text()
 

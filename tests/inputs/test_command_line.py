@@ -118,7 +118,7 @@ def process(*arguments, **settings):
     return Done(done.returncode, done.stdout, done.stderr)
 
 
-def changed(old="", new="", path="bad.toml"):
+def write_changed_scenario(old="", new="", path="bad.toml"):
     """The scenario file with one thing changed."""
     assert old in SCENARIO
     Path(path).write_text(SCENARIO.replace(old, new) if old else new, encoding="utf-8")
@@ -184,7 +184,7 @@ def test_a_run_that_goes_wrong_is_still_a_run(robsim):
 
 def test_a_target_behind_the_camera_at_the_start_is_an_outcome_at_time_zero(robsim):
     marks = 'marks = ["10, 0, 45 cm", "0, 10, 45 cm", "10, 10, 46 cm"]'
-    changed(re.search("marks = .*", SCENARIO)[0], marks, "near.toml")
+    write_changed_scenario(re.search("marks = .*", SCENARIO)[0], marks, "near.toml")
     text = Path("near.toml").read_text(encoding="utf-8")
     Path("near.toml").write_text(text.replace('["40 cm"]', '["1 cm"]').replace(
         '["10 cm"]', '["50 cm"]'), encoding="utf-8")  # fmt: skip
@@ -374,7 +374,7 @@ BAD = {
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_bad_input_is_reported_with_file_key_value_and_a_valid_value(robsim, command, case):
     old, new, *parts = BAD[case]
-    robsim(command, changed(old, new)).told("bad.toml", *parts)
+    robsim(command, write_changed_scenario(old, new)).told("bad.toml", *parts)
     assert files() == ["bad.toml", "lift.toml"]
 
 
@@ -431,7 +431,7 @@ def test_unknown_commands_options_and_names_are_reported(robsim):
 
 
 def test_bad_input_has_status_2_in_a_process_too(here):
-    done = process("run", changed("gain = 2", "gain = 0"))
+    done = process("run", write_changed_scenario("gain = 2", "gain = 0"))
     done.told("bad.toml", "task.gain")
     assert done.out == "" and len(done.err.splitlines()) == 1
 

@@ -6,7 +6,7 @@ import tomllib
 from copy import deepcopy
 
 import pytest
-from refused import refused, spec_of_key
+from refused import list_refused_values, spec_of_key
 
 import robsim as rs
 from robsim import robots
@@ -179,7 +179,7 @@ def _ours(kind):
     return kind.__module__.startswith("robsim.")
 
 
-def whole(kind, name, path, table, around):
+def make_tables(kind, name, path, table, around):
     """The tables of a text, and the table in it that is meant."""
     tables = deepcopy(BASE)
     if name in COUPLED:
@@ -221,7 +221,7 @@ every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around")
 @every_kind
 @pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.full)])
 def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around, every):
-    tables, own = whole(kind, name, path, table, around)
+    tables, own = make_tables(kind, name, path, table, around)
     read(tables)
     before, told = dict(own), []
     for key, wrong in wrong_values(kind)[::every]:
@@ -237,7 +237,7 @@ def wrong_values(kind):
         (key, wrong)
         for each in fields_of(get_text_form(kind))
         for key in each.spec.keys(each.name)
-        for wrong in refused(spec_of_key(each, key))
+        for wrong in list_refused_values(spec_of_key(each, key))
     ]
 
 
@@ -257,7 +257,7 @@ def wrongly_told(tables, key, wrong):
 
 @every_kind
 def test_values_that_are_read_are_written_and_read_again(kind, name, path, table, around):
-    made = read(whole(kind, name, path, table, around)[0])
+    made = read(make_tables(kind, name, path, table, around)[0])
     again = Experiment.from_text(made.to_toml(), SOURCE)
     assert again == made and again.to_toml() == made.to_toml()
 
@@ -276,7 +276,7 @@ def found_in(value, kind, depth=0):
 def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table, around):
     if get_text_form(kind) is not kind:
         return  # its fields belong to a text
-    made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
+    made = found_in(read(make_tables(kind, name, path, table, around)[0]), kind)
     for each in fields_of(kind):
         for wrong in numbers_beyond(each.spec) if made is not None else ():
             with pytest.raises(rs.errors.InputError, match=each.name):

@@ -8,7 +8,7 @@ import pytest
 import robsim as rs
 
 
-def written(links, folder):
+def write_mjcf(links, folder):
     rs.Robot("robot", links).to_mjcf(folder / "robot.xml")
     return ET.parse(folder / "robot.xml").getroot()
 
@@ -22,7 +22,7 @@ def test_bodies_stand_inside_each_other(tmp_path):
         rs.joints.Link("arm", "base", turn, (ball,)),
         rs.joints.Link("tip", "arm", tied),
     ]
-    root = written(links, tmp_path)
+    root = write_mjcf(links, tmp_path)
     arm = root.find("worldbody/body/body")
     assert arm.attrib == {"name": "arm", "pos": "0.0 0.0 1.0"}
     assert arm.find("joint").attrib == {
@@ -66,7 +66,7 @@ def test_meshes_are_left_out_and_that_is_reported(tmp_path):
     with pytest.warns(
         rs.errors.FileWarning, match="meshes are left out, .* those of base"
     ) as caught:
-        root = written(
+        root = write_mjcf(
             [rs.joints.Link("base", shapes=(rs.shapes.Mesh("a.stl"), rs.shapes.Ball(1)))], tmp_path
         )
     assert len(root.findall("worldbody/body/geom")) == 1
@@ -75,7 +75,7 @@ def test_meshes_are_left_out_and_that_is_reported(tmp_path):
 
 def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
     shapes = rs.shapes.Capsule(0.1, 0.3, color="r"), rs.shapes.TaperedCylinder(0.2, 0.1, 0.4)
-    root = written([rs.joints.Link("base", shapes=shapes)], tmp_path)
+    root = write_mjcf([rs.joints.Link("base", shapes=shapes)], tmp_path)
     capsule, *slices = root.findall("worldbody/body/geom")
     assert capsule.attrib == {"type": "capsule", "size": "0.1 0.15", "rgba": "1.0 0.0 0.0 1.0"}
     assert [each.get("type") for each in slices] == ["cylinder"] * 4
@@ -85,6 +85,6 @@ def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
 
 def test_quaternions_are_w_first(tmp_path):
     turned = rs.joints.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
-    root = written([rs.joints.Link("base"), rs.joints.Link("a", "base", turned)], tmp_path)
+    root = write_mjcf([rs.joints.Link("base"), rs.joints.Link("a", "base", turned)], tmp_path)
     w, x, y, z = map(float, root.find("worldbody/body/body").get("quat").split())
     assert (x, y) == (0, 0) and w == pytest.approx(z) == pytest.approx(np.sqrt(0.5))

@@ -831,10 +831,10 @@ def assert_ended(run, case):
         assert np.isfinite(run[name].values[:step]).all(), name
     np.testing.assert_array_equal(run.q_end, run.q.values[step])
     np.testing.assert_array_equal(run.pixels_end, run.pixels.values[step])
-    assert np.isfinite(run.path_length) and (run.path_length > 0) == (step > 0 and moved(run))
+    assert np.isfinite(run.path_length) and (run.path_length > 0) == (step > 0 and has_moved(run))
 
 
-def moved(run):
+def has_moved(run):
     return not np.array_equal(run.q0, run.q_end)
 
 

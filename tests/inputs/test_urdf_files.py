@@ -72,7 +72,7 @@ def read(tmp_path):
     return made
 
 
-def refused(read, *change, text=ARM):
+def get_refusal(read, *change, text=ARM):
     with pytest.raises(rs.errors.FileError) as caught:
         read(text, *change)
     return str(caught.value)
@@ -193,18 +193,18 @@ def test_the_rest_of_the_corpus_is_read():
     ],
 )
 def test_a_mistake_is_reported_with_its_line_its_element_and_valid_values(read, old, new, message):
-    assert message in refused(read, old, new)
+    assert message in get_refusal(read, old, new)
 
 
 def test_all_mistakes_are_reported_at_once(read):
     text = ARM.replace('lower="-1.5"', 'lower="3"').replace('"0.6 0 0.8"', '"0 0 0"')
-    lines = refused(read, 'link="finger"', 'link="fingr"', text=text).split("\n")
+    lines = get_refusal(read, 'link="finger"', 'link="fingr"', text=text).split("\n")
     assert [line.split("arm.urdf:")[1].split(":")[0] for line in lines] == ["24", "30", "32"]
 
 
 def test_a_file_of_mistakes_is_not_read_to_its_end(read):
     many = '<link name="a"><visual/></link>\n' * 1000
-    lines = refused(read, text=f'<robot name="r">{many}</robot>').split("\n")
+    lines = get_refusal(read, text=f'<robot name="r">{many}</robot>').split("\n")
     assert len(lines) == 51 and "was not read further" in lines[-1]
 
 
@@ -226,18 +226,18 @@ def test_loops_of_mimics_end(read):
     text = ARM.replace(
         '<axis xyz="0.6 0 0.8"/>', '<axis xyz="0.6 0 0.8"/><mimic joint="grip" multiplier="2"/>'
     )
-    assert "mimics itself in the end" in refused(read, text=text)
+    assert "mimics itself in the end" in get_refusal(read, text=text)
 
 
 def test_names_that_become_the_same_are_refused(read):
     text = ARM.replace('link="lower"', 'link="up/er"').replace('name="lower"', 'name="up/er"')
     text = text.replace('name="upper"', 'name="up_er"').replace('link="upper"', 'link="up_er"')
-    assert "line 5 has the same converted name 'up_er'" in refused(read, text=text)
+    assert "line 5 has the same converted name 'up_er'" in get_refusal(read, text=text)
 
 
 @pytest.mark.parametrize("text", ["", "  \n", "robot", "<robot", "<a/>", "\0", "<robot name='r'/>"])
 def test_an_invalid_robot_is_refused(read, text):
-    assert "arm.urdf" in refused(read, text=text)
+    assert "arm.urdf" in get_refusal(read, text=text)
 
 
 def test_a_file_that_cannot_be_read_is_refused(tmp_path):
@@ -264,13 +264,13 @@ def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
     ],
 )
 def test_a_file_that_is_too_large_is_refused(read, text, message):
-    assert message in refused(read, text=text)
+    assert message in get_refusal(read, text=text)
 
 
 @pytest.mark.parametrize("digits", ["1" * 100_000, "1" * 1_000_000 + "e", "0." + "0" * 200_000])
 def test_endless_numbers_are_refused_at_once(read, digits):
     start = time.perf_counter()
-    assert "xyz = '" in refused(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
+    assert "xyz = '" in get_refusal(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
     assert time.perf_counter() - start < 1.0
 
 
@@ -672,7 +672,7 @@ def fingers(multiplier, count, limit=1):
 
 def test_mimics_through_mimics_stay_finite(read):
     """1e9 to the power of 40 was infinite, and home no number; 1e18 could not be read again."""
-    message = refused(read, text=fingers(1e9, 41))
+    message = get_refusal(read, text=fingers(1e9, 41))
     assert "<joint 'j2'>: mimic: ratio 1e+18 and offset 1e+09 to 'j0', through others" in message
     assert np.isfinite(read(text=fingers(0.5, 9, 1e9), tip="l0").home).all()
 
@@ -721,7 +721,7 @@ def test_stray_text_is_reported(read):
 
 @pytest.mark.parametrize("space", ["\u00a0", "\u2003", "\u3000", "\x85"])
 def test_only_the_blanks_of_xml_separate_numbers(read, space):
-    assert "is no number" in refused(read, 'xyz="0 0 1"', f'xyz="0{space}0 1"')
+    assert "is no number" in get_refusal(read, 'xyz="0 0 1"', f'xyz="0{space}0 1"')
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-32", "utf-7", "cp037", "koi8-r"])

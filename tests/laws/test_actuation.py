@@ -160,7 +160,7 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
     assert 0.4 * step < np.abs(told[:, 0] - true[:, 0]).max() <= 0.5 * step + 1e-12
 
 
-def counted(steps, q):
+def quantise(steps, q):
     def add(program, rows):
         out = program.rows(len(q))
         program.add(quantise_encoders, steps=program.constant(steps), q=rows, out=out)
@@ -172,14 +172,14 @@ def counted(steps, q):
 def test_a_count_is_the_nearest_one():
     far = 2.0**80  # more than an integer of 64 bits has room for
     q = np.array([[0.24, 0.26, -0.8, far, np.nan], [0.1, 0.2, 0.3, far, np.nan]])
-    found = counted([0.5, 0.0], q)
+    found = quantise([0.5, 0.0], q)
     np.testing.assert_array_equal(found, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
 
 
 @pytest.mark.parametrize("step", [1e-320, 1e-20, 1e-14, 1.0, 1e6])
 def test_steps_too_small_or_numbers_too_large_to_count_change_nothing(step):
     q = np.array([[1e300, -1e25, np.inf, -np.inf, np.nan, 320.25 if step < 1e-13 else 0.0]])
-    np.testing.assert_array_equal(counted([step], q), q)
+    np.testing.assert_array_equal(quantise([step], q), q)
 
 
 def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly(after):

@@ -25,7 +25,7 @@ def experiment(name):
     return rs.load_scenario(examples.path(name))
 
 
-def seen(run, t):
+def get_pixels(run, t):
     """The pixels of one step, camera by camera and target by target."""
     pairs = list(zip(run.mark_camera.values, run.mark_target.values, strict=True))
     return {
@@ -40,7 +40,7 @@ def test_its_commands_equal_those_of_the_loop_to_the_bit(name):
     run, controller = made.run(), rs.Controller(made)
     columns = [list(run.velocity.values).index(n) for n in controller.velocity_names]
     for t in range(int(np.isfinite(run.error_norm.values).sum())):
-        command = controller.step(seen(run, t), run.q.values[t], t * made.dt)
+        command = controller.step(get_pixels(run, t), run.q.values[t], t * made.dt)
         np.testing.assert_array_equal(command.velocities, run.qd.values[t, columns])
 
 

@@ -29,15 +29,15 @@ def is_set(dataset, slot):
     return True
 
 
-def made():
+def make_small_dataset():
     return xr.Dataset({"a": ("x", [1.0, 2.0])}, {"x": [3, 4]})
 
 
-def deferred(dataset=made, attrs=lambda: {"title": "t"}):
+def deferred(dataset=make_small_dataset, attrs=lambda: {"title": "t"}):
     return LazyDataset.of(dataset, attrs)
 
 
-WHOLE = made().assign_attrs(title="t")
+WHOLE = make_small_dataset().assign_attrs(title="t")
 
 
 def counting(function):
@@ -88,7 +88,7 @@ def test_a_variable_can_be_set_and_deleted():
 
 
 def test_each_half_is_made_once_and_only_when_it_is_read():
-    variables, attrs = counting(made), counting(lambda: {"title": "t"})
+    variables, attrs = counting(make_small_dataset), counting(lambda: {"title": "t"})
     dataset = deferred(variables, attrs)
     assert not any(is_set(dataset, slot) for slot in (*PARTS, "_attrs"))
     assert float(dataset.a[1]) == 2.0 and float(dataset["a"][0]) == 1.0
@@ -101,7 +101,7 @@ def test_assigned_attributes_are_not_made_again():
     attrs = counting(dict)
     dataset = deferred(attrs=attrs)
     dataset.attrs = {"own": 1}
-    assert dataset.identical(made().assign_attrs(own=1)) and attrs.calls == 0
+    assert dataset.identical(make_small_dataset().assign_attrs(own=1)) and attrs.calls == 0
 
 
 def test_an_accessor_of_xarray_keeps_its_object():
@@ -135,7 +135,7 @@ def test_after_an_interruption_it_is_made_anew():
     def first_time():
         if attempts.calls == 1:
             raise KeyboardInterrupt
-        return made()
+        return make_small_dataset()
 
     attempts = counting(first_time)
     dataset = deferred(attempts)
@@ -146,7 +146,7 @@ def test_after_an_interruption_it_is_made_anew():
 
 def test_threads_that_read_at_once_read_the_same_object():
     begin = threading.Barrier(8)
-    variables = counting(made)
+    variables = counting(make_small_dataset)
     dataset, seen = deferred(variables), []
 
     def read():

@@ -18,7 +18,7 @@ DT = 0.04
 seeds = st.integers(0, 2**32)
 
 
-def moved(X, V, dt):
+def move_marks(X, V, dt):
     """Marks X (N, 3, B) in axes of a camera that moved by exp(V dt)."""
     T = np.empty((3, 4, V.shape[1]))
     se3.exp_se3(np.ascontiguousarray(-V * dt), T)
@@ -62,7 +62,7 @@ class Servo:
         size = 4, 2, runs
         goal = [self.rng.uniform(-0.15, 0.15, size), self.rng.uniform(0.4, 0.8, (4, 1, runs))]
         self.V = np.concatenate([self.rng.uniform(-w, w, (3, runs)) for w in (0.2, 0.3)])
-        self.X = moved(np.concatenate(goal, axis=1), self.V, -1.0)
+        self.X = move_marks(np.concatenate(goal, axis=1), self.V, -1.0)
 
     def image(self):
         x = self.X[:, :2] / self.X[:, 2:]
@@ -73,7 +73,7 @@ class Servo:
         state, P = begin(depth, self.image(), K)
         found, V = [], self.V.copy()
         for _ in range(round(duration / DT)):
-            self.X = moved(self.X, V, DT)
+            self.X = move_marks(self.X, V, DT)
             state, P = step(depth, state, P, known * V, DT, self.image(), K)
             found.append((np.abs(1.0 / inverse(state) / self.X[:, 2] - 1), state, P))
             V *= np.exp(-DT)
@@ -131,11 +131,13 @@ def test_without_motion_nothing_is_learnt():
 def test_turning_in_place_gives_no_information_on_distance():
     servo = Servo(5)
     servo.V[:3] = 0.0
-    expected = 0.9 * moved(np.concatenate([servo.image(), np.ones((4, 1, 50))], 1), servo.V, 1.0)
+    expected = 0.9 * move_marks(
+        np.concatenate([servo.image(), np.ones((4, 1, 50))], 1), servo.V, 1.0
+    )
     depth = DepthFilter(0.9)
     state, P = begin(depth, servo.image(), K)
     for _ in range(25):
-        servo.X = moved(servo.X, servo.V, DT)
+        servo.X = move_marks(servo.X, servo.V, DT)
         state, P = step(depth, state, P, servo.V, DT, servo.image(), K)
     np.testing.assert_allclose(1.0 / inverse(state), expected[:, 2], rtol=1e-9)
 
@@ -180,7 +182,7 @@ def test_a_mark_that_is_not_measured_is_predicted():
     before = np.concatenate([states[-1][:, :2], np.ones((4, 1, 50))], 1) / states[-1][:, 2:]
     unseen = np.full((4, 2, 50), np.nan)
     state, P = step(depth, states[-1], Ps[-1], servo.V, DT, unseen, K)
-    X = moved(before, servo.V, DT)
+    X = move_marks(before, servo.V, DT)
     np.testing.assert_allclose(state[:, :2], X[:, :2] / X[:, 2:], atol=1e-14)
     np.testing.assert_allclose(1.0 / inverse(state), X[:, 2], rtol=1e-14)
     assert np.isfinite(P).all()
@@ -248,7 +250,7 @@ def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
     depth, V = DepthFilter(0.9), servo.V
     frames = [servo.image()]
     for _ in range(5):
-        servo.X = moved(servo.X, V, DT)
+        servo.X = move_marks(servo.X, V, DT)
         frames.append(servo.image())
 
     def run(part):

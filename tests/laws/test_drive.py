@@ -31,7 +31,7 @@ def at(run, t):
     return run.pixels.values[t], run.q.values[t]
 
 
-def moved(scene, q, velocities):
+def move_camera(scene, q, velocities):
     """The pose of a free camera after a period."""
     return scene.robots[0].integrate(q, velocities, DT)
 
@@ -324,7 +324,11 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
         command = controller.step(image, q, t * DT, run=True)
         rows.append(controller.row())
         held += command.phase == "holding"
-        q = q + 0 * q if command.phase == "waiting" else moved(one.scene, q, command.velocities)
+        q = (
+            q + 0 * q
+            if command.phase == "waiting"
+            else move_camera(one.scene, q, command.velocities)
+        )
     assert held > 10
     told = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
     assert "are the commands of this controller" in told or "are 1 times the commands" in told, told

@@ -37,7 +37,7 @@ def with_effects(experiment, *effects, **more):
     return experiment.with_(actuation=rs.Actuation(effects=effects, **more))
 
 
-def moved(run, dt):
+def get_velocities(run, dt):
     """The actual velocities of the joints in each period, and the commanded ones."""
     q, qd = run.q.values, run.qd.values
     live = ~np.isnan(q[1:, 0])
@@ -45,16 +45,16 @@ def moved(run, dt):
 
 
 def test_joints_move_as_the_effect_prescribes(experiment):
-    rates, commanded = moved(with_effects(experiment, Weak()).run(), experiment.dt)
+    rates, commanded = get_velocities(with_effects(experiment, Weak()).run(), experiment.dt)
     np.testing.assert_allclose(rates, 0.8 * commanded, atol=1e-13)
     assert len(rates) > 20
 
 
 def test_effects_follow_one_another_and_the_lag_comes_after_them(experiment):
-    rates, commanded = moved(with_effects(experiment, Weak(), Weak()).run(), experiment.dt)
+    rates, commanded = get_velocities(with_effects(experiment, Weak(), Weak()).run(), experiment.dt)
     np.testing.assert_allclose(rates, 0.64 * commanded, atol=1e-13)
     late = with_effects(experiment, Weak(), lag=0.05).run()
-    rates, commanded = moved(late, experiment.dt)
+    rates, commanded = get_velocities(late, experiment.dt)
     share = 0.05 / experiment.dt * (1 - np.exp(-experiment.dt / 0.05))
     v = np.zeros(commanded.shape[1])
     for rate, qd in zip(rates, commanded, strict=True):  # v' = (0.8 qd - v) / lag, exactly
@@ -63,7 +63,7 @@ def test_effects_follow_one_another_and_the_lag_comes_after_them(experiment):
 
 
 def test_an_effect_receives_the_past_motion_of_the_joints(experiment):
-    rates, commanded = moved(with_effects(experiment, Heavy()).run(), experiment.dt)
+    rates, commanded = get_velocities(with_effects(experiment, Heavy()).run(), experiment.dt)
     before = np.concatenate([np.zeros((1, rates.shape[1])), rates[:-1]])
     np.testing.assert_allclose(rates, 0.5 * (commanded + before), atol=1e-12)
 
@@ -75,7 +75,7 @@ def test_its_random_numbers_agree_with_the_run(experiment):
     steps = alone.sizes["time"]
     np.testing.assert_array_equal(runs.q.values[2, :steps], alone.q.values)
     assert len(np.unique(runs.q.values[:, 5, 0])) == 4
-    rates, commanded = moved(alone, experiment.dt)
+    rates, commanded = get_velocities(alone, experiment.dt)
     assert np.std(rates - commanded) == pytest.approx(0.01, rel=0.2)
 
 

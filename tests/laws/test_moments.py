@@ -30,7 +30,7 @@ def flat(shape):
     return np.column_stack([shape, np.zeros(len(shape))])
 
 
-def seen(points, depth=1.0):
+def observe(points, depth=1.0):
     """Return the observation of normalised points (N, 2) at a depth or depths (N,), in one run."""
     depths = np.broadcast_to(np.asarray(depth, float), (len(points),))
     return rs.features.Observation.of(points, depths, rs.Camera(np.eye(3)))
@@ -38,7 +38,7 @@ def seen(points, depth=1.0):
 
 def seen_from(T_c_o, shape):
     X = T_c_o @ flat(shape)
-    return seen(X[:, :2] / X[:, 2:], X[:, 2])
+    return observe(X[:, :2] / X[:, 2:], X[:, 2])
 
 
 def centred(points, of_marks=False):
@@ -126,7 +126,7 @@ def test_a_region_far_from_the_origin_keeps_its_digits():
 @given(seed=seeds)
 def test_marks_have_the_spread_and_the_axes_of_their_covariance(seed):
     x = np.random.default_rng(seed).normal(size=(6, 2))
-    size, *centre, alpha = PointMoments().measure(seen(x))[0]
+    size, *centre, alpha = PointMoments().measure(observe(x))[0]
     values, vectors = np.linalg.eigh(len(x) * np.cov(x.T, bias=True))
     along = vectors[:, 1]
     np.testing.assert_allclose(size, values.sum(), rtol=1e-13)
@@ -140,7 +140,7 @@ def test_the_orientation_of_a_turned_rectangle_is_its_angle():
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         rectangle = np.array([[2, 1], [-2, 1], [-2, -1], [2, -1]]) @ turn.T
         for feature in (RegionMoments(), PointMoments()):
-            assert abs(feature.measure(seen(rectangle))[0, 3] - angle) < 1e-15
+            assert abs(feature.measure(observe(rectangle))[0, 3] - angle) < 1e-15
 
 
 # interaction matrices
@@ -256,7 +256,7 @@ def test_the_tilt_features_are_invariant_to_similar_images(kind, seed, angle, sc
     shape = L_SHAPE * rng.uniform(0.7, 1.3, L_SHAPE.shape)
     turn = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     there = shape @ turn.T + away * scale
-    P, Q = (DecoupledMoments(kind).measure(seen(x))[0, 3:5] for x in (shape, there))
+    P, Q = (DecoupledMoments(kind).measure(observe(x))[0, 3:5] for x in (shape, there))
     np.testing.assert_allclose(Q, P, rtol=0, atol=1e-12)
 
 
@@ -270,7 +270,7 @@ def test_the_tilt_features_are_hus_sixth_invariant_and_its_twin(kind):
     p, c = complex(m30 + m12, m21 + m03), complex(m20 - m02, 2 * m11)
     twin = (p**2 * c.conjugate()).imag
     expected = np.array([hu6, twin]) * math.sqrt(a) / (spread**1.5 * abs(p) * abs(c))
-    s = DecoupledMoments(kind).measure(seen(L_SHAPE))[0]
+    s = DecoupledMoments(kind).measure(observe(L_SHAPE))[0]
     np.testing.assert_allclose(s[3:5], expected, rtol=1e-12)
 
 
@@ -309,7 +309,7 @@ def test_the_angle_is_counted_from_that_at_the_goal(feature, row, goal_turn):
 
 
 def test_an_ellipse_measured_towards_a_goal_is_still_a_value():
-    goal = seen(L_SHAPE)
+    goal = observe(L_SHAPE)
     feature = RegionMoments(tolerance=1e-3)
     assert feature.towards(goal) == feature.towards(goal) != feature
     assert feature.towards(goal).tolerance == 1e-3 and feature.alpha_goal is None
@@ -317,7 +317,7 @@ def test_an_ellipse_measured_towards_a_goal_is_still_a_value():
 
 def test_the_order_of_marks_agrees_with_the_border_for_regions_only():
     mixed = L_SHAPE[[0, 3, 1, 5, 2, 4]]
-    s, t = (PointMoments().measure(seen(x)) for x in (L_SHAPE, mixed))
+    s, t = (PointMoments().measure(observe(x)) for x in (L_SHAPE, mixed))
     np.testing.assert_allclose(s, t, rtol=0, atol=1e-15)
 
 

@@ -31,7 +31,7 @@ def arm():
     return rs.load_scenario(examples.path("eye_in_hand")).with_(dt=DT)
 
 
-def driven(experiment, steps, **how):
+def drive(experiment, steps, **how):
     """The coordinates, commands and healths of an arm that is driven, one image for all."""
     controller, scene = rs.Controller(experiment), experiment.scene
     pixels = scene.view(experiment.start, points="plate").pixels
@@ -71,7 +71,7 @@ def test_ends_of_braking():
 def test_whatever_a_law_commands_joints_stay_within_all_limits(arm, seed):
     safety = rs.Safety(speed=SPEED, acceleration=A, margin=MARGIN)
     wild = arm.with_(safety=safety).at("task.law", Wild(seed)).at("task.secondary", None)
-    q, commands = driven(wild, 1500)
+    q, commands = drive(wild, 1500)
     qd, (low, high) = velocities(commands), arm.scene.limits.T
     assert np.abs(qd).max() <= SPEED * (1 + 1e-12)
     assert np.abs(np.diff(qd, axis=0)).max() <= A * DT * (1 + 1e-9)
@@ -89,7 +89,7 @@ def test_a_frame_stays_behind_its_fence(arm, a):
     fence = rs.control.Fence("camera", at - 0.05, at + 0.05)
     safety = rs.Safety(speed=SPEED, acceleration=a, margin=0.0, fence=fence)
     wild = arm.with_(safety=safety).at("task.law", Wild(3)).at("task.secondary", None)
-    q, commands = driven(wild, 1000)
+    q, commands = drive(wild, 1000)
     place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
     assert 0.05 - 1e-3 < np.abs(place).max() < 0.05 + 5e-4
     held = ["fence" in command.health.limits for command in commands]
@@ -104,7 +104,7 @@ def test_a_frame_outside_its_fence_may_go_back(arm):
     at = arm.scene.pose("camera", arm.start).position
     fence = rs.control.Fence("camera", at - np.array([1.0, 1.0, -0.05]), at + 1.0)
     safety = rs.Safety(acceleration=1.0, fence=fence)
-    q, _ = driven(arm.with_(safety=safety), 200)  # the goal is above
+    q, _ = drive(arm.with_(safety=safety), 200)  # the goal is above
     height = np.array([arm.scene.pose("camera", each).position[2] for each in q]) - at[2]
     assert height.min() > -1e-9 and height[-1] > 0.05
 
@@ -128,7 +128,7 @@ def test_a_start_without_a_bump(arm):
 
 
 def test_a_start_with_an_acceleration_has_none_either(arm):
-    _, commands = driven(arm.with_(safety=rs.Safety(acceleration=A)), 5)
+    _, commands = drive(arm.with_(safety=rs.Safety(acceleration=A)), 5)
     for step, command in enumerate(commands, 1):
         assert np.abs(command.velocities).max() <= step * A * DT * (1 + 1e-12)
 
@@ -295,7 +295,7 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     )
     safety = rs.Safety(acceleration=a, fence=fence, margin=0.0)
     wild = arm.with_(safety=safety).at("task.law", Wild(1, 0.5)).at("task.secondary", None)
-    q, commands = driven(wild, 600)
+    q, commands = drive(wild, 600)
     place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
     assert place[:, 2].max() < 0.03 + 1e-4 and place[:, 2].max() > 0.02
     outside = np.maximum(0.1 - place[:, 0], 0.0)

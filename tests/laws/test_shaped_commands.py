@@ -34,9 +34,7 @@ def test_an_adaptive_gain_follows_the_norm_at_every_state(arrange, around, decid
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("law", ["joint", "camera"])
-def test_an_adaptive_gain_may_follow_the_largest_joint_velocity(
-    arrange, around, decide, law, name
-):
+def test_an_adaptive_gain_may_follow_the_largest_joint_velocity(arrange, around, decide, law, name):
     """max |qd| of the same law at a gain of one, at every state."""
     scene, gain = arrange(name), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     run = closed(scene, rs.IBVS(gain=gain, law=law), around(scene, 1, spread=0.06)[0])

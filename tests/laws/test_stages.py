@@ -52,7 +52,7 @@ def swapped(rows):
                     yield {**rows, name: [tuple(fields), *rest]}
 
 
-def refused(calls):
+def count_refusals(calls):
     """Refuse all that is swapped; return how often that was."""
     count = 0
     for (called, _), rows in calls.items():
@@ -71,7 +71,7 @@ def test_rows_of_another_shape_are_refused_in_every_call_of_a_shipped_program(ca
             assert scenario.loop().sequence.program.calls
         else:
             scenario.run()
-    assert len(calls) > 300 and refused(calls) > 2500
+    assert len(calls) > 300 and count_refusals(calls) > 2500
 
 
 def test_rows_of_another_shape_are_refused_in_every_feature(calls):
@@ -85,7 +85,7 @@ def test_rows_of_another_shape_are_refused_in_every_feature(calls):
         rows = ObservationRows(**{**vars(rows), "other": other, "between": program.rows(3, 4)})
         if hasattr(kind, "stages"):
             kind(**given).stages(rows)
-    assert seen and refused(calls) > 60
+    assert seen and count_refusals(calls) > 60
 
 
 def test_points_and_depths_in_each_others_place_are_named():

@@ -152,7 +152,7 @@ def test_rates_of_a_steering_angle():
 # between two instants
 
 
-def held(scene, car_angle=0.0):
+def hold_command(scene, car_angle=0.0):
     """Coordinates, velocities, and commands."""
     q = scene.home.copy()
     q[3] = car_angle
@@ -164,8 +164,8 @@ def held(scene, car_angle=0.0):
 def test_in_the_middle_of_a_period_a_car_is_on_its_arc(after):
     """It steers once, when the period begins: a late image shows it on the way that it went."""
     scene = rs.Scene(rs.robots.car())
-    whole, v = after(scene, *held(scene), 0.04)
-    half, _ = after(scene, *held(scene), 0.04, 0.02)
+    whole, v = after(scene, *hold_command(scene), 0.04)
+    half, _ = after(scene, *hold_command(scene), 0.04, 0.02)
     assert whole[3] == half[3] == pytest.approx(3.2 * 0.04)
     rest = scene.robot().integrate(half, [1.0, v[1]], 0.02)
     close(rest, whole, 1e-15)
@@ -174,7 +174,7 @@ def test_in_the_middle_of_a_period_a_car_is_on_its_arc(after):
 def test_an_arm_lags_no_differently_beside_a_car(after):
     arm, car = rs.robots.rhino_xr4(), rs.robots.car()
     together, actuation = rs.Scene([car, arm]), rs.Actuation(lag=0.1, acceleration=9.0)
-    whole = held(together)
+    whole = hold_command(together)
     alone = tuple(part[-5:] for part in whole)
     both = after(together, *whole, 0.04, actuation=actuation)
     own = after(rs.Scene(arm), *alone, 0.04, actuation=actuation)

@@ -287,7 +287,7 @@ def point_rows(x, Z):
     return np.array(rows).reshape(-1, 6)
 
 
-def held(V, dt):
+def exp_twist(V, dt):
     """exp([V] dt), 4x4."""
     generator = np.zeros((4, 4))
     generator[:3, :3], generator[:3, 3] = hat(V[3:]) * dt, V[:3] * dt
@@ -301,7 +301,7 @@ def moved_mark(state, T):
 
 def filtered(state, P, x, V, dt, sigma):
     """One step of the textbook's extended Kalman filter of a mark (x, y, 1/Z)."""
-    T = held(-V, dt)
+    T = exp_twist(-V, dt)
     F = np.stack([moved_mark(state + h, T).imag / 1e-30 for h in 1e-30j * np.eye(3)], axis=1)
     state = moved_mark(state, T)
     P = F @ P @ F.T + dt * np.diag([1e-4, 1e-4, 1e-2 * state[2]]) ** 2
@@ -326,7 +326,7 @@ def test_a_loop_with_filtered_depths_agrees_with_a_plain_loop():
         V = -GAIN * np.linalg.pinv(point_rows(x, Z)) @ (x - x_goal).ravel()
         close(run.camera_pose[k], T, 1e-10)
         close(run.qd[k], V, 1e-10)
-        T = T @ held(V, dt)
+        T = T @ exp_twist(V, dt)
     close(Z, X[:, 2], 0.02)  # it has learnt them
 
 
@@ -344,7 +344,7 @@ def test_a_loop_with_a_learnt_jacobian_agrees_with_a_plain_loop():
             A = A + np.outer(ds - A @ dq, dq) / (dq @ dq)
         V = -GAIN * np.linalg.pinv(A) @ (x - x_goal).ravel()
         close(run.camera_pose[k], T, 1e-11)
-        T, before = T @ held(V, dt), x
+        T, before = T @ exp_twist(V, dt), x
 
 
 def test_a_loop_with_estimated_motion_agrees_with_a_plain_loop():
@@ -369,7 +369,7 @@ def test_a_loop_with_estimated_motion_agrees_with_a_plain_loop():
         explained = L @ V
         close(run.error[k], e, 1e-10)
         close(run.qd[k, :6], V, 1e-10)
-        T, O = T @ held(V, dt), O @ held(rates, dt)
+        T, O = T @ exp_twist(V, dt), O @ exp_twist(rates, dt)
     assert np.abs(d).max() > 0.01
 
 

@@ -257,6 +257,6 @@ def bag(run, tmp_path_factory):
 @pytest.fixture
 def content(bag):
     """All messages of `bag`: (topic, type, time, message)."""
-    from bagging import said  # here, as it needs rosbags
+    from bagging import read_messages  # here, as it needs rosbags
 
-    return list(said(bag))
+    return list(read_messages(bag))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bagging import NANO, written
+from bagging import NANO, write_bag
 
 import robsim as rs
 from robsim.logs import message_types
@@ -116,7 +116,7 @@ def test_a_bag_of_joints_without_commands_in_the_scene_is_named(tmp_path):
     made = rs.load_scenario(rs.examples.path("chapter_6_1"))
     rs.logs.write_bag(made.run(duration=0.2), tmp_path / "run.mcap")
     told = [("/cmd_vel", message_types.TWIST, 0, twisted(linear_x=1.0))]
-    path = written(tmp_path / "bag", told)
+    path = write_bag(tmp_path / "bag", told)
     (tmp_path / "run.mcap").rename(path / "run_1.mcap")
     with pytest.raises(rs.errors.InputError, match=f"{path}: a Twist commands one body"):
         rs.logs.read_bag(path, topics={"commands": "/cmd_vel"})

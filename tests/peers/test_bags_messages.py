@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bagging import NANO, april_tag, detections, frames, sent, state, written
+from bagging import NANO, april_tag, detections, frames, serialise, state, write_bag
 
 import robsim as rs
 from robsim.logs import message_types
@@ -75,7 +75,7 @@ def test_corners_of_april_tags_are_in_our_order_and_pixels():
         header=make_header(make_message, NANO),
         detections=[april_tag("tag36h11", 7, theirs), april_tag("tag36h11", 8, theirs)],
     )
-    found = rs.control.RosMessages(controller).marks(sent(array)).pixels
+    found = rs.control.RosMessages(controller).marks(serialise(array)).pixels
     np.testing.assert_array_equal(found[("eye", tag.name)], ours)
     assert [name for name in found if name != ("eye", tag.name)] == [
         f"tag36h11_8.{i}" for i in range(4)
@@ -112,7 +112,7 @@ def test_commands_come_back_from_a_bag(name, kind, tmp_path):
             yield f"/{eye}/detections", message_types.DETECTIONS, t, detections(places, t / NANO)
             yield "/commands", kind, t, command
 
-    path = written(tmp_path / "bag", told())
+    path = write_bag(tmp_path / "bag", told())
     again = rs.logs.read_bag(path, made, topics={"commands": "/commands"}, clock="log")
     np.testing.assert_array_equal(again.qd, run.qd)
     assert again.attrs["commands"] == "topic /commands"
@@ -122,12 +122,12 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
     names = ros.controller.scene.coordinate_names
     other = rs.control.RosMessages(ros.controller, order=[*names[::-1], "gripper"])
     ros.joints(state([1, 2, 3, 4, 5], names))
-    each = sent(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
+    each = serialise(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
     (point,) = each.points
     assert tuple(each.joint_names) == names and point.time_from_start.nanosec == 250_000_000
     np.testing.assert_array_equal(point.positions, [3.5, 7, 10.5, 14, 17.5])
     np.testing.assert_array_equal(point.velocities, [10, 20, 30, 40, 50])
-    numbers = sent(other.command([10, 20, 30, 40, 50]))
+    numbers = serialise(other.command([10, 20, 30, 40, 50]))
     np.testing.assert_array_equal(numbers.data, [50, 40, 30, 20, 10, 0])
     with pytest.raises(rs.errors.InputError, match="needs the position of joint tool"):
         other.command([1] * 5, message_types.TRAJECTORY)
@@ -135,11 +135,11 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
 
 def test_a_twist_agrees_with_the_body():
     ros = rs.control.RosMessages(rs.Controller(experiment("visp_tutorial")))
-    each = sent(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
+    each = serialise(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
     assert [getattr(each.linear, a) for a in "xyz"] == [1, 2, 3]
     assert [getattr(each.angular, a) for a in "xyz"] == [4, 5, 6]
     drive = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
-    each = sent(drive.command([0.5, -0.25], message_types.TWIST))
+    each = serialise(drive.command([0.5, -0.25], message_types.TWIST))
     assert (each.linear.x, each.angular.z, each.linear.y, each.angular.x) == (0.5, -0.25, 0, 0)
 
 
@@ -208,4 +208,4 @@ def test_an_april_tag_that_is_there_twice_is_reported():
         message_types.APRILTAGS, header=make_header(make_message, NANO), detections=[tag, tag]
     )
     with pytest.raises(rs.errors.InputError, match=r"mark 'tag36h11_3.0' occurs twice, at 1 s"):
-        ros.marks(sent(twice))
+        ros.marks(serialise(twice))

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bagging import NANO, detections, frames, sent, state
+from bagging import NANO, detections, frames, serialise, state
 
 import robsim as rs
 from robsim.logs import message_types
@@ -31,7 +31,7 @@ class Node:
 
     def create_publisher(self, kind, topic, queue):
         self.topic = topic
-        return SimpleNamespace(publish=lambda each: self.published.append(sent(each)))
+        return SimpleNamespace(publish=lambda each: self.published.append(serialise(each)))
 
     def create_subscription(self, kind, topic, call, queue):
         self.heard[topic] = call

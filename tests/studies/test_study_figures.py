@@ -16,7 +16,7 @@ from robsim.studies.sensitivity import compute_sensitivity
 matplotlib.use("agg")
 
 
-def made(n=400):
+def make_study(n=400):
     """Return a study of two tasks on n draws: the second fails for a large angle of the start."""
     rng = np.random.default_rng(4)
     half = {"draw": np.arange(n), "start_x": rng.uniform(-1, 1, n), "start_y": rng.random(n)}
@@ -33,7 +33,7 @@ def made(n=400):
     return pd.concat(frames, ignore_index=True)
 
 
-TABLE = made()
+TABLE = make_study()
 BEGAN = TABLE[TABLE["began"]]
 
 

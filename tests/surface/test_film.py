@@ -46,7 +46,7 @@ def mission():
     return example("inspection_a").run()
 
 
-def written(run, path, **how):
+def read_gif(run, path, **how):
     """The pictures (H, W, 3) of a GIF as any reader shows them, and their milliseconds."""
     pictures, spans = [], []
     with Image.open(rs.plot.save_film(run, path, **SMALL | how)) as film:
@@ -69,7 +69,7 @@ def written(run, path, **how):
     ],
 )
 def test_the_number_of_frames_follows_from_rate_and_speed(arm, tmp_path, fps, speed, frames):
-    pictures, spans = written(arm, tmp_path / "run.gif", fps=fps, speed=speed)
+    pictures, spans = read_gif(arm, tmp_path / "run.gif", fps=fps, speed=speed)
     assert len(pictures) == frames
     assert sum(spans) == 10 * round(100 * (frames / fps + PAUSE))
     assert all(abs(span - 1000 / fps) <= 10 for span in spans[:-1])
@@ -97,7 +97,7 @@ def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
     away = start.with_(start=np.r_[3.0, 0, -0.5, start.start[3:]])
     run = away.run()
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.BEHIND_CAMERA and float(run.end_time) == 0
-    assert written(run, tmp_path / "run.gif")[1] == [10 * round(100 * (1 / 20 + PAUSE))]
+    assert read_gif(run, tmp_path / "run.gif")[1] == [10 * round(100 * (1 / 20 + PAUSE))]
 
 
 @pytest.mark.full
@@ -108,13 +108,13 @@ def test_the_time_after_the_end_of_a_run_is_not_filmed():
     assert footage.time[-1] == float(run.end_time)
     screen = screen_of(run, fps=1.0)
     screen[len(screen) - 1]
-    assert said(screen) == f"converged after 20.4 s     t = {float(run.end_time):.2f} s"
+    assert read_time_line(screen) == f"converged after 20.4 s     t = {float(run.end_time):.2f} s"
 
 
 # ---- the picture ----
 
 
-def said(screen):
+def read_time_line(screen):
     """The line that changes from frame to frame."""
     [text] = [t for t in screen.figure.findobj(Text) if t.get_text().endswith(" s")]
     return text.get_text()
@@ -131,7 +131,7 @@ def test_marks_are_the_pixels_of_the_run_in_each_frame(arm):
     for k, instant in enumerate(screen.clock.instants):
         screen[k]
         np.testing.assert_array_equal(dots(screen.figure.axes[1]), arm.pixels.values[instant])
-        assert said(screen).endswith(f"t = {float(arm.time[instant]):.2f} s")
+        assert read_time_line(screen).endswith(f"t = {float(arm.time[instant]):.2f} s")
 
 
 def test_two_cameras_have_an_image_each():
@@ -232,21 +232,21 @@ def test_a_mission_shows_its_phases_and_its_camera_where_it_is_used(mission):
         leg = mission.legs[
             np.searchsorted([leg.start for leg in mission.legs], time[instant] + 1e-9) - 1
         ]
-        assert said(screen) == f"{leg.name}     t = {time[instant]:.2f} s"
+        assert read_time_line(screen) == f"{leg.name}     t = {time[instant]:.2f} s"
         [idle] = [t for t in screen.figure.axes[1].texts if t.get_text() == "not in use"]
         assert idle.get_visible() == (leg.name != "approach by sight")
         if not idle.get_visible():
             at = round((time[instant] - leg.start) / 0.04)
             np.testing.assert_array_equal(dots(screen.figure.axes[1]), leg.run.pixels.values[at])
     screen[len(screen) - 1]
-    assert said(screen).startswith("all phases as expected")
+    assert read_time_line(screen).startswith("all phases as expected")
 
 
 # ---- files ----
 
 
 def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
-    pictures, _ = written(arm, tmp_path / "run.gif", fps=5, size=(12.8, 7.2), dpi=50)
+    pictures, _ = read_gif(arm, tmp_path / "run.gif", fps=5, size=(12.8, 7.2), dpi=50)
     screen = screen_of(arm, fps=5.0)
     assert pictures[0].shape == (360, 640, 3)
     for k, picture in enumerate(pictures):

@@ -80,7 +80,7 @@ def demo(installed, **more):
     return *rest, err
 
 
-def kept(installed):
+def list_cache_files(installed):
     return list((installed.parents[1] / "cache").rglob("*.nbc"))
 
 
@@ -99,14 +99,14 @@ def test_the_demo_runs_without_compiling_whatever_the_processor_is_called(instal
     best, compiled, motion, err = demo(installed)
     assert (compiled, err) == ([], "") and best
     assert demo(installed, NUMBA_CPU_NAME="nehalem")[:3] == (best, [], motion)
-    assert not kept(installed)
+    assert not list_cache_files(installed)
 
 
 def test_warm_has_nothing_to_do(installed):
     code = "import sys; from robsim import cli; sys.argv = ['robsim', 'warm']\n"
     out, _ = python(installed, code + "if __name__ == '__main__': cli.main()")
     assert out.startswith("nothing to do: the kernels of the package serve here")
-    assert not kept(installed)
+    assert not list_cache_files(installed)
 
 
 def test_each_level_and_the_compiler_give_the_same_bits(installed):
