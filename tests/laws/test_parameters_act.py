@@ -25,7 +25,7 @@ class Met(SchemaDefinitions):
     """The definitions of a schema, which note the classes that they meet."""
 
     def table(self, kind, more, needed):
-        self.made.setdefault("", []).append(get_text_form(kind))
+        self.schemas.setdefault("", []).append(get_text_form(kind))
         return super().table(kind, more, needed)
 
     @property
@@ -44,7 +44,7 @@ def declared():
     met = Met()
     for kind in (ExperimentTable, StudyTable):
         met(kind)
-    kinds = [*met.made[""], FeatureBlock]
+    kinds = [*met.schemas[""], FeatureBlock]
     found |= {kind.__name__: kind for kind in kinds if kind not in set(found.values())}
     return {label: kind for label, kind in found.items() if fields_of(kind)}
 
