@@ -246,5 +246,5 @@ def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / "bag_there_and_back.py"), run_name="__main__")
     out, err = capsys.readouterr()
-    assert err == "" and "with a lag of 0.1 s." in out and "0.803 times those" in out
+    assert err == "" and "with a lag of 0.1 s." in out and "0.803 times the commands" in out
     assert "to the bit with its own experiment: True, lag 0.1 s" in out
