@@ -110,8 +110,8 @@ def _call(rng):
             and p.default is p.empty]  # fmt: skip
     finite = all(map(_is_finite, [*args, *given.values()]))
     found = _performed(name, call, args, given)
-    told = f"{inspect.getdoc(call)} {inspect.getdoc(type(found))}"
-    if finite and not inspect.isclass(call) and not _is_finite(found) and "NaN" not in told:
+    text = f"{inspect.getdoc(call)} {inspect.getdoc(type(found))}"
+    if finite and not inspect.isclass(call) and not _is_finite(found) and "NaN" not in text:
         raise Wrong(f"{name}: NaN or infinity from {_shown(args, given)}")
     return True
 

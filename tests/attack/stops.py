@@ -112,8 +112,10 @@ def stop_and_resume(rng, what):
     if not killed and status not in {0, *STATUS}:
         raise Wrong(f"{what}: status {status}: {err[-200:]}")
     path = Path("out", FILES.get(what, "run.nc"))
-    said = "what was simulated so far" in err or (status == 0 and what not in ("explain", "demo"))
-    if not killed and said and not path.exists():
+    explanation = "what was simulated so far" in err or (
+        status == 0 and what not in ("explain", "demo")
+    )
+    if not killed and explanation and not path.exists():
         raise Lost(f"{what}: no {path} after {err[-200:]!r}")
     if not killed and path.exists() and what != "mission":
         rs.open_run(path) if what != "compare" else rs.open_run("out/1.nc")

@@ -244,8 +244,8 @@ def _mimics(rng: random.Random, root) -> None:
     for before, joint in pairwise(kept):
         for old in joint.findall("mimic"):
             joint.remove(old)
-        said = {"multiplier": rng.choice(numbers), "offset": rng.choice(numbers)}
-        ElementTree.SubElement(joint, "mimic", {"joint": before.get("name", "x"), **said})
+        options = {"multiplier": rng.choice(numbers), "offset": rng.choice(numbers)}
+        ElementTree.SubElement(joint, "mimic", {"joint": before.get("name", "x"), **options})
         for limit in joint.findall("limit") * rng.choice((0, 1, 1)):
             limit.attrib["upper"] = rng.choice(["1", "1e9", "1e18", "1e308"])
             limit.attrib["lower"] = rng.choice(["0", "-1", "-1e9", "-1e18", "-1e308", "1e-300"])

@@ -272,7 +272,7 @@ def test_a_number_in_its_shortest_unit_is_the_same_to_the_last_bit(x, unit):
 
 
 def test_numbers_are_as_people_write_them():
-    said = {
+    options = {
         "22.86 cm": ExactQuantity(0.2286, "m"),
         "90 deg": ExactQuantity(np.deg2rad(90), "rad"),
         "40 ms": ExactQuantity(0.04, "s"),
@@ -284,7 +284,9 @@ def test_numbers_are_as_people_write_them():
         "2.7 g/cm^3": ExactQuantity(2700.0, "kg/m^3"),
         "0.5": ExactQuantity(0.5, "1"),
     }
-    assert {text: shorten_numbers(exact) for text, exact in said.items()} == {t: t for t in said}
+    assert {text: shorten_numbers(exact) for text, exact in options.items()} == {
+        t: t for t in options
+    }
     assert shorten_numbers({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [
         1,
         -0.0,

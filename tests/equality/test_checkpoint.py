@@ -269,9 +269,9 @@ def test_an_experiment_without_a_text_has_no_checkpoint_and_is_refused_at_once()
 def test_where_no_checkpoint_can_be_written_that_is_reported_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
     long = NOISY.with_(duration=8_000.0, record="summary")
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")
-    assert [each.category for each in said] == [rs.errors.FileWarning]
-    assert str(said[0].message).startswith("no checkpoint: cannot write file/point")
+    assert [each.category for each in record] == [rs.errors.FileWarning]
+    assert str(record[0].message).startswith("no checkpoint: cannot write file/point")
     assert run.identical(long.run())

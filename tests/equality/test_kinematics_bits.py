@@ -94,9 +94,9 @@ def test_possible_degrees_are_unusual_and_large_angles_of_computations_pass():
     turned = q + 2 * np.pi * 50
     np.testing.assert_allclose(robot.fk(turned), robot.fk(q), rtol=0, atol=1e-12)
     q[200, 5] = -45.0
-    with pytest.warns(rs.errors.UnitWarning, match="q: 45 looks like degrees") as told:
+    with pytest.warns(rs.errors.UnitWarning, match="q: 45 looks like degrees") as record:
         robot.jacobian(q)
-    assert told[0].filename == __file__
+    assert record[0].filename == __file__
 
 
 @pytest.mark.parametrize("name", ["puma560", "rhino_xr4"])

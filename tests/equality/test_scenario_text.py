@@ -174,7 +174,7 @@ def test_any_scenario_comes_back_from_its_text_bit_for_bit(seeds):
 def any_scenario_comes_back(rng):
     scene = any_scene(rng)
     dt, seed = rng.uniform(0.001, 0.1), int(rng.integers(2**63))
-    told = {
+    options = {
         "dt": dt,
         "duration": rng.uniform(1, 9),
         "seed": seed,
@@ -184,13 +184,13 @@ def any_scenario_comes_back(rng):
         "record": 7,
     }
     q0 = [None, scene.home][rng.integers(2)]
-    scenario = Experiment(scene, any_task(rng, scene), q0, **told, title='"quoted" \\ 50 %')
+    scenario = Experiment(scene, any_task(rng, scene), q0, **options, title='"quoted" \\ 50 %')
     text = scenario.to_toml()
     again = Experiment.from_text(text)
     assert bits(again.scene) == bits(scene)
     assert bits(again.task) == bits(scenario.task)
     assert bits(again.start) == bits(q0)
-    own = {**told, "endings": (), "hold": False, "first_run": 0, "title": scenario.title}
+    own = {**options, "endings": (), "hold": False, "first_run": 0, "title": scenario.title}
     assert again.settings == scenario.settings == own
     assert again.to_toml() == text == again.text
 
@@ -395,7 +395,7 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     wheel = rs.Wheel(np.float32(0.5), np.float64(0.1), n=np.int64(7))
     scene = dataclasses.replace(puma_scene, objects=[rs.Object("wheel", wheel)])
     sensing, actuation = rs.Sensing(np.float32(0.5)), rs.Actuation(encoder=np.float32(0.5))
-    told = {
+    options = {
         "dt": np.float32(0.5),
         "duration": np.float64(1),
         "seed": np.int64(3),
@@ -405,7 +405,7 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     }
     inverse = rs.laws.PseudoInverse(np.float32(0.25))
     again = Experiment.from_text(
-        Experiment(scene, rs.IBVS(puma_goal, inverse=inverse), **told).to_toml()
+        Experiment(scene, rs.IBVS(puma_goal, inverse=inverse), **options).to_toml()
     )
     assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
     assert (again.dt, again.duration, again.seed, again.record) == (0.5, 1.0, 3, 2)

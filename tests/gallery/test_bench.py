@@ -352,9 +352,9 @@ def test_a_stop_keeps_the_finished_part(monkeypatch):
 
 
 def test_progress_goes_from_nothing_to_all():
-    told = []
-    rs.bench([take_runs(VIT, range(10)), "gallery"], progress=told.append)
-    assert told == sorted(told) and 0 <= told[0] < 0.2 and told[-1] == 1.0
+    reports = []
+    rs.bench([take_runs(VIT, range(10)), "gallery"], progress=reports.append)
+    assert reports == sorted(reports) and 0 <= reports[0] < 0.2 and reports[-1] == 1.0
 
 
 OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in list_suites() if each != "vit_500"]

@@ -74,8 +74,8 @@ def test_marks_that_noise_moves_off_the_image_are_not_seen(bench, views):
 
 
 def test_joints_in_degrees_are_outside_their_limits(views):
-    told = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
-    with pytest.raises(rs.errors.InputError, match=told):
+    text = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
+    with pytest.raises(rs.errors.InputError, match=text):
         rs.calibration.CalibrationViews(views.scene, np.degrees(views.q), views.pixels)
 
 
@@ -108,10 +108,10 @@ def test_least_squares_that_fail_report_a_remedy(views, monkeypatch):
         raise np.linalg.LinAlgError("SVD did not converge")
 
     monkeypatch.setattr(calibrating, "minimise", fails)
-    told = (
+    text = (
         r"views: the fit failed \('SVD did not converge'\): do joints \(rad, m\) and views belong"
     )
-    with pytest.raises(rs.errors.InputError, match=told):
+    with pytest.raises(rs.errors.InputError, match=text):
         rs.calibrate(views)
 
 
@@ -136,12 +136,12 @@ WRONG = {
 
 @pytest.mark.parametrize("wrong", WRONG)
 def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
-    with pytest.warns(rs.errors.FitWarning) as told:
+    with pytest.warns(rs.errors.FitWarning) as record:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
-    text, worst = str(told[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
+    text, worst = str(record[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
     rms = float(re.match(r"the marks are ([\d.]+) px off \(rms\)", text)[1])
     assert rms > 3.0 and abs(rms / found.rms - 1.0) < 0.01
-    assert f"worst in view {worst} (" in text and told[0].filename == __file__
+    assert f"worst in view {worst} (" in text and record[0].filename == __file__
     assert str(found).splitlines()[1] == text == found.misfit and text in found._repr_html_()
 
 

@@ -124,9 +124,9 @@ FULL = """
 def test_a_full_disk_is_an_error_and_what_was_there_stays(here):
     (here / "out").write_text("mine")
     done = process(FULL)
-    said = done.communicate()[0]
+    output = done.communicate()[0]
     assert done.returncode == 0
-    assert said == "cannot write out: File too large\n" * 3
+    assert output == "cannot write out: File too large\n" * 3
     assert [(each.name, each.read_text()) for each in here.iterdir()] == [("out", "mine")]
 
 
@@ -137,10 +137,10 @@ def test_a_figure_on_a_full_disk_leaves_the_one_that_was_there(here, called, suf
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
     try:
-        status, _, told = called("robots", "planar_2r", "-o", str(path), "--force")
+        status, _, message = called("robots", "planar_2r", "-o", str(path), "--force")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert status == 2 and "File too large" in told and path.read_text() == "mine"
+    assert status == 2 and "File too large" in message and path.read_text() == "mine"
     assert called("robots", "planar_2r", "-o", str(path), "--force")[0] == 0
     assert path.stat().st_size > 3000
     assert [each.name for each in here.iterdir()] == [path.name]

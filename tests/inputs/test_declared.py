@@ -223,12 +223,12 @@ every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around")
 def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around, every):
     tables, own = make_tables(kind, name, path, table, around)
     read(tables)
-    before, told = dict(own), []
+    before, reports = dict(own), []
     for key, wrong in wrong_values(kind)[::every]:
         own.clear()
         own |= {**before, key: wrong}
-        told += wrongly_told(tables, key, wrong)
-    assert not told, "\n".join(told)
+        reports += wrongly_told(tables, key, wrong)
+    assert not reports, "\n".join(reports)
 
 
 def wrong_values(kind):

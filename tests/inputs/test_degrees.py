@@ -24,9 +24,9 @@ DEGREES = {
 @pytest.mark.parametrize("where", DEGREES)
 def test_degrees_are_warned_of_at_every_door(where):
     call, message = DEGREES[where]
-    with pytest.warns(rs.errors.UnitWarning, match=message) as told:
+    with pytest.warns(rs.errors.UnitWarning, match=message) as record:
         call()
-    assert told[0].filename == __file__  # the warning points to the caller
+    assert record[0].filename == __file__  # the warning points to the caller
 
 
 def test_a_start_and_a_goal_in_degrees_are_warned_of():

@@ -13,9 +13,9 @@ def test_convergence_at_another_pose_is_reported(name, tmp_path, called):
     assert status == 0 and int(run.outcome) == rs.Outcome.CONVERGED
     away = f"{1000 * float(run.distance_to_goal):.3g} mm"
     assert away in out and "note         it converged at another pose: robsim explain" in out
-    told = str(rs.explain(run, trials=False))
-    assert away in told and "off its goal pose" in told
-    assert ("A pose has six numbers" in told) == (name == "car")
+    message = str(rs.explain(run, trials=False))
+    assert away in message and "off its goal pose" in message
+    assert ("A pose has six numbers" in message) == (name == "car")
 
 
 def test_a_run_that_arrives_reports_it_and_warns_of_nothing(tmp_path, called):

@@ -206,9 +206,9 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
 def test_each_fault_is_one_clear_error(text, words):
     with pytest.raises(rs.errors.FileError) as error:
         task_of(text)
-    told = str(error.value)
-    assert all(word in told for word in words), told
-    assert len(told) < 1000
+    message = str(error.value)
+    assert all(word in message for word in words), message
+    assert len(message) < 1000
 
 
 @pytest.mark.parametrize(

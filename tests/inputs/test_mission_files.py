@@ -104,8 +104,8 @@ def test_the_commands_accept_missions(tmp_path, monkeypatch):
     assert run.attrs["succeeded"] == 1 and run.sizes["time"] == 51
     again = rs.Experiment.of(run).run()
     assert again.run.identical(run)
-    told = robsim("explain", "out")
-    assert told.exit_code == 1 and "this is a whole mission" in str(told.exception)
+    explanation = robsim("explain", "out")
+    assert explanation.exit_code == 1 and "this is a whole mission" in str(explanation.exception)
     short = robsim("run", "mission.toml", "--set", "task.phases.b.duration=400 ms", "-o", "short")
     assert "b  time limit" in short.output and "not completed" in short.output
     wrong = robsim("check", "mission.toml", "--set", "task.phases.c.duration=1 s")

@@ -531,7 +531,7 @@ def test_a_file_that_is_no_run_is_not_opened(tmp_path):
 
 
 def test_more_than_the_memory_allows_is_refused_with_a_record_that_fits(monkeypatch):
-    told = []
+    reports = []
     monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 4e9)
     starts = np.tile(START.q, (1000, 1))
     words = (
@@ -539,8 +539,8 @@ def test_more_than_the_memory_allows_is_refused_with_a_record_that_fits(monkeypa
         r"record every n-th step \(record=(\d+)\) or the end only \(record='summary'\), fewer runs "
     )
     with pytest.raises(rs.errors.InputError, match=words) as refused:
-        simulate(starts, duration=10_000.0, progress=told.append)
-    assert told == []
+        simulate(starts, duration=10_000.0, progress=reports.append)
+    assert reports == []
     need, n = map(int, re.search(words, str(refused.value)).groups())
     assert need / 4.0 <= n <= need / 4.0 + 2
     with pytest.raises(rs.errors.InputError, match="GB are free"):

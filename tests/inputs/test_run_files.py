@@ -273,8 +273,8 @@ def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called)
     with pytest.raises(rs.errors.FileError, match=r"run\.nc has no seal: .*--unsealed"):
         rs.open_run(path)
     assert rs.open_run(path, unsealed=True).identical(run)
-    status, _, told = called("explain", path)
-    assert status == 2 and "--unsealed" in told
+    status, _, message = called("explain", path)
+    assert status == 2 and "--unsealed" in message
     assert called("explain", path, "--unsealed")[0] == 0
 
 

@@ -48,9 +48,9 @@ def test_all_stops_are_one_thing_and_any_number_of_them_keeps_what_was_simulated
     run = error.value.run
     assert handlers() == before and run.outcome == rs.Outcome.RUNNING and run.sizes["time"] > 1
     assert np.isfinite(run.q).all()
-    said = capfd.readouterr().err.splitlines()
-    assert set(said) == {"robsim: saving what was simulated so far"}
-    assert len(said) >= len(SIGNALS)
+    output = capfd.readouterr().err.splitlines()
+    assert set(output) == {"robsim: saving what was simulated so far"}
+    assert len(output) >= len(SIGNALS)
 
 
 @pytest.mark.parametrize("number", SIGNALS[1:])

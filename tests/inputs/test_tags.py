@@ -63,14 +63,14 @@ def test_it_is_refused(make, reason):
 def test_possible_millimetres_are_warned_of():
     with pytest.warns(
         rs.errors.UnitWarning, match="size of a tag in metres: 80 looks like mil"
-    ) as told:
+    ) as record:
         rs.vision.Tag("tag36h11", 7, size=80)
-    assert told[0].filename == __file__ and str(told[0].message).endswith("80 mm is 0.08")
+    assert record[0].filename == __file__ and str(record[0].message).endswith("80 mm is 0.08")
     with pytest.warns(
         rs.errors.UnitWarning, match="square of a board in metres: 30 looks like"
-    ) as told:
+    ) as record:
         rs.vision.Board("DICT_4X4_50", 5, 4, 30.0, 20.0)
-    assert len(told) == 1
+    assert len(record) == 1
     assert rs.vision.Tag("tag36h11", 7, size=10.0).size == 10.0
 
 

@@ -111,16 +111,16 @@ def test_a_whole_number_that_python_cannot_write_is_shown():
 @pytest.mark.parametrize("kind", ["cameras", "objects", "robots"])
 def test_a_part_is_believed_once(kind):
     name = {"cameras": "eye", "objects": "dots", "robots": "free_camera"}[kind]
-    told = f'[[belief.{kind}]]\nname = "{name}"\n'
-    assert get_refusal(more=2 * told) == (
+    text = f'[[belief.{kind}]]\nname = "{name}"\n'
+    assert get_refusal(more=2 * text) == (
         f"<text>: belief.{kind}.{name}: there are two tables of this name; give one"
     )
-    assert checked(more=told).task.belief.robots[0].name == "free_camera"
+    assert checked(more=text).task.belief.robots[0].name == "free_camera"
 
 
 def test_a_robot_is_believed_once_also_by_its_model():
-    told = '[[belief.robots]]\nname = "free_camera"\n[[belief.robots]]\nmodel = "free_camera"\n'
-    assert "belief.robots.free_camera: there are two tables" in get_refusal(more=told)
+    text = '[[belief.robots]]\nname = "free_camera"\n[[belief.robots]]\nmodel = "free_camera"\n'
+    assert "belief.robots.free_camera: there are two tables" in get_refusal(more=text)
 
 
 def test_tasks_within_tasks_are_counted():
@@ -143,15 +143,15 @@ def test_python_counts_tasks_as_well():
 def test_the_features_of_all_tasks_are_counted():
     marks = ", ".join(f'"{i % 100}, {i // 100}, 1000 mm"' for i in range(10_000))
     several = '{ kind = "ibvs", features = ["points", "points"] }'
-    told = get_refusal(switch(several), '"0,0,1 m", "1,0,9 m", "0,1,9 m", "1,1,9 m"', marks)
-    assert told == "<text>: task.second: all tasks together have more than 40000 features"
+    message = get_refusal(switch(several), '"0,0,1 m", "1,0,9 m", "0,1,9 m", "1,1,9 m"', marks)
+    assert message == "<text>: task.second: all tasks together have more than 40000 features"
 
 
 def test_only_so_many_robots_are_looked_up():
     """100 000 models took 20 s, and then one line reported that there are too many."""
     many = ", ".join(['{ model = "none" }'] * 65)
-    told = get_refusal(old='{ model = "free_camera" }', new=many)
-    assert told.startswith("<text>: robots: must have at most 64 items, not 65")
+    message = get_refusal(old='{ model = "free_camera" }', new=many)
+    assert message.startswith("<text>: robots: must have at most 64 items, not 65")
 
 
 def test_of_many_problems_ten_are_kept():

@@ -94,8 +94,8 @@ def closed(scene, **actuation):
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 def test_the_joints_move_as_the_response_predicts(arm):
     """q moves by the mean, and qd_actual is the velocity, of each period."""
-    told = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
-    run = closed(arm, **told)
+    options = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
+    run = closed(arm, **options)
     q, qd, v = run.q.values, run.qd.values, run.qd_actual.values
     np.testing.assert_array_equal(v[0], 0.0)
     for k in range(len(q) - 1):

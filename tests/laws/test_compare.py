@@ -293,16 +293,16 @@ def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, mo
     """In parts of two runs, and with the noise of the numbers that the runs have."""
     scene, tasks, starts, _ = batch
     monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 200)  # of 76 moments: two runs
-    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
+    options = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
     shares = []
-    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
-    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **told).data)
+    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **options)
+    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **options).data)
     assert shares == sorted(shares) and shares[-1] <= 1
     for name, task in tasks.items():
-        expected = rs.simulate(scene, task, starts, record="summary", **told)
+        expected = rs.simulate(scene, task, starts, record="summary", **options)
         assert found.runs[name].identical(expected)
-    alone = rs.compare(scene, tasks, starts[0], record="summary", **told)
-    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **told)
+    alone = rs.compare(scene, tasks, starts[0], record="summary", **options)
+    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **options)
     assert alone.runs["pose"].identical(expected)
     assert float(alone.data.rotation[0]) == float(found.data.rotation[0, 0])
 
@@ -479,8 +479,8 @@ def test_the_motion_of_joints_that_lag_is_measured_not_their_command(free_scene)
     """Straight along one axis: travel and speed belong to the coordinates themselves."""
     scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
     for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
-        told = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
-        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **told)
+        options = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
+        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **options)
         run, data = found.runs["a"], found.data.isel(scheme=0)
         way = np.abs(np.diff(run.q.values[:, 2])).sum()
         assert float(data.travel_linear) == pytest.approx(way, rel=5e-3)
@@ -493,12 +493,12 @@ def test_the_motion_of_joints_that_lag_is_measured_not_their_command(free_scene)
 
 
 def test_the_refusal_of_one_scheme_is_reported_before_another_runs(free_scene):
-    scene, told = free_scene(SQUARE), []
+    scene, reports = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
     good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
     with pytest.raises(rs.errors.InputError, match="scheme 'b': sensing: the period of the camera"):
-        rs.compare({"a": good, "b": good.with_(**rare)}, progress=told.append)
-    assert not told
+        rs.compare({"a": good, "b": good.with_(**rare)}, progress=reports.append)
+    assert not reports
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.1, np.nan, "half", [0.1, 0.9], None])

@@ -173,11 +173,11 @@ def test_calls_may_come_early_late_or_not_at_all(one, run):
 def test_convergence_is_reported_when_the_run_ends(one):
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum()) - 1
-    told = [controller.step(*at(run, t), t * DT) for t in range(last + 1)]
+    commands = [controller.step(*at(run, t), t * DT) for t in range(last + 1)]
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.CONVERGED
-    assert [each.health.converged for each in told] == [False] * last + [True]
-    assert told[-1].phase == "converged" and told[0].phase == "moving"
-    np.testing.assert_array_equal(told[-1].error, run.error.values[last])
+    assert [each.health.converged for each in commands] == [False] * last + [True]
+    assert commands[-1].phase == "converged" and commands[0].phase == "moving"
+    np.testing.assert_array_equal(commands[-1].error, run.error.values[last])
 
 
 def test_marks_that_may_be_out_of_the_image_need_not_have_been_seen():
@@ -310,8 +310,8 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
         slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
-    told = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
-    assert "are 0.667 times the commands of this controller" in str(told)
+    explanation = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
+    assert "are 0.667 times the commands of this controller" in str(explanation)
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
@@ -330,8 +330,10 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
             else move_camera(one.scene, q, command.velocities)
         )
     assert held > 10
-    told = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
-    assert "are the commands of this controller" in told or "are 1 times the commands" in told, told
+    message = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
+    assert (
+        "are the commands of this controller" in message or "are 1 times the commands" in message
+    ), message
 
 
 def test_a_controller_of_a_file(one):

@@ -155,13 +155,13 @@ def test_a_pose_is_not_followed_from_marks_that_are_frozen(one, run):
     drive(controller, run, 10)
     pixels = run.pixels.values[10].copy()
     pixels[3] = np.nan
-    told = [controller.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
-    assert [each.phase for each in told] == ["moving"] * 2 + ["holding"] * 4
-    assert told[-1].health.lost == ("square[3]",)
+    commands = [controller.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
+    assert [each.phase for each in commands] == ["moving"] * 2 + ["holding"] * 4
+    assert commands[-1].health.lost == ("square[3]",)
     points = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
     drive(points, run, 10)
-    told = [points.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
-    assert {each.phase for each in told} == {"moving"}  # of points three are enough
+    commands = [points.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
+    assert {each.phase for each in commands} == {"moving"}  # of points three are enough
 
 
 def test_an_unseen_target_has_not_arrived(one):

@@ -88,5 +88,5 @@ def test_two_marks_leave_motions_free_and_explain_reports_it(free_scene):
         run = rs.simulate(free_scene(SQUARE[:2]), task, start, duration=15)
     assert int(run.outcome) == rs.Outcome.CONVERGED and run.goal_pose.attrs["free_motions"] == 2
     assert float(run.distance_to_goal) > 0.01
-    told = str(rs.explain(run, trials=False))
-    assert "The features leave 2 motions of the joints free" in told
+    message = str(rs.explain(run, trials=False))
+    assert "The features leave 2 motions of the joints free" in message

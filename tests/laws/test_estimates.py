@@ -152,10 +152,10 @@ def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     lost = visp.scene.believe(place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
     scheme, goal = task(visp.task.goal, belief=lost, gain=3.0), visp.task.goal.q
-    told = {"duration": 20, "record": "summary"}
+    options = {"duration": 20, "record": "summary"}
     starts = visp.start + np.array([[0, 0, 0], [0.02, 0, 0.1]]) @ np.eye(3, 7)
-    run = rs.simulate(visp.scene, scheme, starts, **told)
+    run = rs.simulate(visp.scene, scheme, starts, **options)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.q_end[:, :3], np.tile(goal[:3], (2, 1)), atol=1e-5)
-    alone = rs.simulate(visp.scene, scheme, starts[1], **told, first_run=1)
+    alone = rs.simulate(visp.scene, scheme, starts[1], **options, first_run=1)
     np.testing.assert_array_equal(run.q_end[1], alone.q_end)

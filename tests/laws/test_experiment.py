@@ -44,9 +44,9 @@ def test_an_impossible_explanation_is_refused_before_it_runs(visp, message):
 
 
 def test_simulate_is_the_short_form(visp):
-    told = {"dt": 0.02, "duration": 0.3, "seed": 3, "sensing": rs.Sensing(noise=0.1)}
-    short = rs.simulate(visp.scene, visp.task, visp.start, **told)
-    assert short.identical(rs.Experiment(visp.scene, visp.task, visp.start, **told).run())
+    options = {"dt": 0.02, "duration": 0.3, "seed": 3, "sensing": rs.Sensing(noise=0.1)}
+    short = rs.simulate(visp.scene, visp.task, visp.start, **options)
+    assert short.identical(rs.Experiment(visp.scene, visp.task, visp.start, **options).run())
 
 
 def test_equal_values_have_equal_hashes_and_texts(visp):

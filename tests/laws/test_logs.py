@@ -76,8 +76,8 @@ def test_a_log_that_goes_on_reports_since_when_its_error_is_small(rhino):
     again = rs.logs.read_log(log, rhino)
     assert again.attrs["converged_at"] == pytest.approx((first + 5) * rhino.dt, abs=1e-12)
     figure = rs.plot.joints(again)
-    told = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
-    assert small[first:].all() and figure.get_suptitle() == told
+    text = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
+    assert small[first:].all() and figure.get_suptitle() == text
     short = rs.logs.read_log(log[: first - 1], rhino)
     assert "converged_at" not in short.attrs
     assert rs.plot.joints(short).get_suptitle().startswith("not converged; the log ends at ")

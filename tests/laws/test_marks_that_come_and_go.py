@@ -42,8 +42,11 @@ def test_without_the_weighting_the_same_run_ends_with_the_first_mark():
 
 def test_the_end_and_the_marks_are_reported():
     run = leaving(weighting="border")
-    told = rs.explain(run, trials=False)
-    assert "too few marks are left for a command: 5 of 40 are in the image, and L J" in told.what
+    explanation = rs.explain(run, trials=False)
+    assert (
+        "too few marks are left for a command: 5 of 40 are in the image, and L J"
+        in explanation.what
+    )
     diagnosis = rs.diagnose(run)
     last = diagnosis.sizes["time"] - 1
     marks = diagnosis.marks_in_image.values

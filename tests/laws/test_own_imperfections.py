@@ -201,8 +201,8 @@ def test_it_is_explained(own, experiment):
     assert cause.about == "effects"
     assert cause.sentence.startswith("The images are changed by Shake: the largest error stays at")
     assert "Without shaking images, the same run converges" in cause.sentence
-    told = rs.explain(run, made, trials=False)
-    assert any("not examined: shaking images" in remark for remark in told.remarks)
+    explanation = rs.explain(run, made, trials=False)
+    assert any("not examined: shaking images" in remark for remark in explanation.remarks)
     sticky = experiment.with_(actuation=rs.Actuation(effects=DeadZone(0.02)), duration=20.0)
     (cause, *_) = rs.explain(sticky.run(), sticky).causes
     assert "Without the dead zone of the joints, the same run converges" in cause.sentence

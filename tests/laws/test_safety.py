@@ -183,11 +183,11 @@ def test_hold_to_run_moves_only_while_it_is_reported(arm):
     controller = rs.Controller(arm.with_(safety=safety))
     pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
     assert not controller.step(pixels, q, 0.0).velocities.any()
-    told = [controller.step(pixels, q, step * DT, run=True) for step in range(1, 10)]
-    assert told[-1].phase == "moving" and told[-1].velocities.any()
+    commands = [controller.step(pixels, q, step * DT, run=True) for step in range(1, 10)]
+    assert commands[-1].phase == "moving" and commands[-1].velocities.any()
     let_go = [controller.step(pixels, q, step * DT) for step in range(10, 30)]
     assert {command.phase for command in let_go} == {"holding"}
-    sizes = np.abs(velocities([told[-1], *let_go])).max(axis=1)
+    sizes = np.abs(velocities([commands[-1], *let_go])).max(axis=1)
     assert (np.diff(sizes[:4]) < 0).all() and sizes[-1] == 0
     assert np.abs(np.diff(velocities(let_go), axis=0)).max() <= DT * (1 + 1e-9)
 
@@ -312,8 +312,8 @@ def test_a_margin_that_stops_a_joint_is_reported_in_degrees(arm):
     room = np.where(way > 0, high - half, half - low) + 9.0 * (np.abs(way) < 0.05)
     joint, margin = int(np.argmin(room)), np.zeros(7)
     margin[joint] = room[joint]
-    told = rs.explain(made.run(safety=rs.Safety(margin=margin)))
-    (cause,) = told.causes
+    explanation = rs.explain(made.run(safety=rs.Safety(margin=margin)))
+    (cause,) = explanation.causes
     assert cause.about == "safety.margin"
     name, degrees = arm.scene.coordinate_names[joint], f"{np.degrees(room[joint]):.3g} degrees"
     assert f"The safety stops joint {name} {degrees} before its limit." in cause.sentence
@@ -323,10 +323,10 @@ def test_limits_that_do_no_harm_are_in_the_way_and_those_that_never_act_are_not(
     at = arm.scene.pose("camera", arm.start).position
     safety = rs.Safety(100.0, 1e6, fence=rs.control.Fence("camera", at - 0.5, at + 0.1), ramp=0.1)
     made = arm.with_(dt=0.04, duration=12.0, safety=safety)
-    told = rs.explain(made.run())
-    assert [cause.about for cause in told.causes] == ["safety.fence"]
+    explanation = rs.explain(made.run())
+    assert [cause.about for cause in explanation.causes] == ["safety.fence"]
     ramp = "the slow start of the safety"
-    assert told.remarks == (f"Not the cause, though in the way as well: {ramp}.",)
+    assert explanation.remarks == (f"Not the cause, though in the way as well: {ramp}.",)
     unread = rs.explain(made.run(sensing=rs.Sensing(noise=1e-3)), trials=False)
     words = (
         f"Also wrong or in the way in this run, and not examined: pixel noise, the fence and {ramp}"

@@ -199,8 +199,8 @@ MATRIX = [
 
 def task_of(arrangement, law):
     where, scene = ARRANGEMENTS[arrangement], scene_of(arrangement)
-    told = {"goal": goal_of(arrangement), "camera": where.cameras[0], "joints": where.joints}
-    return LAWS[law](**told, **({"scene": scene} if law in NEED_THE_SCENE else {}))
+    options = {"goal": goal_of(arrangement), "camera": where.cameras[0], "joints": where.joints}
+    return LAWS[law](**options, **({"scene": scene} if law in NEED_THE_SCENE else {}))
 
 
 @pytest.mark.covering(1)

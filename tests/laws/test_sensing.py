@@ -170,12 +170,12 @@ def test_a_lost_image_is_the_one_before_to_the_bit():
 def test_each_run_may_have_a_latency_of_its_own(task):
     """The stages read it from rows: there, and alone, the bits are the same."""
     own = np.array([0.0, 0.055, 0.08, 0.13, 9.9])
-    told = {"dt": DT, "duration": 1.0, "hold": True}
+    options = {"dt": DT, "duration": 1.0, "hold": True}
     sensing = rs.Sensing(
         latency=0.13, noise=0.3, occlusions=[rs.imperfections.Occlusion([1], 0.2, 0.4)]
     )
     starts = np.repeat(Q0[None], len(own), axis=0)
-    loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
+    loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **options).loop()
     program, images = loop.sequence.program, loop.sequence.images
     delay, share = split_latency(own, DT, loop.steps)
     rows = {images.latency: own, images.delay: delay, images.share: share}
@@ -184,7 +184,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     loop.advance(ChunkProgress(np.arange(len(own))), lambda done: None)
     for i, latency in enumerate(own):
         sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)
-        alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **told)
+        alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **options)
         for name in ("q", "s"):
             np.testing.assert_array_equal(getattr(loop.recorder.series, name)[i], alone[name])
 

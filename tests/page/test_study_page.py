@@ -117,10 +117,10 @@ def test_pointing_shows_the_row(desk, study):
     row = study.table.iloc[number]
     assert card.locator("strong").inner_text() == f"run {number}"
     terms = card.locator("dt").all_inner_texts()
-    told = dict(zip(terms, card.locator("dd").all_inner_texts(), strict=True))
-    assert told["task.interaction"] == "current"
-    assert float(told["task.gain (1/s)"]) == pytest.approx(row["task.gain"], rel=1e-4)
-    assert float(told["end_time (s)"]) == pytest.approx(row["end_time"], rel=1e-4)
+    options = dict(zip(terms, card.locator("dd").all_inner_texts(), strict=True))
+    assert options["task.interaction"] == "current"
+    assert float(options["task.gain (1/s)"]) == pytest.approx(row["task.gain"], rel=1e-4)
+    assert float(options["end_time (s)"]) == pytest.approx(row["end_time"], rel=1e-4)
     page.mouse.move(5, 5)
     assert card.is_hidden()
 

@@ -136,7 +136,7 @@ def test_files_that_are_none(bag, tmp_path):
 def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
     """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
     whole = rs.logs.write_bag(run, tmp_path / f"run{suffix}").read_bytes()
-    path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
+    path, rng, text = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
     for i in range(30):
         data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
         if i % 3 == 0:
@@ -147,9 +147,9 @@ def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
         try:
             rs.logs.read_bag(path)
         except rs.errors.InputError as error:
-            told += 1
+            text += 1
             assert str(error).startswith(str(path)) and "\n" not in str(error)
-    assert told > 10
+    assert text > 10
 
 
 def test_a_truncated_database_is_reported(run, tmp_path):

@@ -163,6 +163,6 @@ def test_a_cluster_leaves_the_bits_also_where_a_worker_dies(noisy, how, wanted, 
         dask_cluster.connect_client(made.scheduler_address) as client,
     ):
         assert rs.study(noisy, 12, client=client, chunk=7, **how).hash == wanted
-        told = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}
-        assert rs.study(noisy, 12, **told, **how).hash == wanted
+        options = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}
+        assert rs.study(noisy, 12, **options, **how).hash == wanted
         assert killed

@@ -41,8 +41,8 @@ def test_every_page_receives_the_present_state_and_then_the_news(server, browser
 def test_an_answer_goes_to_the_page_of_the_request(server, browser, app):
     with browser.page() as one, browser.page() as two:
         one.send('{"say": "caf\\u00e9 \U0001f916", "at": [1, -2.5e-3, true, null]}')
-        said = {"say": "café \U0001f916", "at": [1, -2.5e-3, True, None]}
-        assert json.loads(one.recv(20)) == said and app.heard == [said]
+        options = {"say": "café \U0001f916", "at": [1, -2.5e-3, True, None]}
+        assert json.loads(one.recv(20)) == options and app.heard == [options]
         one.send('{"answer": false}')
         one.send('{"last": 1}')
         assert one.recv(20) == '{"last": 1}'

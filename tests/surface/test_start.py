@@ -23,8 +23,8 @@ COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that depend on how Num
 @cache
 def loaded_by(*steps):
     """The top-level modules that a fresh Python has loaded after each of some steps of code."""
-    told = "\nprint(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))\n"
-    code = "import json, sys\n" + "".join(step + told for step in steps)
+    text = "\nprint(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))\n"
+    code = "import json, sys\n" + "".join(step + text for step in steps)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
     assert done.stderr == ""
     return [set(json.loads(line)) for line in done.stdout.splitlines()]
