@@ -123,7 +123,7 @@ def _shown_in_notebooks() -> None:
 
 
 def _page(shown: Any) -> str:
-    found: str = import_module(f"{__name__}.page.export").in_cell(shown)
+    found: str = import_module(f"{__name__}.page.export").render_notebook_cell(shown)
     return found
 
 

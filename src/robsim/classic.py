@@ -1,7 +1,7 @@
 """The ten functions of the chapter, with its names and arguments, in centimetres.
 
-A block is a `Block`, a circ (wheel) a `Wheel`, and a cam a `CameraBody` with intrinsic parameters.
-Their numbers are centimetres and are not converted. The move functions return moved copies.
+A block is a `Block`, a circ (wheel) is a `Wheel`, and a cam is a `ClassicCamera`. Lengths are in
+centimetres and are not converted. The move functions return copies.
 
 >>> from robsim.classic import *
 >>> cam = init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b")
@@ -14,20 +14,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, prefix_errors
-from robsim.geometry.pose import Pose, as_matrix
+from robsim.geometry.pose import Pose, PoseLike, as_matrix
 from robsim.geometry.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.vision.camera import Camera
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 
 if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
+    from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 __all__ = [
     "init_block",
@@ -188,7 +189,7 @@ def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
     Raises
     ------
     InputError
-        If `blk_i` is no block, or R no rotation.
+        If `blk_i` is not a block, or `R` is not a rotation.
 
     Examples
     --------
@@ -218,7 +219,7 @@ def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
     Raises
     ------
     InputError
-        If `circ_i` is no wheel, or R no rotation.
+        If `circ_i` is not a wheel, or `R` is not a rotation.
 
     Examples
     --------
@@ -248,7 +249,7 @@ def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
     Raises
     ------
     InputError
-        If `cam_i` is no camera body, or R no rotation.
+        If `cam_i` is not a camera body, or `R` is not a rotation.
 
     Examples
     --------
@@ -260,7 +261,7 @@ def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
 
 
 def plot_block(block: Block) -> list[LineCollection]:
-    """Draw the 12 edges of a block in the current 3-D axes (cm), as plot3 of Matlab would.
+    """Draw the 12 edges of a block in the current 3-D axes (cm).
 
     3-D axes are created if the current figure has none.
 
@@ -335,15 +336,15 @@ def plot_cam(cam: CameraBody) -> list[LineCollection]:
     return _draw_primitive(_check_primitive(cam, CameraBody, "plot_cam: cam"))
 
 
-def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
+def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: PoseLike) -> Array:
     """Return the pixels (u, v) = (row, column) of points in a camera image, by eq. (10).
 
         u = u0 - X f / (Z px cos alpha)
         v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
 
-    (X, Y, Z) is the point in the frame of the camera: X up along its height, Y to the right along
-    its width, Z along the optical axis; rows u therefore grow downwards. `Camera.project` returns
-    the same pixel as (column, row) = (v, u).
+    (X, Y, Z) is the point in the frame of the camera. X points up, along the height of the camera,
+    Y to the right, along its width, and Z along the optical axis. Rows u grow downwards.
+    `Camera.project` returns the same pixel as (column, row) = (v, u).
 
     Parameters
     ----------
@@ -362,7 +363,7 @@ def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
     Raises
     ------
     InputError
-        If `Ki` is not the matrix of eq. (10), or `T_c` is no pose.
+        If `Ki` is not the matrix of eq. (10), or `T_c` is not a pose.
 
     Examples
     --------
@@ -393,10 +394,12 @@ def _build_chapter_camera(Ki: ArrayLike) -> Camera:
         ) from None
 
 
-def _check_primitive(primitive: P, kind: type[Primitive], what: str) -> P:
-    """Return the primitive; raise InputError unless it is of a kind."""
+def _check_primitive(primitive: P, kind: type[Primitive], argument: str) -> P:
+    """Return the primitive; raise InputError unless it is a `kind`."""
     if not isinstance(primitive, kind):
-        raise InputError(f"{what}: expected a {kind.__name__}, got a {type(primitive).__name__}")
+        raise InputError(
+            f"{argument}: expected a {kind.__name__}, got a {type(primitive).__name__}"
+        )
     return primitive
 
 
@@ -408,25 +411,25 @@ def _move_primitive(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
     return primitive.at(_build_rigid_pose(T, "R"))
 
 
-def _check_matrix_shape(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
+def _check_matrix_shape(value: ArrayLike, argument: str, *shapes: tuple[int, ...]) -> Array:
     """Return an array; raise InputError unless it has one of the shapes."""
-    array = as_floats(value, what, ())
+    array = as_floats(value, argument, ())
     if array.shape not in shapes:
         expected = " or ".join(map(str, shapes))
-        raise InputError(f"{what}: expected shape {expected}, got {array.shape}")
+        raise InputError(f"{argument}: expected shape {expected}, got {array.shape}")
     return array
 
 
-def _build_rigid_pose(T: Array, what: str) -> Pose:
-    """Return the pose of a matrix; the error message names the argument `what`."""
-    with prefix_errors(what):
+def _build_rigid_pose(T: Array, argument: str) -> Pose:
+    """Return the pose of a matrix; the error message names the argument."""
+    with prefix_errors(argument):
         return Pose(T)
 
 
 def _draw_primitive(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
     """Draw the edges of the primitive in the current 3-D axes."""
     from matplotlib.colors import is_color_like
-    from mpl_toolkits.mplot3d import art3d  # type: ignore[import-untyped]
+    from mpl_toolkits.mplot3d import art3d
 
     if not is_color_like(primitive.color):
         raise InputError(f"expected a colour of Matplotlib such as 'r', got {primitive.color!r}")
@@ -440,8 +443,8 @@ def _draw_primitive(primitive: Block | Wheel | CameraBody) -> list[LineCollectio
     return [lines]
 
 
-def _find_3d_axes() -> Any:
-    """Return the current axes if they are 3-D, else other 3-D axes of the figure, else new ones."""
+def _find_3d_axes() -> Axes3D:
+    """Return the current axes if they are 3-D, else other 3-D axes of the figure, else new axes."""
     import matplotlib.pyplot as plt
 
     figure = plt.gcf()

@@ -1,6 +1,6 @@
 """Checks for user-defined features, laws and joints.
 
-Each function returns a list of problems, which is empty if all is correct.
+Each function returns a list of the problems; the list is empty if there are none.
 
 >>> from robsim.features import Points
 >>> from robsim.laws import JointLaw
@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, as_floats, as_integer, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
@@ -27,25 +28,32 @@ from robsim.servo.laws.inverse import PseudoInverse, multiply_batches
 from robsim.servo.laws.law import Law
 from robsim.vision.camera import Camera
 
+__all__ = ["check_feature", "check_joint", "check_law"]
+
 RUNS, MARKS = 5, 4
-MOST = 10_000  # runs, marks, joints or features
+MOST = 10_000  # largest number of runs, marks, joints or features
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
 OTHER_CAMERA = Camera([[700, 3, 330], [0, 690, 250], [0, 0, 1]], distortion=(-0.1, 0.02, 0, 0))
-BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # the second camera in the first
-ROUNDING = 1e-12  # of the largest number: smaller differences come from the order of sums
-MOTIONS = ("vx", "vy", "vz", "wx", "wy", "wz")  # of a camera
+BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # second camera in the first
+ROUNDING = 1e-12  # share of the largest number; smaller differences come from the order of sums
+MOTIONS = ("vx", "vy", "vz", "wx", "wy", "wz")  # components of a camera twist
 STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 
 
 def check_feature(
-    feature: Feature, marks: Any = MARKS, seed: int = 0, runs: int = RUNS, *, bits: bool = False
+    feature: Feature,
+    marks: ArrayLike = MARKS,
+    seed: int = 0,
+    runs: int = RUNS,
+    *,
+    bits: bool = False,
 ) -> list[str]:
     """Check that the interaction matrix of a feature is the derivative of its measurement.
 
     The interaction matrix L is compared with central differences of the feature s along each of the
-    six camera motions in random views. The error of these differences must decrease with the square
-    of the step, which it does not for a wrong sign or factor. Units and tolerance of the feature
-    are checked as well, and that each run gives the same numbers alone and in a batch.
+    six camera motions in random views. If L is correct, the deviation decreases with the square of
+    the step; a wrong sign or factor leaves a constant deviation. The function also checks the unit
+    and the tolerance of the feature, and that a run gives the same numbers alone and in a batch.
 
     Parameters
     ----------
@@ -64,12 +72,12 @@ def check_feature(
     Returns
     -------
     list of str
-        The problems; empty if all is correct.
+        The problems; empty if there are none.
 
     Raises
     ------
     InputError
-        If `feature` is no feature, or an option is invalid.
+        If `feature` is not a feature, or an option is invalid.
 
     Examples
     --------
@@ -88,15 +96,15 @@ def check_feature(
     views = _RandomViews.random(marks, seed, runs)
     if hasattr(feature, "towards"):
         goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)
-        feature = feature.towards(goal.observed(feature))
-    observation = views.observed(feature)
+        feature = feature.towards(goal.observe(feature))
+    observation = views.observe(feature)
     problems = _check_attributes(feature)
     s, failures = _call_and_check(feature, "measure", observation, (runs, None))
     if failures:
         return [*problems, *failures]
 
     def alone(rows: Any) -> Observation:
-        return views.some(rows).observed(feature)
+        return views.select_runs(rows).observe(feature)
 
     problems += _check_rows_alone(lambda rows: feature.measure(alone(rows)), s, "measure", least)
     if not hasattr(feature, "interaction"):
@@ -119,8 +127,12 @@ def check_law(
 ) -> list[str]:
     """Check that a law returns finite velocities that reduce the error, and zero at the goal.
 
-    With an exact model, the error decreases if e' L J qdot < 0; the goal is s = 0. The law is also
-    checked to give the same numbers for a run alone and in a batch.
+    The function samples random errors e and matrices L and J, and checks the sign of
+
+        d/dt |e|^2 / 2 = e' L J qdot,
+
+    which must be negative for the commanded velocities qdot. It also checks that the velocities are
+    zero for e = 0, and that a run gives the same numbers alone and in a batch.
 
     Parameters
     ----------
@@ -133,13 +145,14 @@ def check_law(
     seed : int, default 0
         Seed of the random errors and matrices.
     bits : bool, default False
-        Whether a run alone must agree with the same run in a batch to the last bit. If it does, the
-        runs of a simulation do not depend on their distribution among threads.
+        Whether a run alone must agree with the same run in a batch to the last bit. Then the runs
+        of a simulation do not depend on their distribution among threads. By default they may
+        differ by 1e-12 of the largest number.
 
     Returns
     -------
     list of str
-        The problems; empty if all is correct.
+        The problems; empty if there are none.
 
     Raises
     ------
@@ -179,12 +192,12 @@ def check_law(
     )
     at_rest, failures = _call_and_check(law, "command", state(slice(None), 0.0), (RUNS, joints))
     if failures or np.abs(at_rest).max() > 1e-12:
-        problems.append(f"{name}.command does not give zero velocity for zero error")
+        problems.append(f"{name}.command does not return zero velocity for zero error")
     rate = np.einsum("kb,kcb,cjb,bj->b", e, L, J, qd)
     if (rate >= 0).any():
         problems.append(
             f"{name}.command does not descend: e' L J qdot is {rate.max():.3g}, not negative; "
-            "look at the sign of the command"
+            "check the sign of the command"
         )
     return problems
 
@@ -194,9 +207,9 @@ def check_joint(
 ) -> list[str]:
     """Check that the twists of a joint kind are the derivatives of its motion.
 
-    At random coordinates the motion must be a pose. The twist of each velocity is compared with
-    central differences of the motion, and their error must decrease with the square of the step.
-    Each row alone must give the same numbers as in a batch.
+    The motion must be a pose at random coordinates. The twist of each velocity is compared with
+    central differences of the motion; if the twists are correct, the deviation decreases with the
+    square of the step. Each row must give the same numbers alone and in a batch.
 
     Parameters
     ----------
@@ -213,7 +226,7 @@ def check_joint(
     Returns
     -------
     list of str
-        The problems; empty if all is correct.
+        The problems; empty if there are none.
 
     Raises
     ------
@@ -251,13 +264,15 @@ def check_joint(
     rigid = np.abs(np.einsum("bij,bkj->bik", T[:, :3, :3], T[:, :3, :3]) - np.eye(3)).max()
     if rigid > 1e-12 or (T[:, 3] != [0, 0, 0, 1]).any() or (np.linalg.det(T) < 0).any():
         return [
-            f"{name}.motion is no pose: R R' differs from the identity by {rigid:.3g}, or R is"
+            f"{name}.motion is not a pose: R R' differs from the identity by {rigid:.3g}, or R is"
             " a mirror, or the last row is not (0, 0, 0, 1)"
         ]
     if nv:
         columns = [f"{name}.twists, velocity '{velocity}'" for velocity in kind.velocities]
-        scales, off = 1.0 + np.abs(V).max((0, 2)), partial(_subtract_twists, kind, q)
-        problems += _check_against_differences(columns, off, V.swapaxes(1, 2), scales, "motion")
+        scales, subtract = 1.0 + np.abs(V).max((0, 2)), partial(_subtract_twists, kind, q)
+        problems += _check_against_differences(
+            columns, subtract, V.swapaxes(1, 2), scales, "motion"
+        )
     least = 0.0 if as_bool(bits, "bits") else ROUNDING
     problems += _check_rows_alone(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
     return problems + _check_rows_alone(
@@ -273,7 +288,7 @@ class _RandomViews:
     T_c_o: Array  # (3, 4, B)
 
     @classmethod
-    def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _RandomViews:
+    def random(cls, marks: ArrayLike, seed: int, runs: int, rotation: float = 0.6) -> _RandomViews:
         """Return views with the target 1.2 to 1.8 m ahead, rotated by up to `rotation` rad."""
         rng, runs = (
             np.random.default_rng(as_integer(seed, "seed", 0)),
@@ -286,31 +301,35 @@ class _RandomViews:
         T[:, :3, 3] = rng.uniform([-0.2, -0.2, 1.2], [0.2, 0.2, 1.8], (runs, 3))
         points = as_floats(marks, "marks", ("N", 3))
         if points.ndim != 2 or not points.size:
-            raise InputError(f"marks: expected (N, 3) or a number, got shape {points.shape}")
+            raise InputError(f"marks: expected shape (N, 3) or a number, got shape {points.shape}")
         return cls(points, move_runs_last(T[:, :3], 2))
 
-    def some(self, rows: Any) -> _RandomViews:
-        """Return the views of some runs."""
+    def select_runs(self, rows: Any) -> _RandomViews:
+        """Return the views of the selected runs."""
         return _RandomViews(self.marks, np.ascontiguousarray(self.T_c_o[..., rows]))
 
-    def moved(self, twist: Array) -> _RandomViews:
-        """Return the views after the camera moved by exp(twist)."""
+    def move_camera(self, twist: Array) -> _RandomViews:
+        """Return the views after a motion exp(twist) of the camera."""
         T = Pose.exp(twist).inv().matrix @ homogeneous_matrix(self.T_c_o)
         return _RandomViews(self.marks, move_runs_last(T[:, :3], 2))
 
-    def observed(self, feature: Feature) -> Observation:
-        """Return the observation for a feature, of one or two cameras."""
+    def observe(self, feature: Feature) -> Observation:
+        """Return the observation of the camera, or of both cameras if the feature needs two."""
         if getattr(feature, "cameras", 1) != 2:
-            return self._by(CAMERA)
+            return self._observe_with(CAMERA)
         T = BETWEEN.inv().matrix @ homogeneous_matrix(self.T_c_o)
-        other = _RandomViews(self.marks, move_runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
+        other = _RandomViews(self.marks, move_runs_last(T[:, :3], 2))._observe_with(OTHER_CAMERA)
         T_between = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
-        return self._by(CAMERA, other=other, between_last=make_read_only(T_between.copy()))
+        return self._observe_with(
+            CAMERA, other=other, between_last=make_read_only(T_between.copy())
+        )
 
-    def _by(self, camera: Camera, **options: Any) -> Observation:
+    def _observe_with(self, camera: Camera, **options: Any) -> Observation:
         """Return the observation of one camera."""
         T = self.T_c_o
-        x, y, z = np.moveaxis(self.marks[..., None, None], 1, 0)  # same bits in any batch
+        x, y, z = np.moveaxis(
+            self.marks[..., None, None], 1, 0
+        )  # elementwise: the same bits in any batch
         X = ((T[:, 0] * x + T[:, 1] * y) + T[:, 2] * z) + T[:, 3]
         pixels, _ = camera.image_of(X)
         options |= {"model": self.marks, "guess_last": self.T_c_o}
@@ -319,7 +338,7 @@ class _RandomViews:
 
 
 def _check_attributes(feature: Feature) -> list[str]:
-    """Return the problems of unit and tolerance."""
+    """Return the problems of the unit and the tolerance of a feature."""
     name = type(feature).__name__
     problems = []
     if not isinstance(getattr(feature, "unit", None), str):
@@ -356,15 +375,19 @@ def _call_and_check(
 
 
 def _check_against_differences(
-    columns: list[str], off: Callable[[float, Array], Array], exact: Array, scales: Array, of: str
+    columns: list[str],
+    subtract: Callable[[float, Array], Array],
+    exact: Array,
+    scales: Array,
+    of: str,
 ) -> list[str]:
     """Return a problem for each column if its central differences do not converge.
 
-    `off(step, exact)` returns the difference (B, k, n) between central differences and n columns
-    `exact`. It must decrease with the square of the step.
+    `subtract(step, exact)` returns the deviation (B, k, n) of central differences from the columns
+    `exact`. The deviation must decrease with the square of the step.
     """
-    errors = np.array([np.abs(off(step, exact)).max((0, 1)) for step in STEPS])
-    minus = np.abs(off(STEPS[-1], -exact)).max((0, 1))
+    errors = np.array([np.abs(subtract(step, exact)).max((0, 1)) for step in STEPS])
+    minus = np.abs(subtract(STEPS[-1], -exact)).max((0, 1))
     problems = []
     for name, (first, *_, last), opposite, scale in zip(
         columns, errors.T, minus, scales, strict=True
@@ -372,24 +395,24 @@ def _check_against_differences(
         if not (last < 1e-9 * scale or last < 0.3 * first):
             hint = "; the sign is flipped" if opposite < 1e-3 * scale else ""
             problems.append(
-                f"{name}: differs from central differences of {of} by {last:.3g}, and not less for "
-                f"smaller steps{hint}"
+                f"{name}: differs from central differences of {of} by {last:.3g}, which "
+                f"does not decrease with the step{hint}"
             )
     return problems
 
 
 def _subtract_interaction(feature: Feature, views: _RandomViews, step: float, L: Array) -> Array:
-    """Return central differences of s (B, k, 6) minus L, without jumps of angles by half turns."""
+    """Return central differences (B, k, 6) of s minus L, without jumps of angles by half turns."""
     differences = []
     for V in step * np.eye(6):
-        ahead, behind = (feature.measure(views.moved(v).observed(feature)) for v in (V, -V))
+        ahead, behind = (feature.measure(views.move_camera(v).observe(feature)) for v in (V, -V))
         differences.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
-    off, jump = np.stack(differences, axis=-1) - L, np.pi / (2 * step)
-    return np.asarray(off - jump * np.round(off / jump))
+    deviation, jump = np.stack(differences, axis=-1) - L, np.pi / (2 * step)
+    return np.asarray(deviation - jump * np.round(deviation / jump))
 
 
 def _subtract_twists(kind: JointKind, q: Array, step: float, V: Array) -> Array:
-    """Return central differences of the motion (B, 6, nv), as twists in its axes, minus V."""
+    """Return central differences (B, 6, nv) of the motion minus V, as twists in its axes."""
     axes, differences = Pose(kind.motion(q)).rotation, []
     for rates in np.eye(V.shape[-1]):
         qd = np.tile(rates, (len(q), 1))
@@ -402,7 +425,10 @@ def _subtract_twists(kind: JointKind, q: Array, step: float, V: Array) -> Array:
 def _check_rows_alone(
     call: Callable[[Any], Any], all_rows: Array, label: str, share: float
 ) -> list[str]:
-    """Return a problem if a row alone differs from the batch by a share of the largest number."""
+    """Return a problem if a row alone differs from the batch by more than `share`.
+
+    `share` is relative to the largest number; 0 requires agreement to the last bit.
+    """
     allowed = share * np.abs(all_rows).max(initial=0.0)
     for b in range(len(all_rows)):
         alone = np.asarray(call(slice(b, b + 1)), dtype=np.float64)
@@ -411,7 +437,7 @@ def _check_rows_alone(
             limit = f"more than rounding ({allowed:.1g})" if share else "not to the last bit"
             return [
                 f"{label}: run {b} alone differs from the same run in a batch by {off:.3g}, "
-                f"{limit}; compute element by element over the runs (matrix products of BLAS "
-                "depend on the batch size)"
+                f"{limit}; compute elementwise over the runs, because the matrix products of "
+                "BLAS depend on the batch size"
             ]
     return []

@@ -27,17 +27,17 @@ def with_task(**changes):
         (lambda: example("pan_tilt_tracking"), "advise: robot 'carousel' moves on its own"),
         (
             lambda: example("visp_tutorial").vary({"task.gain": [1.0, 2.0]}),
-            "advise: there are several runs: take one experiment, of_run",
+            r"advise: expected one run, got several: give experiment\.of_run",
         ),
         (
             lambda: example("visp_tutorial").with_(
                 start=np.tile(example("visp_tutorial").start, (2, 1))
             ),
-            "advise: there are several runs",
+            "advise: expected one run, got several",
         ),
         (
             lambda: example("visp_tutorial").with_(sensing=rs.Sensing(latency=1e6)),
-            r"advise: images may be 1000 control periods apart or late at most, .*2.5e\+07",
+            r"advise: interval and latency of the images: expected at most 1000 .* got 2.5e\+07",
         ),
         (
             lambda: example("visp_tutorial").with_(sensing=rs.Sensing(dropped=0.95)),
@@ -47,7 +47,7 @@ def with_task(**changes):
         (lambda: with_task(depth=rs.laws.DepthFilter(0.5)), r"advise: .*depth=DepthFilter\(...\)"),
         (
             lambda: example("joint_lag").with_(task=rs.FollowJoints([0.0] * 6, duration=2.0)),
-            "advise: FollowJoints follows time, and servos on no image",
+            "advise: FollowJoints follows a trajectory and uses no image",
         ),
     ],
     ids=lambda each: each if isinstance(each, str) else "made",

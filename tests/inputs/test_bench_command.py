@@ -93,7 +93,7 @@ WRONG = {
     "a folder": (["--task", ".:Scheme"], "--task: .: no such file"),
     "no Python": (["--task", "text.txt:Scheme"], "text.txt: not a Python file"),
     "no such name": (["--task", "mine.py:Schem"], "no 'Schem' in mine.py; did you mean 'Scheme'?"),
-    "twice": (["--task", "mine.py:task"] * 2, "two schemes are called mine:task"),
+    "twice": (["--task", "mine.py:task"] * 2, "two schemes have the name mine:task"),
     "raises": (["--task", "boom.py:x"], "boom.py raised ZeroDivisionError: division by zero"),
     "leaves": (["--task", "exit.py:x"], "exit.py raised SystemExit: 3"),
     "no syntax": (["--task", "syntax.py:x"], "syntax.py, line 2: "),

@@ -288,10 +288,10 @@ def test_numbers_that_are_given_are_as_many_as_the_draws():
         rs.samplers.Product(rs.samplers.TabulatedValues([1.0, 2.0])),
     ):
         with pytest.raises(
-            rs.errors.InputError, match=r"runs: 3, and task\.gain is given for 2 draws"
+            rs.errors.InputError, match=r"runs: 3, but task\.gain has values for 2 draws"
         ):
             rs.study(one, 3, vary={"task.gain": sampler})
     with pytest.raises(
-        rs.errors.InputError, match="Given: expected one row of numbers for each draw"
+        rs.errors.InputError, match="TabulatedValues: expected one row of numbers for each draw"
     ):
         rs.samplers.TabulatedValues(1.0)

@@ -109,7 +109,11 @@ MISTAKES = {
     "no rate": ('"90 deg/s"', '"0 deg/s"', "car.steering.rate: must be greater than 0"),
     "an unknown key": ("rate =", "rat =", "car.steering.rat: unknown key 'rat'; did you mean 'ra"),
     "a car without steering": ("steering = {", "# {", "car: a car joint needs a steering"),
-    "steering without a car": ('"car"\njoint_n', '"unicycle"\njoint_n', "has no steering: that is"),
+    "steering without a car": (
+        '"car"\njoint_n',
+        '"unicycle"\njoint_n',
+        "has no steering; only a car",
+    ),
     "no table": (
         "steering = { wheel",
         'steering = "30 cm" # { wheel',
@@ -121,11 +125,7 @@ MISTAKES = {
         'speed = "1 m/s"',
         "car.speed: a car joint has none",
     ),
-    "an effort of a car": (
-        'joint_name = "drive"',
-        "effort = 1",
-        "a car joint has no effort of its",
-    ),
+    "an effort of a car": ('joint_name = "drive"', "effort = 1", "a car joint has no effort; only"),
     "limits of a car": (
         'joint_name = "drive"',
         'limits = ["0 m", "1 m"]',
@@ -196,7 +196,7 @@ MISTAKES = {
     "a chord of no rail": (
         'of = "rear"',
         'of = "finger"',
-        "'body' must follow a rail that follows",
+        "'body' must follow a rail that follows no",
     ),
     "a place beyond the chord": (
         'at = "20 cm"',
@@ -207,7 +207,7 @@ MISTAKES = {
     "an arc that turns": (
         'gives = "angle"',
         'gives = "arc"',
-        "Chord gives a length, and a revolute",
+        "Chord gives a length, which is no coordinate of a revolute",
     ),
     "a plane that follows": (
         'joint = "revolute"\nfollows = { kind = "chord"',

@@ -61,7 +61,7 @@ BAD = {
             "cameras.eye.rotvec": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
         }
     },
-    "vary: task.gain: Times changes the value of the experiment, which task replaces": {
+    "vary: task.gain: Product changes the value of the experiment, which task replaces": {
         "vary": {
             "task": [rs.IBVS(), rs.PBVS()],
             "task.gain": rs.samplers.Product(rs.samplers.Uniform(1, 2)),
@@ -111,11 +111,11 @@ WRONG = {
     "Normal.std must be a number not below 0": lambda: rs.samplers.Normal(0, -1),
     "Uniform.low.*finite": lambda: rs.samplers.Uniform(np.nan, 1),
     "Uniform.low: expected.*'a'": lambda: rs.samplers.Uniform("a", 1),
-    "Grid: low and high are one number each": lambda: rs.samplers.Grid([1, 2], 3),
-    "Grid: with log, low is above 0": lambda: rs.samplers.Grid(0, 3, log=True),
+    "Grid: expected one number for low": lambda: rs.samplers.Grid([1, 2], 3),
+    "Grid: with log, expected low above 0": lambda: rs.samplers.Grid(0, 3, log=True),
     "Grid.count must be a whole number from 1": lambda: rs.samplers.Grid(1, 3, 0),
-    "Plus.of.* got 3": lambda: rs.samplers.Sum(3),
-    "Times: expected a sampler of numbers, got Plus": lambda: rs.samplers.Product(
+    "Sum.of.* got 3": lambda: rs.samplers.Sum(3),
+    "Product: expected a sampler of numbers, got Sum": lambda: rs.samplers.Product(
         rs.samplers.Sum(rs.samplers.Uniform(0, 1))
     ),
     "Choice.values: expected a list": lambda: rs.samplers.Choice(3),

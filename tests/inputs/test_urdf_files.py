@@ -99,7 +99,7 @@ CORPUS_SAYS = {
     "16_two_numbers": "<joint 'j'> <origin>: xyz = '0 1': expected 3 numbers, got 2",
     "17_comma_decimal": "xyz = '0,5 0 0': '0,5' is no number; a decimal point is allowed",
     "18_missing_parent": "<joint 'j'>: parent: no link 'zzz'",
-    "19_self_mimic": "<joint 'j'>: mimics itself in the end; follow another joint",
+    "19_self_mimic": "<joint 'j'>: mimics itself; follow another joint",
     "20_mimic_missing": "<joint 'j'>: mimic: no joint 'nope'",
     "21_self_joint": "<joint 'j'>: parent and child are both 'a'; join two links",
     "23_empty": "empty; expected a URDF file",
@@ -153,7 +153,7 @@ def test_the_rest_of_the_corpus_is_read():
         ('type="continuous"', "", "<joint 'elbow'>: type is missing"),
         ('type="continuous"', 'type="floating"', "mimic: 'elbow' is floating, and has no single"),
         ('type="prismatic"', 'type="planar"', "a planar joint cannot follow another"),
-        ('joint="elbow"', 'joint="grip"', "<joint 'grip'>: mimics itself in the end"),
+        ('joint="elbow"', 'joint="grip"', "<joint 'grip'>: mimics itself"),
         ('name="arm"', "", "<robot>: name is missing"),
         ('name="arm"', 'name=""', "<robot ''>: name is missing"),
         ('name="lower"', 'name="ba.e"', "parent: no link 'lower'"),
@@ -226,7 +226,7 @@ def test_loops_of_mimics_end(read):
     text = ARM.replace(
         '<axis xyz="0.6 0 0.8"/>', '<axis xyz="0.6 0 0.8"/><mimic joint="grip" multiplier="2"/>'
     )
-    assert "mimics itself in the end" in get_refusal(read, text=text)
+    assert "mimics itself" in get_refusal(read, text=text)
 
 
 def test_names_that_become_the_same_are_refused(read):
@@ -259,7 +259,7 @@ def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
     [
         ("<a>" * 100_000, "nested more than 64 deep"),
         ("<robot name='r'>" + "<gazebo/>" * 100_001 + "</robot>", "more than 100000 elements"),
-        ("<robot name='r'>" + "<rumour/>" * 1001 + "</robot>", "more than 1000 unknown words"),
+        ("<robot name='r'>" + "<rumour/>" * 1001 + "</robot>", "more than 1000 oddities"),
         ("<robot name='r'>" + "<link name='a'/>" * 2049 + "</robot>", "from 1 to 2048 are allowed"),
     ],
 )
@@ -287,7 +287,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('lower="-1.5" upper="2"', "", "lower 0 and upper 0 are read as without limits"),
         ('lower="-1.5" upper="2"', 'lower="-1e16" upper="1e16"', "are read as without limits"),
         ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
-        ('value="2"', 'value="0"', "a tensor without a mass, left out"),
+        ('value="2"', 'value="0"', "the inertia has a tensor and no mass; left out"),
         ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
         ('<mass value="2"/>', "", ":5: <link 'upper'> <inertial>: without <mass>, left out"),
         (INERTIAL, "<inertial/>", "<inertial>: without <mass> and <inertia>, left out"),

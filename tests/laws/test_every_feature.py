@@ -44,10 +44,10 @@ def test_on_which_marks_its_numbers_depend_is_the_same_in_every_view(name):
     """Hiding mark after mark in one view gives the effect of hidden marks in all other views."""
     feature = FEATURES[name]()
     views, rng = _RandomViews.random(MARKS.get(name, SPREAD), 1, 60), np.random.default_rng(2)
-    seen = views.observed(feature)
+    seen = views.observe(feature)
     cameras, N = getattr(feature, "cameras", 1), len(seen.pixels_last)
     block = BoundBlock(feature, (None,) * cameras, None, None, 1.0)
-    depends = block.depends(views.some([0]).observed(feature))
+    depends = block.depends(views.select_runs([0]).observe(feature))
     hidden = rng.uniform(size=(cameras, N, 60)) < 0.3
     expected = (depends[..., None] & hidden).any(axis=(1, 2))
     np.testing.assert_array_equal(block.gone(seen.blind(list(hidden))), expected)

@@ -273,7 +273,7 @@ def test_a_joint_without_a_measure_is_reported(measure):
 
 def test_a_workspace_without_end_is_refused_by_the_names_of_its_joints():
     with pytest.raises(
-        rs.errors.InputError, match=r"'unicycle' has no end: no limits for 'body.x', 'b"
+        rs.errors.InputError, match=r"'unicycle' is unbounded: no limits for 'body.x', 'b"
     ):
         sample_workspace(robots.unicycle())
     with pytest.raises(
@@ -282,7 +282,7 @@ def test_a_workspace_without_end_is_refused_by_the_names_of_its_joints():
         sample_workspace(robots.free_camera())
     lift = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 0, 0]], joints="RP")
     with pytest.raises(
-        rs.errors.InputError, match="'robot' has no end: no limits for 'link2'; expected"
+        rs.errors.InputError, match="'robot' is unbounded: no limits for 'link2'; expected"
     ):
         sample_workspace(lift)
     with pytest.raises(rs.errors.InputError, match="robot 'post' has no joint that moves"):

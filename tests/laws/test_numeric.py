@@ -29,7 +29,7 @@ def views(feature, runs=30):
 
 @BUILT_IN
 def test_differences_are_the_interaction_matrix(feature):
-    seen = views(feature).observed(feature)
+    seen = views(feature).observe(feature)
     L = feature.interaction(seen)
     assert np.abs(difference_interaction(feature, seen) - L).max() < 1e-9 * np.abs(L).max()
     np.testing.assert_array_equal(compute_interaction(feature, seen), L)
@@ -38,14 +38,14 @@ def test_differences_are_the_interaction_matrix(feature):
 @BUILT_IN
 def test_a_run_alone_has_the_bits_that_it_has_in_a_batch(feature):
     both = views(feature)
-    together = difference_interaction(feature, both.observed(feature))
+    together = difference_interaction(feature, both.observe(feature))
     for b in range(30):
-        alone = difference_interaction(feature, both.some(slice(b, b + 1)).observed(feature))
+        alone = difference_interaction(feature, both.select_runs(slice(b, b + 1)).observe(feature))
         np.testing.assert_array_equal(alone[0], together[b])
 
 
 def test_a_pose_is_fitted_anew_wherever_its_guess_is():
-    seen = views(ThetaU()).observed(ThetaU())
+    seen = views(ThetaU()).observe(ThetaU())
     off = replace(seen, guess_last=seen.guess_last + [[[0]] * 3 + [[0.05]]] * 3)
     L = ThetaU().interaction(seen)
     assert np.abs(difference_interaction(ThetaU(), off) - L).max() < 1e-8 * np.abs(L).max()
@@ -57,8 +57,8 @@ def test_the_predicted_view_is_the_view_of_the_moved_camera(axis):
     here, step = views(StereoPoints()), 0.1
     twist = step * np.eye(6)[axis]
     said, truth = (
-        displace_camera(here.observed(StereoPoints()), axis, step),
-        here.moved(twist).observed(StereoPoints()),
+        displace_camera(here.observe(StereoPoints()), axis, step),
+        here.move_camera(twist).observe(StereoPoints()),
     )
     for a, b in ((said, truth), (said.other, truth.other)):
         np.testing.assert_allclose(a.pixels_last, b.pixels_last, rtol=0, atol=1e-9)
@@ -80,7 +80,7 @@ class Depths:
 
 def test_a_feature_of_depth_gets_its_interaction_matrix():
     """Zdot = -vz - omega_x Y + omega_y X."""
-    seen = views(Depths()).observed(Depths())
+    seen = views(Depths()).observe(Depths())
     X = np.concatenate([seen.points, np.ones((30, 5, 1))], axis=-1) * seen.depth[..., None]
     zero = np.zeros((30, 5))
     L = np.stack([zero, zero, zero - 1, -X[..., 1], X[..., 0], zero], axis=-1)

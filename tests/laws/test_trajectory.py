@@ -359,11 +359,11 @@ GOOD = {"speed": 1.0, "acceleration": 1.0}
         (lambda: Straight(np.eye(4), np.eye(4), 0.0), "duration must be a positive number"),
         (
             lambda: Straight(np.eye(4), rs.Pose.at(1), turn=1.0, turn_acceleration=1.0),
-            "would take no time: give speed and acceleration as well",
+            "duration of this motion is undefined: give speed and acceleration as well",
         ),
         (
             lambda: Straight(np.eye(4), rs.Pose.at(rotvec=(1, 0, 0)), **GOOD),
-            "would take no time: give turn and turn_acceleration as well",
+            "duration of this motion is undefined: give turn and turn_acceleration as well",
         ),
         (lambda: Path([]), "path: expected a list of Straight"),
         (lambda: Path(Straight(np.eye(4), np.eye(4), 1.0)), "path: expected a list of Straight"),

@@ -125,7 +125,7 @@ def test_a_second_scheme_runs_beside(experiment):
         ("task.gain", True, "expected a number"),
         ("task.gain", -1.0, "greater than 0"),
         ("task.kind", "none of them", "one of its options"),
-        ("start.position", [1.0, 2.0], "as many numbers"),
+        ("start.position", [1.0, 2.0], "one number for each of its names"),
         ("run.hold", 1, "true or false"),
         ("run.seed", 1.5, "a whole number"),
         ("task.gian", 1.0, "did you mean 'task.gain'"),
@@ -148,7 +148,7 @@ def test_a_faulty_change_changes_nothing(experiment, name, value, reason):
 )
 def test_a_drag_to_no_pose_is_refused(experiment, pose):
     bench = Workbench(experiment)
-    with pytest.raises(InputError, match="a drag: "):
+    with pytest.raises(InputError, match="drag: "):
         bench.drag("start", pose)
     with pytest.raises(InputError, match="no handle"):
         bench.drag("../../etc", [0.0] * 7)
@@ -156,7 +156,7 @@ def test_a_drag_to_no_pose_is_refused(experiment, pose):
 
 def test_a_drag_out_of_reach_is_refused():
     bench = Workbench(load_scenario(examples.path("eye_in_hand")))
-    with pytest.raises(InputError, match="camera does not reach there"):
+    with pytest.raises(InputError, match="camera does not reach this pose"):
         bench.drag("start", [5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
 

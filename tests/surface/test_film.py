@@ -312,7 +312,7 @@ BAD = {
     "NaN": ({"fps": float("nan")}, "fps"),
     "too many frames": ({"speed": 1e-4}, f"frames, and a film has at most {MOST}"),
     "a size that is none": ({"size": (0, 1)}, "size"),
-    "too little room": ({"size": (4, 3)}, "size: 4 x 3 inches are too few .* a lower dpi"),
+    "too little room": ({"size": (4, 3)}, "size: 4 x 3 inches are too few .* reduce dpi"),
     "too many pixels": ({"dpi": 1000}, "64 to 4096 pixels a side"),
     "too few pixels": ({"dpi": 4}, "64 to 4096 pixels a side"),
     "a view that is none": ({"view": 3}, "view"),
@@ -343,7 +343,7 @@ def test_batches_summaries_and_other_things_are_refused(tmp_path):
     experiment = example("visp_tutorial", duration=0.4)
     several = experiment.with_(start=np.tile(experiment.start, (3, 1))).run()
     with pytest.raises(
-        rs.errors.InputError, match=r"these are 3: pick one, as in run\.isel\(run=0\)"
+        rs.errors.InputError, match=r"expected one run, got 3: pick one, as in run\.isel\(run=0\)"
     ):
         rs.plot.save_film(several, tmp_path / "run.gif")
     assert rs.plot.save_film(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()
@@ -369,7 +369,7 @@ def test_an_mp4_without_pyav_is_refused_before_anything_runs(called, monkeypatch
     without_av(monkeypatch)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
-        rs.errors.InputError, match=r"pip install 'robsim\[film\]'.* needs nothing more"
+        rs.errors.InputError, match=r"pip install 'robsim\[film\]'.* does not need it"
     ):
         rs.plot.save_film(short, "run.mp4")
     status, out, err = called("run", str(rs.examples.path("visp_tutorial")), "--mp4")
@@ -396,7 +396,7 @@ def test_a_film_that_is_impossible_is_refused_before_it_is_simulated(called, tmp
     where = tmp_path / "out"
     command = ["run", str(rs.examples.path("visp_tutorial")), "-o", str(where)]
     status, _, err = called(*command, "--gif", "--set", "run.record=summary")
-    assert status == 2 and "run.gif shows all of a run" in err and not where.exists()
+    assert status == 2 and "run.gif shows all instants of a run" in err and not where.exists()
     several = example("visp_tutorial")
     several = several.with_(start=np.tile(several.start, (3, 1)))
     with pytest.raises(rs.errors.InputError, match=r"run\.html shows one run, and .* has 3 starts"):

@@ -98,10 +98,10 @@ def test_it_shows_the_frame_of_the_figures():
 @pytest.mark.parametrize(
     ("settings", "told"),
     [
-        ({"q": [0.0]}, r"expected shape \(moments, 1\)"),
-        ({"q": np.empty((0, 1))}, r"expected shape \(moments, 1\)"),
+        ({"q": [0.0]}, r"expected shape \(n, 1\)"),
+        ({"q": np.empty((0, 1))}, r"expected shape \(n, 1\)"),
         ({"views": ["below"]}, "no view 'below'"),
-        ({"titles": ["a", "b"]}, "1 moments need as many titles, got 2"),
+        ({"titles": ["a", "b"]}, "titles: expected 1, one for each configuration, got 2"),
         ({"around": "arm.link2"}, "did you mean 'arm.link1'"),
         ({"extent": (0, 1)}, r"extent: expected \(width, height\) in metres, got \(0, 1\)"),
         ({"extent": 1.0}, r"extent \(width, height\) in metres: expected shape"),

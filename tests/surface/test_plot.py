@@ -914,7 +914,7 @@ def test_the_summary_shows_the_camera_and_the_frame_that_are_requested(pair, pai
 def test_a_batch_is_refused_where_one_run_is_shown(draw, batch, scene):
     given = {plot.velocity: (batch,), plot.run: (batch, scene), plot.scene: (scene, None, batch)}
     with pytest.raises(
-        rs.errors.InputError, match=r"these are 60: pick one, as in run.isel\(run=0\)"
+        rs.errors.InputError, match=r"expected one run, got 60: pick one, as in run.isel\(run=0\)"
     ):
         draw(*given[draw])
 

@@ -154,5 +154,5 @@ def test_a_robot_without_shapes_is_lines_or_the_axes_of_its_tip():
 def test_only_a_robot_can_be_drawn_alone():
     with pytest.raises(rs.errors.InputError, match="expected a Robot, got 'ur5e'"):
         plot.robot("ur5e")
-    with pytest.raises(rs.errors.InputError, match="q: a figure shows one configuration"):
+    with pytest.raises(rs.errors.InputError, match="q: expected one configuration"):
         plot.robot(robots.ur5e(), np.zeros((2, 6)))

@@ -56,13 +56,13 @@ class Advice(Value):
     margin : float
         Largest stable factor of all gains.
     limited_by : str
-        Main cause of the largest gain, in words.
+        Main cause of the limit of the gain, in words.
     rate : float
         Decay rate of the slowest motion without delays, in 1/s.
     noise : NoiseFloor
         Jitter that noise causes at the end, in pixels, metres and radians; zero without noise.
     q : ndarray of shape (nq,)
-        Coordinates of the state of rest.
+        Coordinates of the scene at rest.
     metres, radians : float
         Distance and angle of the camera from its goal at rest. NaN if the goal has no known pose.
     effects : tuple of MiscalibrationEffect
@@ -142,18 +142,18 @@ def advise(experiment: Experiment) -> Advice:
 
     At the goal the command is a linear function of the motion and of the image errors. Its
     derivatives are central differences of the controller itself, so that every law and every belief
-    is supported. Together with the timing of the loop (control period, rare and late images, joints
-    that lag) they give the map of the state from one image to the next. A gain is stable while all
-    eigenvalues of this map lie within the unit circle (Franklin, Powell and Workman 1998, "Digital
-    Control of Dynamic Systems"). If images are lost, the mean square of the state must decay. The
-    jitter that noise causes follows from the discrete Lyapunov equation of the same map. An error
-    dp of a believed number moves the end of the run by
+    is supported. Derivatives and timing (control period, interval and latency of the images, lag of
+    the joints) determine the linear map of the state from one image to the next. The loop is stable
+    if all eigenvalues of this map lie within the unit circle (Franklin, Powell and Workman 1998,
+    "Digital Control of Dynamic Systems"). If images are lost, the mean square of the state must
+    decay. The jitter that noise causes follows from the discrete Lyapunov equation of the same map.
+    An error dp of a believed number displaces the state of rest by
 
         dq = -(dqd/dq)^-1 (dqd/dp) dp.
 
     The prediction holds near the goal. It does not cover the path to the goal: marks may be lost
-    there, and joints may reach their limits. If the goal is given as numbers, its state of rest is
-    found by a run without image and joint errors.
+    there, and joints may reach their limits. A goal given as numbers has no known state of rest; a
+    run without image and joint errors then determines it.
 
     Parameters
     ----------
@@ -169,8 +169,8 @@ def advise(experiment: Experiment) -> Advice:
     ------
     InputError
         If the experiment is a mission, follows a path, or has several runs; if its task has memory
-        (Broyden, DepthFilter, estimated feed-forward) or docks; if a robot or a car moves otherwise
-        than by commanded velocities; or if no state of rest is found near the goal.
+        (Broyden, DepthFilter, estimated feed-forward) or is docking; if the scene has a car or
+        prescribed motions; or if the task has no state of rest near the goal.
 
     Examples
     --------
@@ -191,11 +191,11 @@ def _check_linear(experiment: Experiment) -> None:
     check_instance(experiment, Experiment, "experiment")
     task, prefix = experiment.task, f"{CALLER}: "
     if isinstance(task, SelfSimulatingTask):
-        raise InputError(f"{prefix}a mission has a loop for each phase: take one of its tasks")
+        raise InputError(f"{prefix}a mission has a loop for each phase: give the task of one phase")
     if experiment.varied or np.ndim(experiment.start) > 1:
-        raise InputError(f"{prefix}there are several runs: take one experiment, of_run(i)")
+        raise InputError(f"{prefix}expected one run, got several: give experiment.of_run(i)")
     if isinstance(task, FollowJoints | FollowPath):
-        raise InputError(f"{prefix}{type(task).__name__} follows time, and servos on no image")
+        raise InputError(f"{prefix}{type(task).__name__} follows a trajectory and uses no image")
     if experiment.scene.tree.cars:
         raise InputError(f"{prefix}a car at rest cannot turn, and so it has no linear loop")
     experiment.check(view=False)
@@ -222,7 +222,7 @@ def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
 
 
 def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
-    """Return the jitter that noise of images and encoders causes."""
+    """Return the jitter caused by the noise of images and encoders."""
     field = linear.field
     deviations = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
     joint_deviation = reduce(np.hypot, deviations, np.zeros(field.scene.nq))

@@ -31,11 +31,11 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """A scheme of a comparison: a name, an experiment, and arguments for threads and chunk."""
+    """A scheme of a comparison: a name, an experiment, and how it is simulated."""
 
     name: str
     experiment: Experiment
-    how: Mapping[str, Any] = field(default_factory=dict)
+    how: Mapping[str, Any] = field(default_factory=dict)  # arguments `threads` and `chunk` of a run
     recorded: xr.Dataset | None = None  # a recorded run, measured without simulation
 
     def check(self) -> None:
@@ -66,8 +66,8 @@ class Scheme:
 def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Dataset, MeasureArrays]:
     """Return the run of a scheme and its measures; Interrupted carries the finished part.
 
-    With record="summary" every instant is measured, some runs at a time, and only the ends are
-    stored.
+    With record="summary" the measures use every instant of some runs at a time, and only the final
+    states are stored.
     """
     if scheme.experiment.record == "summary":
         return _simulate_summary(scheme, progress)
@@ -101,7 +101,7 @@ def _measure_block(some: RecordedRuns) -> MeasureArrays:
 def _simulate_summary(
     scheme: Scheme, progress: Progress | None
 ) -> tuple[RunDataset, MeasureArrays]:
-    """Simulate a scheme in parts, and store only the measures and the ends of each part."""
+    """Simulate a scheme in parts, and store only the measures and final states of each part."""
     ends: list[xr.Dataset] = []
     measures: list[MeasureArrays] = []
 
@@ -120,11 +120,11 @@ def _simulate_summary(
     return _assemble_summary(scheme, ends), _pad_measures(scheme, measures)
 
 
-def _pad_measures(scheme: Scheme, parts_found: list[MeasureArrays]) -> MeasureArrays:
+def _pad_measures(scheme: Scheme, finished: list[MeasureArrays]) -> MeasureArrays:
     """Return the measures of all starts; NaN for starts that were not simulated."""
-    parts = join_measures(parts_found)
-    missing = (scheme.start[..., 0].size - len(parts["time"]),)
-    return {key: np.append(values, np.full(missing, np.nan)) for key, values in parts.items()}
+    measures = join_measures(finished)
+    missing = (scheme.start[..., 0].size - len(measures["time"]),)
+    return {key: np.append(values, np.full(missing, np.nan)) for key, values in measures.items()}
 
 
 def _split_scheme(
@@ -185,16 +185,17 @@ def _select_final_instants(run: xr.Dataset) -> xr.Dataset:
 
 
 def _assemble_summary(scheme: Scheme, ends: list[xr.Dataset]) -> RunDataset:
-    """Return the ends of all parts as one summary dataset."""
+    """Return the final states of all parts as one summary dataset."""
     batch = scheme.start.ndim > 1
     with interrupt.defer_stops(deaf=True):
-        like = _run_quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
-    whole = _concatenate_ends(ends, int(like["run"][0]), len(scheme.start)) if batch else ends[0]
-    return RunDataset(whole[list(like.data_vars)].data_vars, whole.coords, like.attrs)
+        template = _run_quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
+    count = len(scheme.start)
+    whole = _concatenate_ends(ends, int(template["run"][0]), count) if batch else ends[0]
+    return RunDataset(whole[list(template.data_vars)].data_vars, whole.coords, template.attrs)
 
 
 def _run_quietly(scheme: Scheme, progress: Progress | None = None) -> xr.Dataset:
-    """Simulate a scheme without rank warnings, which were given with the first part."""
+    """Simulate a scheme without rank warnings, which its first part has already given."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)
         return scheme.run(progress)

@@ -28,8 +28,8 @@ class Comparison:
         Run of each scheme.
     data : Dataset
         One variable for each measure (see `robsim.analysis.measures`), with dimensions (scheme,) or
-        (scheme, run), NaN if a measure is undefined; the outcome; and `began`, false if the start
-        does not see the target or exceeds a joint limit.
+        (scheme, run), NaN if a measure is undefined; the outcome; and `began`, false if the camera
+        does not see the target at the start, or a joint is beyond its limits.
     scenes : mapping of str to Scene
         Scene of each scheme.
     notes : tuple of str
@@ -65,8 +65,8 @@ class Comparison:
         Starts that cannot begin do not count as failures. The share is between 0 and 1, and NaN if
         no run of a scheme began.
         """
-        arrived = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
-        return arrived.where(self.data["began"]).mean("run") if self.batch else arrived
+        has_converged = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
+        return has_converged.where(self.data["began"]).mean("run") if self.batch else has_converged
 
     def began(self) -> xr.DataArray:
         """Return the number of runs that began, for each scheme."""
@@ -95,8 +95,8 @@ class Comparison:
             raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
         if not self.batch:
             return self.data[list(MEASURES)]
-        arrived = self.data["outcome"] == Outcome.CONVERGED
-        measures = self.data[list(MEASURES)].where(arrived)
+        has_converged = self.data["outcome"] == Outcome.CONVERGED
+        measures = self.data[list(MEASURES)].where(has_converged)
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # no run
             finite = measures.where(np.isfinite)
             return finite.quantile(share, "run", keep_attrs=True).drop_vars("quantile")
@@ -170,7 +170,7 @@ class Comparison:
         ]
 
     def _not_begun(self, i: int) -> str:
-        """Return how many starts of a scheme could not begin, and why; empty if all could."""
+        """Return a note on the starts of a scheme that could not begin; empty if all could."""
         began, endings = self.data["began"].values[i], self.data["outcome"].values[i]
         counts = [(outcome, int((endings[~began] == outcome).sum())) for outcome in Outcome]
         why = ", ".join(f"{count} {outcome.words}" for outcome, count in counts if count)

@@ -45,17 +45,18 @@ UNITS = {"border_margin": "px"}
 def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Dataset:
     """Compute ranks, stability measures and margins of a run at each recorded instant.
 
-    The run is simulated again from its stored text, with the same bits, or from `experiment` if it
-    contains Python code. Below, Lhat and Jhat are the matrices that the law used, and L and J the
-    true matrices, all with the weights of the task and of its weightings. V and its rate use the
-    unweighted true error of the features with a weight above zero.
+    The run is simulated again, with the same bits. Below, Lhat and Jhat are the matrices that the
+    law used, and L and J the true matrices, all multiplied by the weights of the task and of its
+    weightings. V and its rate use the unweighted true error of the features with a weight above
+    zero.
 
     Parameters
     ----------
     run : Dataset
         A single simulated run.
     experiment : Experiment, optional
-        Experiment of the run; needed if it contains Python code.
+        Experiment of the run, needed if it contains Python code. Default: the experiment stored in
+        the run.
 
     Returns
     -------
@@ -63,29 +64,25 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
         Variables over the recorded instants of the run; all instants for a run with
         record="summary":
 
-        - lyapunov, lyapunov_rate: V = e'e/2 (eq. 16) and e' L J qdot (eq. 17). The velocities
-        include
-          prescribed motions, and are the joint velocities at the beginning of each period.
+        - lyapunov, lyapunov_rate: V = e'e/2 (eq. 16) and e' L J qdot (eq. 17). The velocities are
+          the joint velocities at the beginning of each period, prescribed motions included.
         - rank_interaction, condition_interaction, smallest_interaction: rank, condition number and
-          smallest singular value of Lhat; rank_task_jacobian, condition_task_jacobian and
-          smallest_task_jacobian: the same of Lhat Jhat. The smallest singular value of Lhat Jhat is
-          taken at the rank at the goal.
+          smallest singular value of Lhat.
+        - rank_task_jacobian, condition_task_jacobian, smallest_task_jacobian: rank, condition
+          number and smallest singular value of Lhat Jhat. The smallest singular value is number r
+          in descending order, with the rank r at the goal.
         - stability: smallest eigenvalue of the symmetric part of L Lhat^+. If it is positive, V
-        falls
-          under V_c = -gain Lhat^+ e for every error (eqs 17 and 18). The rank is at most 6, so that
-          it is never positive for k > 6 features.
-        - stability_motion: the same eigenvalue of (Lhat Jhat)^+ L J over the motions that the law
-        can
-          command, in rad and m. If it is positive, each of these motions decreases. For the camera
-          law J^+ Lhat^+ replaces (Lhat Jhat)^+.
+          decreases under the twist V_c = -gain Lhat^+ e for every error e (eqs. 17 and 18). The
+          rank is at most 6, so that it is never positive for k > 6 features.
+        - stability_motion: smallest eigenvalue of the symmetric part of (Lhat Jhat)^+ L J over the
+          motions that the law can command, in rad and m. If it is positive, the length of each of
+          these motions decreases. For the camera law J^+ Lhat^+ replaces (Lhat Jhat)^+.
         - contraction: largest |eigenvalue| of I - gain dt (Lhat Jhat)^+ L J over these motions.
-        Near
-          the goal a loop without delay converges if it is below 1.
+          Near the goal, a loop without delay converges if it is below 1.
         - border_margin, border_mark: distance in px and number of the mark nearest to the border of
-        its
-          image; NaN and -1 without borders.
-        - marks_in_image: number of marks of all cameras in their image.
-        - limit_margin, limit_coordinate: distance as a share of its range, and number, of the
+          its image; NaN and -1 without borders.
+        - marks_in_image: number of marks in their images, over all cameras.
+        - limit_margin, limit_coordinate: distance (as a share of its range) and number of the
           coordinate nearest to a limit; NaN and -1 without limits.
         - singularity: ratio of the smallest to the largest singular value of the true L J.
 
@@ -199,7 +196,7 @@ def _stability_measures(again: Resimulation, truth: TrueError | None) -> dict[st
         used = L, task_jacobian, state.interaction_last, state.task_jacobian_last
         if not all(np.isfinite(array).all() for array in used):
             continue
-        # a law that commands the twist directly
+        # the law of a robot with velocities that are the twist of the camera
         own = {"task_jacobian_last": state.interaction_last, "jacobian_last": np.eye(6)[..., None]}
         twist = replace_unchecked(state, **own)
         measures["stability"][t] = smallest_eigenvalue(L @ -law_matrix(JointLaw(), twist))
@@ -313,11 +310,11 @@ def singular_values_over_time(A: Array) -> Array:
 
 
 def list_command_bases(again: Resimulation) -> list[LawInput] | None:
-    """Return the basis of each command; None unless the run has a single servo task."""
+    """Return the input of the law at each instant; None unless the run has a single servo task."""
     command_bases = [decision.basis for decision in again.decisions]
     return command_bases if all(isinstance(one, LawInput) for one in command_bases) else None
 
 
-def _stack_instants(arrays: list[Array]) -> Any:
+def _stack_instants(arrays: list[Array]) -> Array:
     """Return (T, ...) from T arrays with a single run along the last axis."""
     return np.stack([array[..., 0] for array in arrays])

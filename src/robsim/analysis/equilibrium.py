@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, overload
+from typing import Literal, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,8 @@ class Equilibrium(Value):
         Kind of the equilibrium. "goal": e = 0. "false goal": e = 0 at another pose of the camera
         than the known goal pose (three points look the same from up to four poses). "minimum": e is
         not 0 and all motions decay, a trap. "saddle": some motions decay and some grow. "source":
-        all motions grow. "degenerate": some motions do neither, as in a set of equilibria. "not
-        smooth": the vector field f has no derivative.
+        all motions grow. "degenerate": some motions neither decay nor grow, as along a curve of
+        equilibria. "not smooth": the vector field f has no derivative.
     error_norm : float
         ||e||, in the unit of the features.
     eigenvalues : ndarray of complex of shape (n,)
@@ -45,8 +45,8 @@ class Equilibrium(Value):
         has no derivative. A unicycle has one coordinate more than velocities, which adds an
         eigenvalue 0.
     free : int
-        Number of eigenvalues that count as zero, below 1e-4 of the slowest nominal decay rate of
-        the error (the gain, unless the inverse is the transpose).
+        Number of eigenvalues that count as zero: their magnitude is below 1e-4 of the slowest
+        nominal decay rate of the error (the gain, unless the inverse is the transpose).
     inside : bool
         Whether all joints are within their limits and all marks in their images.
     share : float
@@ -106,7 +106,7 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
     starts : ndarray of shape (B, nq)
         Starts of the runs.
     ends : ndarray of int of shape (B,)
-        Number of the equilibrium at the end of each run; -1 if the run ended at none.
+        Index in `found` of the equilibrium at the end of each run; -1 if the run ended elsewhere.
     outcomes : ndarray of int of shape (B,)
         `Outcome` of each run.
 
@@ -128,19 +128,30 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
     def __getitem__(self, index: int) -> Equilibrium: ...
     @overload
     def __getitem__(self, index: slice) -> tuple[Equilibrium, ...]: ...
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: int | slice) -> Equilibrium | tuple[Equilibrium, ...]:
         return self.found[index]
 
     def __len__(self) -> int:
         return len(self.found)
 
     def of(self, kind: EquilibriumKind) -> tuple[Equilibrium, ...]:
-        """Return all equilibria of one kind."""
+        """Return all equilibria of one kind.
+
+        Parameters
+        ----------
+        kind : str
+            Kind, as in `Equilibrium`.
+
+        Returns
+        -------
+        tuple of Equilibrium
+            The equilibria of the kind, in their order; empty if there are none.
+        """
         return tuple(each for each in self.found if each.kind == kind)
 
     @property
     def goal(self) -> Equilibrium:
-        """The goal; InputError if the search found no state with zero error."""
+        """The goal. Raises InputError if the search found no state with zero error."""
         for each in self.found:
             if each.kind == "goal":
                 return each

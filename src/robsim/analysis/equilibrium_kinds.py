@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from robsim.analysis.vector_fields import STEP, VectorField
 from robsim.base.arrays import Array, euclidean_length, view_runs_first
 
 SAME_STATE = 1e-5  # distance (m, rad) below which two states are equal
-ZERO_EIGENVALUE = 1e-4  # share of the controller's pace below which an eigenvalue counts as zero
+ZERO_EIGENVALUE = 1e-4  # largest zero eigenvalue, relative to the slowest rate of the controller
 ROUGH = 0.02  # largest ratio of second to first difference of a smooth f
 
 
@@ -62,9 +61,9 @@ def loop_eigenvalues(field: VectorField, q: Array) -> NDArray[np.complex128]:
 def group_points(points: EquilibriumPoints) -> NDArray[np.int64]:
     """Return, for each point, the first point (E,) of the set of equilibria that contains it.
 
-    A point without zero eigenvalues is its own set. Along a set of equilibria with L' e = 0 the
-    norm of the error is constant, because its differential is e' L dq: degenerate points of one
-    norm are listed once.
+    A point without zero eigenvalues is its own set. Along a curve of equilibria L' e = 0, and the
+    differential e' L dq of V is zero, so that the norm of the error is constant. Degenerate points
+    of one norm are therefore listed once.
     """
     first, norm = np.arange(points.zero.size), points.error_norm
     degenerate = (points.free > 0) | np.isnan(points.eigenvalues).any(axis=0)
@@ -90,7 +89,9 @@ def classify_points(field: VectorField, points: EquilibriumPoints) -> list[Equil
     return [_classify_point(*one) for one in zip(*columns, strict=True)]
 
 
-def _classify_point(zero: bool, is_elsewhere: bool, free: int, values: Any) -> EquilibriumKind:
+def _classify_point(
+    zero: bool, is_elsewhere: bool, free: int, values: NDArray[np.complex128]
+) -> EquilibriumKind:
     """Return the kind of a point from its error, its goal pose and its eigenvalues."""
     if zero:
         return "false goal" if is_elsewhere and not free else "goal"

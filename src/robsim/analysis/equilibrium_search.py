@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.analysis.equilibrium import (
     EQUILIBRIUM_KINDS,
@@ -46,8 +46,8 @@ from robsim.world.scene import Scene
 NEAR = 0.02  # largest distance (m, rad) of the end of a run from its equilibrium
 CHUNK = 256  # runs in lockstep
 PAIRS = 200  # least number of pairs of ends for starts of Newton's method
-PERIODS = 0.02  # control period of a run, in time constants 1/rate of the fastest motion
-PATIENCE = 100.0  # duration of a run, in time constants 1/pace of the slowest motion
+PERIODS = 0.02  # control period of a run, in time constants of the fastest motion
+PATIENCE = 100.0  # duration of a run, in nominal time constants of the slowest motion
 LONGEST = 20_000  # control periods of a run, at most
 MOST = 1_000_001  # exclusive upper bound of the number of random starts
 
@@ -55,7 +55,7 @@ MOST = 1_000_001  # exclusive upper bound of the number of random starts
 def equilibria(
     scene: Scene,
     task: Task,
-    starts: Any = None,
+    starts: ArrayLike | Mapping[str, ArrayLike] | None = None,
     *,
     count: int = 200,
     seed: int = 0,
@@ -69,11 +69,12 @@ def equilibria(
     A run is simulated from every start as in `simulate`, but without image borders and joint
     limits. Newton's method then solves f(q) = 0, with the commanded velocities qdot = f(q), from
     the end and the start of every run, from random states between two ends (saddles lie there), and
-    from a taught goal. The result depends on the starts and may be incomplete. Each equilibrium is
-    classified by its error and by the eigenvalues of df/dq. Chaumette 1998, "Potential problems of
-    stability and convergence in image-based and position-based visual servoing", describes spurious
-    minima; Colotti et al. 2024, "Determination of all stable and unstable equilibria for
-    image-point-based visual servoing", all equilibria of points.
+    from a taught goal. The result depends on the starts and may be incomplete: an equilibrium that
+    no start leads to is missing. Each equilibrium is classified by its error and by the eigenvalues
+    of df/dq. Chaumette 1998, "Potential problems of stability and convergence in image-based and
+    position-based visual servoing", describes spurious minima; Colotti et al. 2024, "Determination
+    of all stable and unstable equilibria for image-point-based visual servoing", all equilibria of
+    points.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def equilibria(
         For a single flying camera: least and largest distance from the middle of the marks, in
         units of the distance at the goal. The camera looks at the middle, with a random roll. For
         other robots every commanded joint is uniform within its limits, or within 0.5 m and a full
-        turn of home if it has none. Starts with a mark behind its camera are drawn again.
+        turn of home if it has no limits. Starts with a mark behind its camera are sampled again.
     cone : float, default pi/4
         For a single flying camera: largest angle in radians from the direction of the goal.
     dt : float, optional
@@ -146,7 +147,7 @@ def _search_equilibria(
     return _assemble_equilibria(real, field, q, q0, ends, outcomes)
 
 
-def _check_given_starts(field: VectorField, starts: Any) -> Array:
+def _check_given_starts(field: VectorField, starts: ArrayLike | Mapping[str, ArrayLike]) -> Array:
     """Return the given starts as (nq, B); raise InputError if they are unusable."""
     coordinates = field.scene.coordinates(starts, "starts", limits=False)
     if coordinates.ndim != 2 or not coordinates.size:
@@ -158,8 +159,10 @@ def _check_given_starts(field: VectorField, starts: Any) -> Array:
     return q
 
 
-def _choose_period(field: VectorField, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
-    """Return the control period and the number of periods, by default from the task's rates."""
+def _choose_period(
+    field: VectorField, q0: Array, dt: float | None, duration: float | None
+) -> tuple[float, int]:
+    """Return the control period and the number of periods, by default from the decay rates."""
     if dt is None:
         rates = np.abs(loop_eigenvalues(field, q0 if field.goal is None else field.goal)).max(
             axis=0
@@ -184,7 +187,7 @@ def _simulate_runs(
 
 
 def _sample_between_ends(field: VectorField, ends: Array, seed: int) -> Array:
-    """Return random states between the ends of two runs: a saddle separates two basins."""
+    """Return random states between the ends of two runs, where saddles separate their basins."""
     count = ends.shape[1]
     share = RandomNumbers(seed, "between", np.arange(max(PAIRS, count))).uniform(3)
     i, j = (share[:, :2] * count).astype(int).T
@@ -232,7 +235,10 @@ def _assemble_equilibria(
 
 
 def _order_points(
-    field: VectorField, points: EquilibriumPoints, point_kinds: list[EquilibriumKind], counts: Any
+    field: VectorField,
+    points: EquilibriumPoints,
+    point_kinds: list[EquilibriumKind],
+    counts: NDArray[np.int64],
 ) -> list[int]:
     """Return indices of the points by kind, taught goal first, then by share, then by error."""
     ranks = np.array([EQUILIBRIUM_KINDS.index(kind) for kind in point_kinds])
@@ -252,7 +258,7 @@ def is_within_bounds(real: TaskController, q: Array) -> NDArray[np.bool_]:
 
 
 def _assign_ends(
-    field: VectorField, points: EquilibriumPoints, first: Any, ends: Array
+    field: VectorField, points: EquilibriumPoints, first: NDArray[np.int64], ends: Array
 ) -> NDArray[np.int64]:
     """Return the first point (B,) of the set near the end of each run; -1 if there is none."""
     distances = field.distances(ends, points.q)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_positive
 from robsim.base.errors import InputError, format_value, suggest_names
@@ -13,25 +14,28 @@ from robsim.statistics.random_numbers import PROBES, uniform
 
 VelocityAxes = Literal["all", "linear", "angular"]
 AXIS_ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
-RANK_PROBES, PROBE_DISTANCE = (
-    8,
-    2.0,
-)  # number of configurations for the rank, and their spread (m, rad)
+RANK_PROBES, PROBE_DISTANCE = 8, 2.0  # configurations for the rank, and their spread (m, rad)
 ZERO_SHARE = 1e-9  # singular values below this share of the largest count as zero
 
 
 def manipulability(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the product of the singular values of a link's Jacobian.
+
+        w = s_1 s_2 ... s_r
 
     Up to a constant the product is the volume of the ellipsoid of link velocities that joint
     velocities of unit length produce. It is zero at singularities. For a Jacobian with no more rows
     than columns it equals the measure sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of
-    robotic mechanisms", International Journal of Robotics Research 4(2). That determinant is always
-    zero for a Jacobian with more rows than columns. Here the product covers the r largest singular
-    values, with r the generic rank of J: all n values of an arm with n < 6 joints, or the values in
-    the plane of a planar arm.
+    robotic mechanisms", International Journal of Robotics Research 4(2). This determinant is always
+    zero for a Jacobian with more rows than columns. The product therefore covers the r largest
+    singular values, with r the generic rank of J: all n values of an arm with n < 6 joints, or the
+    values in the plane of a planar arm.
 
     Parameters
     ----------
@@ -59,7 +63,7 @@ def manipulability(
     Examples
     --------
     >>> from robsim.files import robots
-    >>> arm = robots.planar_2r()  # of two links: l1 l2 |sin q2|
+    >>> arm = robots.planar_2r()  # manipulability l1 l2 |sin q2|, of two links of 1 m
     >>> manipulability(arm, [[0.3, np.pi / 2], [0.3, 0.0]], axes="linear").round(9)
     array([1., 0.])
     """
@@ -69,7 +73,11 @@ def manipulability(
 
 
 def singularity_distance(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the smallest singular value of a link's Jacobian, zero at a singularity.
 
@@ -86,7 +94,12 @@ def singularity_distance(
     Returns
     -------
     ndarray of shape (...)
-        Smallest singular value.
+        Smallest singular value; 0 for a link that never moves along the axes.
+
+    Raises
+    ------
+    InputError
+        If the link or the axes do not exist, or an argument is invalid.
 
     Examples
     --------
@@ -104,7 +117,11 @@ def singularity_distance(
 
 
 def condition_number(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the ratio of the largest to the smallest singular value of a link's Jacobian.
 
@@ -120,11 +137,16 @@ def condition_number(
     Returns
     -------
     ndarray of shape (...)
-        Condition number.
+        Condition number; infinite for a link that never moves along the axes.
+
+    Raises
+    ------
+    InputError
+        If the link or the axes do not exist, or an argument is invalid.
 
     Examples
     --------
-    >>> arm = Robot.from_dh([[0, 0, np.sqrt(2), 0], [0, 0, 1, 0]])  # their isotropic finger
+    >>> arm = Robot.from_dh([[0, 0, np.sqrt(2), 0], [0, 0, 1, 0]])  # the isotropic finger
     >>> float(condition_number(arm, np.radians([20, 135]), axes="linear").round(9))
     1.0
     """
@@ -137,7 +159,11 @@ def condition_number(
 
 
 def jacobian_singular_values(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the r largest singular values (..., r) of a link's Jacobian, in descending order.
 

@@ -2,8 +2,8 @@
 
 The measures follow Gans, Hutchinson and Corke 2003, "Performance tests for visual servo control
 systems, with application to partitioned approaches to visual servo control": duration, deviation of
-the marks in the image, and deviation of the camera in space. Each function takes a
-`RecordedRuns` and returns (B,), NaN if the measure is undefined. Measures over a run use the
+the marks in the image, and deviation of the camera in space. Each function takes `RecordedRuns` and
+returns one number for each run, (B,), NaN if the measure is undefined. Measures over a run use the
 recorded instants, so that only record="all" covers every instant.
 
 "The camera" means the moving frame. If the camera stands still and the target moves, paths and
@@ -52,7 +52,7 @@ def angle_to_goal(data: RecordedRuns) -> Array:
 
 def image_excursion(data: RecordedRuns) -> Array:
     """The largest distance of a mark from its goal in the run, over the largest at the start."""
-    distances = _largest_value(_pixel_lengths(data.pixels - data.goal_at_moments))
+    distances = _largest_value(_pixel_lengths(data.pixels - data.goal_at_instants))
     start, worst = data.first(distances), data.maximum_per_run(distances)
     return np.where(start > 0, worst / np.where(start > 0, start, 1.0), np.nan)
 
@@ -202,7 +202,7 @@ MEASURES = {
 
 
 def collect_mover_positions(run: xr.Dataset, scene: Scene) -> Array:
-    """Return positions (B, moments, 3) of the moving frame in the world; NaN after a run's end."""
+    """Return positions (B, instants, 3) of the moving frame in the world; NaN after a run's end."""
     data = RecordedRuns(run, scene)
     positions = np.full((*data.live.shape, 3), np.nan)
     positions[data.live] = data.mover_poses[:, 3].T
@@ -210,7 +210,7 @@ def collect_mover_positions(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def compute_pixel_distances(run: xr.Dataset) -> Array:
-    """Return distances (B, moments, marks) of the marks from their goals, in pixels."""
+    """Return distances (B, instants, marks) of the marks from their goals, in pixels."""
     offsets = np.moveaxis(run["pixels"].values - run["pixels_goal"].values, -1, 0)
     return (
         euclidean_length(offsets)
@@ -220,7 +220,7 @@ def compute_pixel_distances(run: xr.Dataset) -> Array:
 
 
 def _joint_speeds(data: RecordedRuns) -> Array:
-    """Return joint speeds (nv, M - 1) between moments; the mean of both ends if joints lag."""
+    """Return joint speeds (nv, M - 1) between instants; the mean of both ends if joints lag."""
     speeds = np.abs(data.velocities)
     return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in data.run else speeds[:, :-1]
 
@@ -228,7 +228,7 @@ def _joint_speeds(data: RecordedRuns) -> Array:
 def _integrate_unit(data: RecordedRuns, unit: str, values: Array) -> Array:
     """Return the integral of values (nv, M - 1) over the commanded velocities with a given unit.
 
-    Each value is held until the next moment of its run, as commands are.
+    Each value is held until the next instant of its run, as commands are.
     """
     chosen = (np.array(data.scene.velocity_units) == unit) & ~data.scene.prescribed
     if not chosen.any():

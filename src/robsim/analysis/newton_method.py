@@ -9,16 +9,16 @@ from robsim.base.arrays import Array, euclidean_length, select_runs, view_runs_f
 
 ITERATIONS = 40
 LONGEST = 0.5  # longest step, in metres or radians
-STEP_SHARES = np.array([1.0, 0.5, 0.2, 0.05])  # factors of a step; the best is taken
-RCOND = 1e-7  # share of the largest singular value of df/dq below which others count as zero
-RESIDUAL = 1e-11  # largest norm of f at an equilibrium, as a share of the controller's pace
+STEP_SHARES = np.array([1.0, 0.5, 0.2, 0.05])  # factors of a step
+RCOND = 1e-7  # largest zero singular value of df/dq, relative to the largest singular value
+RESIDUAL = 1e-11  # largest norm of f at an equilibrium, relative to the slowest nominal rate
 
 
 def refine_equilibria(field: VectorField, q: Array) -> Array:
     """Return the equilibria (nq, E) near states (nq, B); states without convergence are dropped.
 
-    Each step is dq = -(df/dq)^+ f, shortened by the factor in SHORTER with the smallest residual
-    ||f||. A state is dropped if no factor reduces its residual.
+    Each step is dq = -(df/dq)^+ f, shortened by the factor in STEP_SHARES with the smallest
+    residual ||f||. A state is dropped if no factor reduces its residual.
     """
     q, equilibria, threshold = q.copy(), [], RESIDUAL * field.controller.pace
     f = field.rates(q)
@@ -38,10 +38,10 @@ def refine_equilibria(field: VectorField, q: Array) -> Array:
 def _wrap_into_limits(field: VectorField, q: Array, threshold: float) -> Array:
     """Return states shifted by full turns into the joint limits, if they are equilibria there too.
 
-    A secondary motion may depend on full turns of a joint.
+    A shifted state need not be an equilibrium: a secondary motion may depend on full turns.
     """
-    turned = field.within_limits(q)
-    return np.where(euclidean_length(field.rates(turned)) <= threshold, turned, q)
+    shifted = field.within_limits(q)
+    return np.where(euclidean_length(field.rates(shifted)) <= threshold, shifted, q)
 
 
 def _newton_step(field: VectorField, q: Array, f: Array) -> tuple[Array, Array]:

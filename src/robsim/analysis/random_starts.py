@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.analysis.vector_fields import VectorField
 from robsim.base.arrays import Array, as_floats, move_runs_last
@@ -20,7 +19,9 @@ from robsim.statistics.random_numbers import RandomNumbers
 ROUNDS = 100  # most attempts for a start
 
 
-def sample_starts(field: VectorField, count: int, seed: int, distance: Any, cone: Any) -> Array:
+def sample_starts(
+    field: VectorField, count: int, seed: int, distance: ArrayLike, cone: ArrayLike
+) -> Array:
     """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
     reach = StartKinematics(field.controller)
     q, tries, accepted = draw_starts(
@@ -47,7 +48,7 @@ def _is_flying_camera(reach: StartKinematics) -> bool:
     return reach.frame in cameras and is_floating(reach.controller, reach.frame)
 
 
-def _make_goal_sampler(reach: StartKinematics, distance: Any, cone: Any) -> LookAt:
+def _make_goal_sampler(reach: StartKinematics, distance: ArrayLike, cone: ArrayLike) -> LookAt:
     """Return the sampler of camera poses that look at the middle of the marks."""
     pair, angle = as_floats(distance, "distance", (2,)), as_floats(cone, "cone (radians)", ())
     if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:

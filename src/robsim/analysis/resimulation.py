@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 LONGEST = 50_000  # most control periods; each stores about 10 kB
 
-StepCallback = Callable[[ChunkState, Decision], None]
+StepCallback = Callable[[ChunkState, Decision], None]  # of the state and the command of a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +53,8 @@ class Resimulation:
 def _restore_case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
     """Return the experiment of a single run, from its stored text or from `experiment`.
 
-    `experiment` is needed if it contains Python code; start and settings come from the run. A
-    stopped run has the duration until the stop. Raises InputError if `run` is no single run, or
+    `experiment` is needed if the run used Python code; start and settings come from the run. For a
+    stopped run the duration ends at the stop. Raises InputError if `run` is no single run, or
     stores no experiment.
     """
     check_run(run)
@@ -65,7 +65,7 @@ def _restore_case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
         )
     single = _get_single_run(run)
     if single.sizes.get("mark") == 0:
-        raise InputError("this run uses no camera, and so has no interaction matrix")
+        raise InputError("this run uses no camera and has no interaction matrix")
     if experiment is None:
         experiment_of_run = _restore_experiment(single)
     else:
@@ -102,23 +102,23 @@ def _check_imperfections(run: xr.Dataset, **imperfections: Sensing | Actuation) 
             )
 
 
-def simulate_single(case: Experiment, see: StepCallback | None = None) -> Loop:
+def simulate_single(case: Experiment, on_step: StepCallback | None = None) -> Loop:
     """Simulate an experiment with one start and return the loop at its end.
 
-    `see` is called after every step. Raises InputError or GoalError if the simulation is
+    `on_step` is called after every step. Raises InputError or GoalError if the simulation is
     impossible.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
         loop = case.loop()
     for _, chunk in loop.instants(np.arange(1)):
-        if see:
-            see(loop.sequence.snapshot(chunk), loop.sequence.decision(chunk))
+        if on_step:
+            on_step(loop.sequence.snapshot(chunk), loop.sequence.decision(chunk))
     return loop
 
 
 def resimulate_run(run: xr.Dataset, experiment: Experiment | None = None) -> Resimulation:
-    """Simulate a run again and store every step; InputError unless it has the same bits."""
+    """Simulate a run again, store every step, and raise InputError unless the bits are the same."""
     case, single = _restore_case(run, experiment), _get_single_run(run)
     outcome, seconds = _read_outcome(single)
     periods = round(seconds / case.dt)

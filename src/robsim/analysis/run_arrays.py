@@ -1,4 +1,4 @@
-"""The recorded moments of runs in single arrays, with quantities that several measures share."""
+"""The recorded instants of runs, concatenated in arrays, and quantities of several measures."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class RecordedRuns:
-    """A run or a batch in its scene, with the M moments of all runs concatenated.
+    """A run or a batch in its scene, with the instants of all runs concatenated.
 
-    Arrays have the moment as last axis and omit the NaN after a run's end. Poses and velocities are
-    read from the record if it has them, and computed otherwise.
+    M is the number of instants before the ends of the runs. Arrays have the instant as last axis.
+    Poses and velocities are read from the run if it stores them, and computed otherwise.
     """
 
     run: xr.Dataset
@@ -39,7 +39,7 @@ class RecordedRuns:
         variable = self.run[name]
         return variable.values if "run" in variable.dims else variable.values[None]
 
-    def moments(self, name: str) -> Array:
+    def instants(self, name: str) -> Array:
         """Return (..., M) of a variable with the dimension time."""
         values = self.variable(name)
         rows = values.reshape(self.live.size, math.prod(values.shape[2:])).take(self._rows, axis=0)
@@ -48,17 +48,17 @@ class RecordedRuns:
     @cached_property
     def q(self) -> Array:
         """The coordinates (nq, M)."""
-        return self.moments("q")
+        return self.instants("q")
 
     @cached_property
     def qd(self) -> Array:
         """The commanded velocities (nv, M)."""
-        return self.moments("qd")
+        return self.instants("qd")
 
     @cached_property
     def pixels(self) -> Array:
         """The pixels (N, 2, M) of the marks."""
-        return self.moments("pixels")
+        return self.instants("pixels")
 
     @cached_property
     def pixels_goal(self) -> Array:
@@ -67,8 +67,8 @@ class RecordedRuns:
         return self.per_run("pixels_goal") if "run" in goal.dims else goal.values[..., None]
 
     @property
-    def goal_at_moments(self) -> Array:
-        """The pixels of the marks at the goal of each moment's run, (N, 2, M) or (N, 2, 1)."""
+    def goal_at_instants(self) -> Array:
+        """The pixels of the marks at the goal of each instant's run, (N, 2, M) or (N, 2, 1)."""
         goal = self.pixels_goal
         return goal if goal.shape[-1] == 1 else self.repeat(goal)
 
@@ -78,7 +78,7 @@ class RecordedRuns:
 
     @cached_property
     def live(self) -> NDArray[np.bool_]:
-        """Whether each moment (B, moments) is before the end of its run."""
+        """Whether each instant (B, instants) is before the end of its run."""
         q = self.variable("q")
         alive = np.isfinite(q[..., 0])
         for i in range(1, q.shape[-1]):  # faster than all() along a short axis
@@ -87,54 +87,54 @@ class RecordedRuns:
 
     @cached_property
     def _rows(self) -> NDArray[np.int64]:
-        """The indices (M,) of the live moments among all B * moments."""
+        """The indices (M,) of the live instants among all B * instants."""
         return np.flatnonzero(self.live)
 
     @cached_property
     def run_index(self) -> NDArray[np.int64]:
-        """The run (M,) of each moment."""
+        """The run (M,) of each instant."""
         return np.repeat(np.arange(self.runs), self._counts)
 
     @cached_property
     def has_next(self) -> NDArray[np.bool_]:
-        """Whether the next moment (M - 1,) belongs to the same run."""
+        """Whether the next instant (M - 1,) belongs to the same run."""
         same: NDArray[np.bool_] = self.run_index[1:] == self.run_index[:-1]
         return same
 
     @cached_property
     def hold_times(self) -> Array:
-        """The time (M - 1,) in seconds until the next moment of the same run; 0 at a run's end."""
+        """The time (M - 1,) in seconds until the next instant of the same run; 0 at a run's end."""
         time = self.run["time"].values[self._rows % self.live.shape[1]]
         return np.where(self.has_next, np.diff(time), 0.0)
 
     @cached_property
     def converged(self) -> NDArray[np.bool_]:
         """Whether each run (B,) converged."""
-        arrived: NDArray[np.bool_] = self.variable("outcome") == Outcome.CONVERGED
-        return arrived
+        has_converged: NDArray[np.bool_] = self.variable("outcome") == Outcome.CONVERGED
+        return has_converged
 
     @cached_property
     def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Whether each run (B,) has moments, and the index of the first moment of each such run."""
-        has_moments = self._counts > 0
-        return has_moments, (np.cumsum(self._counts) - self._counts)[has_moments]
+        """Whether each run (B,) has instants, and the first instant of each run that has some."""
+        has_instants = self._counts > 0
+        return has_instants, (np.cumsum(self._counts) - self._counts)[has_instants]
 
     @cached_property
     def _counts(self) -> NDArray[np.int64]:
-        """The number (B,) of moments of each run."""
+        """The number (B,) of instants of each run."""
         return np.asarray(self.live.sum(axis=1))
 
     def repeat(self, values: Array) -> Array:
-        """Return values (..., B) repeated for each moment of their run, (..., M)."""
+        """Return values (..., B) repeated for each instant of their run, (..., M)."""
         return np.repeat(values, self._counts, axis=-1)
 
     # Reductions work run by run, so that a run has the same bits alone and in any batch.
 
     def first(self, values: Array) -> Array:
-        """Return the value (B,) at the first moment of each run; NaN for a run without moments."""
-        has_moments, starts = self._starts
+        """Return the value (B,) at the first instant of each run; NaN without instants."""
+        has_instants, starts = self._starts
         result = np.full(self.runs, np.nan)
-        result[has_moments] = values[starts]
+        result[has_instants] = values[starts]
         return result
 
     def maximum_per_run(self, values: Array) -> Array:
@@ -142,21 +142,21 @@ class RecordedRuns:
 
         A run without other values gives NaN.
         """
-        has_moments, starts = self._starts
+        has_instants, starts = self._starts
         result = np.full(self.runs, np.nan)
         if starts.size:
             finite = np.where(np.isnan(values), -np.inf, values)
-            result[has_moments] = np.maximum.reduceat(finite, starts)
+            result[has_instants] = np.maximum.reduceat(finite, starts)
         result[result == -np.inf] = np.nan
         return result
 
     def sum_per_run(self, values: Array) -> Array:
         """Return the sum (B,) of values (M - 1,) over each run; NaN is ignored."""
-        has_moments, starts = self._starts
+        has_instants, starts = self._starts
         result = np.zeros(self.runs)
         if starts.size:
             finite = np.append(np.where(self.has_next, np.nan_to_num(values), 0.0), 0.0)
-            result[has_moments] = np.add.reduceat(finite, starts)
+            result[has_instants] = np.add.reduceat(finite, starts)
         return result
 
     # Poses and velocities of the moving frame.
@@ -186,19 +186,19 @@ class RecordedRuns:
     def mover_poses(self) -> Array:
         """The poses (3, 4, M) of the mover in the world."""
         if self._mover_prefix:
-            return self.moments(f"{self._mover_prefix}_pose")[:3]
+            return self.instants(f"{self._mover_prefix}_pose")[:3]
         return self.poses(self.mover, self.q)
 
     @cached_property
     def velocities(self) -> Array:
         """The joint velocities (nv, M); the commanded velocities if joints do not lag."""
-        return self.moments("qd_actual") if "qd_actual" in self.run else self.qd
+        return self.instants("qd_actual") if "qd_actual" in self.run else self.qd
 
     @cached_property
     def twists(self) -> Array:
         """The twists (6, M) of the mover, in its own axes or world axes; the norms are the same."""
         if self._mover_prefix:
-            return self.moments(f"{self._mover_prefix}_velocity")
+            return self.instants(f"{self._mover_prefix}_velocity")
         tree, twist = self.scene.tree, np.zeros((6, self.q.shape[1]))
         J = tree.jacobian(tree.bodies(self.q), self.mover)
         for j in range(self.scene.nv):
@@ -227,7 +227,7 @@ class RecordedRuns:
 
     @cached_property
     def goal_distance(self) -> Array:
-        """The distances (B,) in metres from the camera to the marks at the goal; NaN if unknown."""
+        """The distances (B,) in metres at the goal from the camera to the marks; NaN if unknown."""
         goal, q = self.per_run("goal_pose"), self.per_run("q_end")
         if self.run["goal_pose"].attrs["frame"] == self.pair[0]:
             return self.distance(goal[:3, 3], q)
@@ -243,7 +243,7 @@ class RecordedRuns:
 
 
 def split_runs(run: xr.Dataset) -> Iterator[xr.Dataset]:
-    """Yield a few runs at a time, with about `BLOCK` moments in total."""
+    """Yield a few runs at a time, with about `BLOCK` instants in total."""
     if "run" not in run.dims:
         yield run
         return
@@ -252,6 +252,6 @@ def split_runs(run: xr.Dataset) -> Iterator[xr.Dataset]:
         yield run.isel(run=slice(i, i + size))
 
 
-def count_block_runs(moments: int) -> int:
-    """Return the number of runs with so many moments that are measured at a time."""
-    return max(1, BLOCK // moments)
+def count_block_runs(instants: int) -> int:
+    """Return the number of runs of the given length that are measured at a time."""
+    return max(1, BLOCK // instants)

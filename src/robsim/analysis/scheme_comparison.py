@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from robsim.analysis.compared_scheme import MeasureArrays, Scheme, run_and_measure, run_steps
 from robsim.analysis.comparison import Comparison
@@ -27,17 +28,17 @@ from robsim.world.scene import Scene
 def compare(
     scene: Scene | Mapping[str, Experiment | xr.Dataset],
     tasks: Mapping[str, Task] | None = None,
-    q0: Any = None,
+    q0: ArrayLike | Mapping[str, ArrayLike] | None = None,
     *,
     progress: Progress | None = None,
     threads: int | None = None,
     chunk: int = 256,
-    **settings: Any,
+    **settings: Any,  # Any: the fields of `Experiment` have different types
 ) -> Comparison:
     """Simulate several tasks from the same start and compute the same measures of each.
 
     The first form compares tasks in one scene. The second form, `compare(experiments)`, compares
-    experiments that may differ in everything but their number of starts. A recorded run
+    experiments, which may differ in everything except the number of starts. A recorded run
     (`read_bag`, `read_log`) may stand for an experiment; it is measured without simulation. The
     measures follow Gans, Hutchinson and Corke 2003 (see `robsim.analysis.measures`). For a batch
     the table shows the share of converged runs and medians.
@@ -69,7 +70,8 @@ def compare(
     Raises
     ------
     InputError, GoalError
-        If a scheme cannot be simulated; the message names it. Nothing has run then.
+        If a scheme cannot be simulated; the message names the scheme. All schemes are checked
+        before the first simulation.
     Interrupted
         After Ctrl-C; its `run` is the Comparison of the finished schemes.
 
@@ -123,7 +125,8 @@ def _make_experiments(
     return experiments
 
 
-_OWN_FIELDS = ("scene", "task", "start", "varied", "source", "title")  # fields that are no settings
+# fields of `Experiment` that are no settings
+_OWN_FIELDS = ("scene", "task", "start", "varied", "source", "title")
 
 
 def _check_name_mapping(value: Any, expected: str) -> Mapping[str, Any]:
@@ -172,7 +175,7 @@ def _assemble_comparison(
         )
         for key, each in MEASURES.items()
     }
-    begun = np.stack(
+    began = np.stack(
         [is_valid_start(run["outcome"].values, run["end_time"].values) for run in runs]
     )
     ending = {
@@ -181,7 +184,7 @@ def _assemble_comparison(
             np.stack([run["outcome"].values for run in runs]),
             first["outcome"].attrs,
         ),
-        "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
+        "began": (dims, began, {"units": "1", "long_name": "whether the start could begin"}),
     }
     names = [scheme.name for scheme in finished]
     coordinates = {"scheme": names, **{dim: first[dim].values for dim in dims[1:]}}

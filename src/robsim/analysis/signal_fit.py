@@ -18,8 +18,9 @@ LONGEST_LAG, LAG_STEP = 25.0, 0.25  # longest lag and step of its fine grid, in 
 class SignalFit:
     """Fit response(t) = scale * input(t - periods dt) of two signals, after a lag.
 
-    `lag` is a time constant in periods. `rest` is the norm of the residual as a share of the norm
-    of the response, and `largest` the largest distance between the two signals without a fit.
+    `periods` is the delay and `lag` the time constant, both in periods dt. `rest` is the norm of
+    the residual as a share of the norm of the response, and `largest` the largest difference of the
+    two signals before the fit.
     """
 
     scale: float
@@ -39,13 +40,13 @@ def fit_signals(signal: Array, response: Array, lags: bool = False) -> SignalFit
     """Fit a response signal (T, n) by an input signal, by least squares over factor, delay and lag.
 
     Delays are whole periods, at most 25 and half of T. With `lags` a first-order lag of at most 25
-    periods is fitted too, to a quarter of a period. Delay and lag are zero if the residual is small
-    without them, unless they halve it. Of equal residuals the smallest lag and delay are taken. The
-    factor is NaN if one of the signals is zero.
+    periods is fitted too, to a quarter of a period. If the residual without delay and lag is small,
+    both are zero unless they halve the residual. Among fits of equal residual the smallest lag and
+    delay are returned. The factor is NaN if one of the signals is zero.
 
-    >>> given = np.sin(np.arange(100.0))[:, None]
-    >>> late = fit_signals(given, 0.5 * np.roll(given, 3, axis=0))
-    >>> round(late.scale, 9), late.periods
+    >>> signal = np.sin(np.arange(100.0))[:, None]
+    >>> fit = fit_signals(signal, 0.5 * np.roll(signal, 3, axis=0))
+    >>> round(fit.scale, 9), fit.periods
     (0.5, 3)
     """
     largest = float(np.abs(response - signal).max(initial=0.0))
@@ -87,7 +88,7 @@ def _best_fit(signal: Array, response: Array, lags: Array) -> tuple[float, int, 
 
 
 def _apply_lag(signal: Array, lag: float) -> Array:
-    """Return the means over each period of a first-order lag of a held signal, from rest.
+    """Return the output of a first-order lag, averaged over each period of a held input signal.
 
     With v' = (u - v) / lag over one period and constant u, v goes from v0 to u - (u - v0) exp(-1 /
     lag), and its mean is u - (u - v0) lag (1 - exp(-1 / lag)).

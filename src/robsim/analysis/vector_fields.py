@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, select_runs
 from robsim.base.errors import InputError, RankWarning
@@ -35,7 +36,7 @@ ImageArrays = dict[PairKey, Array]  # an array for each camera and target
 
 @dataclass(frozen=True, eq=False)
 class VectorField:
-    """The vector field qdot = f(q) of a task without memory, for images without borders.
+    """The vector field qdot = f(q) of a task without memory, with images without borders.
 
     Coordinates q are (nq, B). Tangent coordinates (n, B) are commanded velocities: q is displaced
     by dq if the velocities dq are held for one second.
@@ -61,9 +62,7 @@ class VectorField:
                 f"({part}), not on the state alone; leave it out"
             )
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", RankWarning
-            )  # the warning was given when the task was bound
+            warnings.simplefilter("ignore", RankWarning)  # the binding of the task gives it
             return cls(_remove_belief_borders(task).bind(remove_image_borders(scene)))
 
     @property
@@ -139,10 +138,10 @@ class VectorField:
                 rates[:, is_in_front] = self.command(select_runs(q, is_in_front)).qd
         return rates
 
-    def in_front(self, q: Array) -> Any:
+    def in_front(self, q: Array) -> NDArray[np.bool_]:
         """Return whether (B,) all marks are in front of the cameras of the task."""
         depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
-        return np.min(depths, axis=0) > 0
+        return np.asarray(np.min(depths, axis=0) > 0)
 
     def displace(self, q: Array, dq: Array) -> Array:
         """Return the states (nq, B) displaced by tangent coordinates dq (n, B)."""
@@ -167,9 +166,9 @@ class VectorField:
         return states
 
     def differences(self, q: Array) -> tuple[Array, Array]:
-        """Return f (n, n, B) one STEP forward and one STEP backward along each commanded velocity.
+        """Return f (n, n, B) after a STEP forward, and after a STEP backward, along each velocity.
 
-        The second index is the velocity.
+        The second index is the velocity of the step.
         """
         n, runs = self.n, q.shape[1]
         shape = n, 2, n, runs  # tangent coordinate, sign, velocity, run
@@ -189,10 +188,10 @@ class VectorField:
         return (ahead - behind) / (2.0 * STEP)
 
     def distances(self, a: Array, b: Array) -> Array:
-        """Return distances (A, B) between states (nq, A) and (nq, B), the maximum of m and rad.
+        """Return distances (A, B) between states (nq, A) and (nq, B): the largest joint difference.
 
-        Angles are compared modulo 2 pi, and floating joints by distance and angle. Wheel angles of
-        vehicles do not count.
+        Metres and radians count alike. Angles are compared modulo 2 pi, and floating joints by
+        distance and angle. Wheel angles of vehicles do not count.
         """
         distances = np.zeros((a.shape[1], b.shape[1]))
         for _, kind, rows, _, rolls, _ in self.scene.tree.members:
@@ -247,9 +246,8 @@ def _remove_belief_borders(task: Any) -> Any:
     if inner := getattr(task, "inner", ()):
         return task.with_inner(list(map(_remove_belief_borders, inner)))
     belief = getattr(task, "belief", None)
-    if not isinstance(belief, Scene) or not is_dataclass(
-        task
-    ):  # a user-defined task may be no dataclass
+    # a user-defined task may be no dataclass
+    if not isinstance(belief, Scene) or not is_dataclass(task):
         return task
     return replace(cast(Any, task), belief=remove_image_borders(belief))
 

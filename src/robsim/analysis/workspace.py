@@ -133,7 +133,7 @@ def sample_workspace(
 def _coordinate_ranges(robot: Robot) -> tuple[Array, Array]:
     """Return the lowest and the highest value (nq,) of each coordinate."""
     if not robot.nq:
-        raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")
+        raise InputError(f"robot '{robot.name}' has no joint that moves, and no workspace")
     low, high = robot.limits.T.copy()
     free = ~np.isfinite(robot.limits).all(axis=1)
     joints = [link.joint for link in robot.links for _ in link.joint.parts.coordinates]
@@ -141,8 +141,8 @@ def _coordinate_ranges(robot: Robot) -> tuple[Array, Array]:
     if endless.any():
         names = [f"'{robot.coordinate_names[i]}'" for i in np.flatnonzero(endless)]
         raise InputError(
-            f"the workspace of '{robot.name}' has no end: no limits for {', '.join(names)}; "
-            "expected limits for all joints but revolute ones"
+            f"the workspace of '{robot.name}' is unbounded: no limits for {', '.join(names)}; "
+            "expected limits for all joints except revolute joints"
         )
     low[free], high[free] = robot.home[free] - np.pi, robot.home[free] + np.pi
     return low, high

@@ -8,7 +8,7 @@ from robsim.base import interrupt
 def main() -> None:
     """Run the command line; exit with status 0 after success, 2 for bad input.
 
-    Interrupts are handled from here on, before the modules that take time to import.
+    Interrupts are handled from here on, also during the import of the commands, which takes time.
     """
     with interrupt.listen_for_stops():
         try:

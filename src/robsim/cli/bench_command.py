@@ -18,8 +18,9 @@ from robsim.cli.user_schemes import load_user_schemes
 
 if TYPE_CHECKING:
     from robsim.suites.benchmark import Benchmark
+    from robsim.suites.suite import Suite
 
-WRITTEN = ("bench.csv", "bench.tex", "runs.csv")
+RESULT_FILES = ("bench.csv", "bench.tex", "runs.csv")
 
 
 @click.command("bench")
@@ -32,37 +33,37 @@ WRITTEN = ("bench.csv", "bench.tex", "runs.csv")
     help="Scheme to add: a task, or a function of a goal and a gain.",
 )
 @click.option("--alone", is_flag=True, help="Leave out the schemes of the suites.")
-@click.option("--list", "listed", is_flag=True, help="List the suites and exit.")
+@click.option("--list", "list_only", is_flag=True, help="List the suites and exit.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
 @force_option
 def compare_suites(
     suites: tuple[str, ...],
     tasks: tuple[str, ...],
     alone: bool,
-    listed: bool,
+    list_only: bool,
     output: Path | None,
     force: bool,
 ) -> None:
     """Compare control schemes on the suites shipped with RobSim.
 
-    SUITE is the name of a suite; without a name all suites are run. The results are tables as CSV
+    SUITE is the name of a suite; without a name, all suites are run. The results are tables as CSV
     and LaTeX, and the measures of all runs.
     """
     from robsim.suites.suite_registry import list_suites, load_suite
 
     chosen = [load_suite(name) for name in suites or list_suites()]
-    if listed:
+    if list_only:
         for suite in chosen:
             print_text(f"{suite.name:15} {suite.title}")
         return
     if alone and not tasks:
-        raise InputError("--alone needs a scheme: name one by --task FILE.py:NAME")
+        raise InputError("--alone needs a scheme: add it with --task FILE.py:NAME")
     own = load_user_schemes(tasks)
-    with claim_results_folder(output, "robsim-bench", force, WRITTEN) as folder:
+    with claim_results_folder(output, "robsim-bench", force, RESULT_FILES) as folder:
         _run_suites(chosen, own, not alone, folder)
 
 
-def _run_suites(suites: list[Any], own: dict[str, Any], builtin: bool, folder: Path) -> None:
+def _run_suites(suites: list[Suite], own: dict[str, Any], builtin: bool, folder: Path) -> None:
     """Run all schemes, write the results, and print the tables.
 
     After an interrupt, the results so far are written.

@@ -1,4 +1,4 @@
-"""Command `check`: read a scenario and check it without simulating."""
+"""Command `check`: check a scenario without simulating it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def check_scenario(file: Path, changes: tuple[str, ...]) -> None:
 
 
 def _describe_study_plan(scenario: Experiment) -> str:
-    """Return the description of the study in a file, after checking it; "" without a study."""
+    """Return the description of the checked study of a scenario; "" without a study."""
     if scenario.study is None:
         return ""
     from robsim.studies.plan_execution import check_plan

@@ -26,7 +26,7 @@ from robsim.cli.study_command import run_study_file
 from robsim.cli.warm_command import compile_kernels
 
 BAD_INPUT = 2  # exit status
-NEW_OBJECTS = 100_000  # between garbage collections; Python's 700 slow the start by a sixth
+NEW_OBJECTS = 100_000  # between garbage collections; the default of Python slows the start
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -54,7 +54,7 @@ for _command in (
 
 
 def run_command_line() -> None:
-    """Run the command of the arguments; exit with status 0 after success, 2 for bad input."""
+    """Run the command in the arguments; exit with status 0 after success, 2 for bad input."""
     gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
@@ -67,5 +67,5 @@ def run_command_line() -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)
-    except BrokenPipeError:  # the reader of the output has closed it, as `head` does
+    except BrokenPipeError:  # the reader has closed the output, as `head` does
         sys.stderr.close()

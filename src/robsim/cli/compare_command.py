@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
     from robsim.run.experiment import Experiment
 
-COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
+RESULT_FILES = ("comparison.nc", "comparison.csv", "comparison.png")
 
 
 @click.command("compare")
@@ -29,7 +29,7 @@ COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
 )
 @click.option(
     "--vary",
-    "varied",
+    "vary",
     multiple=True,
     metavar="KEY=V1,V2,...",
     help="Run one scheme for each value of a key.",
@@ -38,7 +38,7 @@ COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
 @set_option
 def compare_scenarios(
     files: tuple[Path, ...],
-    varied: tuple[str, ...],
+    vary: tuple[str, ...],
     output: Path | None,
     force: bool,
     no_figures: bool,
@@ -51,14 +51,14 @@ def compare_scenarios(
     """
     from robsim.cli.variants import list_variants
 
-    if len(varied) > 1:
-        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
-    each = list_variants(files, *varied)
-    scenarios = {name: load_with_changes(file, (*changes, *more)) for name, file, more in each}
+    if len(vary) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, vary))}")
+    variants = list_variants(files, *vary)
+    scenarios = {name: load_with_changes(file, (*changes, *more)) for name, file, more in variants}
     if not no_figures:
         for scenario in scenarios.values():
             check_colors(scenario)
-    names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
+    names = [*RESULT_FILES, *(f"{name}.nc" for name in scenarios)]
     with claim_results_folder(output, "robsim-compare", force, names) as folder:
         _run_comparison(scenarios, folder, not no_figures)
 

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 def run_demo(output: Path | None, force: bool, no_figures: bool, no_open: bool) -> None:
     """Run the experiment of the chapter and show it in motion.
 
-    The experiment is section 6.1 of the chapter: a Rhino XR-4 is servoed to a cube. If a browser is
-    available, a page of the live simulation opens; the command ends when the page is closed.
+    The experiment is from section 6.1 of the chapter: a camera guides a Rhino XR-4 to a cube. If a
+    browser is available, a page of the live simulation opens, and the command ends when the page
+    is closed.
     """
     scenario = load_with_changes(examples.path("chapter_6_1"), ())
     views = () if no_figures else (PAGE,)

@@ -13,7 +13,7 @@ from robsim.cli.output_files import choose_output_file
 from robsim.cli.schema_command import write_schema_beside
 from robsim.files import examples
 
-WIDTH = 100  # of a line of the remark, characters
+WIDTH = 100  # largest width of a line of the remark, characters
 
 
 @click.command("examples")

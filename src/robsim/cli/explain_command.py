@@ -1,4 +1,4 @@
-"""Command `explain`: print why a run ended as it did."""
+"""Command `explain`: print why a run ended with its outcome."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from robsim.cli.output_files import find_run_file
 
 @click.command("explain")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--no-trials", is_flag=True, help="Only read the run; simulate nothing.")
-@click.option("--unsealed", is_flag=True, help="Accept a RUN with no or an invalid seal.")
+@click.option("--no-trials", is_flag=True, help="Do not simulate the suggested changes.")
+@click.option("--unsealed", is_flag=True, help="Accept a RUN without a valid seal.")
 def explain_run_file(run: Path, no_trials: bool, unsealed: bool) -> None:
-    """Explain why a run ended as it did, and what would help.
+    """Explain the outcome of a run, and suggest changes.
 
-    RUN is a run.nc, or the folder of one. The explanation names the cause and suggests changes of
-    the experiment. The changes are tried by simulation, unless --no-trials is given.
+    RUN is a run.nc or its folder. The explanation names the cause and suggests changes of the
+    experiment. The changes are tried by simulation, unless --no-trials is given.
     """
-    from robsim.analysis.explanation.explanation import explain as explained
+    from robsim.analysis.explanation.explanation import explain
     from robsim.files.netcdf import open_run
 
     path = find_run_file(run)
-    opened = open_run(path, unsealed=unsealed)
+    result = open_run(path, unsealed=unsealed)
     with raise_file_errors(path):
-        explanation = explained(opened, trials=not no_trials)
+        explanation = explain(result, trials=not no_trials)
     print_text(explanation)

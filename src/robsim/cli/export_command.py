@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,6 +11,12 @@ from robsim.base.errors import raise_file_errors
 from robsim.cli.console import print_text
 from robsim.cli.options import force_option
 from robsim.cli.output_files import choose_output_file, find_run_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.robot.robot import Robot
+    from robsim.run.experiment import Experiment
 
 
 @click.command("export")
@@ -20,19 +26,19 @@ from robsim.cli.output_files import choose_output_file, find_run_file
 def export_page(shown: Path, page: Path | None, force: bool) -> None:
     """Write a run, a scenario or a robot as one HTML page.
 
-    RUN is a run.nc, or the folder of one. A scenario (.toml) or a robot (.urdf) is shown at its
-    start. PAGE is the file to write. Any browser shows the page, without a network.
+    RUN is a run.nc or its folder, a scenario (.toml), or a robot (.urdf). Scenarios and robots are
+    shown at their start. PAGE is the file to write. Any browser shows the page, without a network.
     """
     from robsim.page.export import export_html
 
     path = find_run_file(shown)
     target = choose_output_file(page, f"{shown.stem}.html", force)
     with raise_file_errors(path):
-        export_html(_open_shown_file(path), target)
+        export_html(_load_shown_object(path), target)
     print_text(f"open {target} in any browser")
 
 
-def _open_shown_file(path: Path) -> Any:
+def _load_shown_object(path: Path) -> xr.Dataset | Experiment | Robot:
     """Return the run, experiment or robot in a file, by its suffix."""
     if path.suffix == ".toml":
         from robsim.run.experiment import load_scenario

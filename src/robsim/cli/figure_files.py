@@ -1,4 +1,4 @@
-"""Files with the figures of one run."""
+"""Writing of the figures of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def write_run_figures(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
-    """Write the figures of a run; a batch has only images, and a summary has none."""
+    """Write the figures of a run: for a batch only images, for a summary none."""
     from robsim import plot
     from robsim.plot import run_data
 
@@ -44,8 +44,8 @@ def write_mission_figure(result: MissionRun, scenario: Experiment, folder: Path)
     save_figure(plot.scene(last.scene, last.q_end), folder / "scene.png")
 
 
-def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure in the format of the suffix of its path."""
+def save_figure(figure: Any, path: Path) -> None:  # Any: only plot imports Matplotlib
+    """Write a figure in the format of the suffix of the path."""
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
     write_whole(path, image.getbuffer())

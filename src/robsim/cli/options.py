@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
@@ -14,10 +15,11 @@ set_option = click.option(
     metavar="KEY=VALUE",
     help="Change a value of the scenario; can be repeated.",
 )
+Command = TypeVar("Command", bound=Callable[..., Any])
 force_option = click.option("--force", is_flag=True, help="Overwrite an existing file.")
 
 
-def views(command: Any) -> Any:
+def views(command: Command) -> Command:
     """Add the options for the page and the films of a run."""
     for name, kind in (("mp4", "a film"), ("gif", "a film"), ("html", "a page")):
         text = f"Write {kind}, run.{name}{'; needs PyAV' if name == 'mp4' else ''}."
@@ -25,7 +27,7 @@ def views(command: Any) -> Any:
     return command
 
 
-def output(command: Any) -> Any:
+def output(command: Command) -> Command:
     """Add the options for the output folder, for overwriting, and for figures."""
     command = click.option("--no-figures", is_flag=True, help="Write no figures.")(command)
     command = click.option("--force", is_flag=True, help="Overwrite existing results.")(command)

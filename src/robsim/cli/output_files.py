@@ -1,4 +1,4 @@
-"""Files and folders that commands write: claimed by one process, overwritten only on request."""
+"""Files and folders of results, locked by one process and overwritten only on request."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import FileError
 from robsim.base.folder_lock import lock_folder
 
-CHECKPOINT = "checkpoint"  # file that continues an interrupted run
+CHECKPOINT = "checkpoint"  # file from which an interrupted run continues
 
 
 @contextmanager
 def claim_results_folder(
     output: Path | None, name: str, force: bool, files: Sequence[str]
 ) -> Iterator[Path]:
-    """Yield a claimed folder for files of these names: `output`, or a new folder `name`.
+    """Yield a locked folder for files of these names: `output`, or a new folder `name`.
 
     If the command fails before it has written a file, the folder is removed.
 
@@ -30,12 +30,12 @@ def claim_results_folder(
         folder.mkdir(parents=True, exist_ok=True)
     try:
         with lock_folder(folder):
-            taken = [name for name in files if path_exists(folder / name)]
-            if taken and not force:
-                resume = "continue with --resume, " if CHECKPOINT in taken else ""
+            existing = [name for name in files if path_exists(folder / name)]
+            if existing and not force:
+                resume = "continue with --resume, " if CHECKPOINT in existing else ""
                 raise FileError(
-                    f"{folder} has {', '.join(taken)} already; {resume}choose another folder with "
-                    "-o, or --force"
+                    f"{folder} has {', '.join(existing)} already; {resume}choose another folder "
+                    "with -o, or --force"
                 )
             yield folder
     except BaseException:
@@ -45,7 +45,7 @@ def claim_results_folder(
 
 
 def _create_new_folder(name: str) -> Path:
-    """Create the first of the folders name, name-2, name-3, ... that does not exist."""
+    """Create and return the first of the folders name, name-2, name-3, ... that does not exist."""
     for i in count(1):
         folder = Path(name if i == 1 else f"{name}-{i}")
         with convert_os_errors(folder), suppress(FileExistsError):
@@ -55,7 +55,7 @@ def _create_new_folder(name: str) -> Path:
 
 
 def choose_output_file(output: Path | None, name: str, force: bool) -> Path:
-    """Return the path for a file of this name: `output`, or a file in the folder `output`.
+    """Return the path of a file to write: `output`, or the file `name` in the folder `output`.
 
     Raise FileError if the file exists, unless `force`.
     """
@@ -67,7 +67,7 @@ def choose_output_file(output: Path | None, name: str, force: bool) -> Path:
 
 
 def find_run_file(path: Path) -> Path:
-    """Return the file of the run in a folder of results; any other path unchanged."""
+    """Return the path of the run in a folder of results; return other paths unchanged."""
     return path / "run.nc" if path_exists(path) and path.is_dir() else path
 
 
@@ -78,6 +78,6 @@ def path_exists(path: Path) -> bool:
 
 
 def remove_file(path: Path) -> None:
-    """Remove a file, if it exists, that does not belong to the new results."""
+    """Remove a file of earlier results, if it exists."""
     with convert_os_errors(path):
         path.unlink(missing_ok=True)

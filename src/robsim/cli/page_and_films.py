@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError
 from robsim.cli.progress import progress_bar
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from robsim.run.experiment import Experiment
+    from robsim.run.mission_run import MissionRun
 
 PAGE = "run.html"
 VIEWS = (PAGE, "run.gif", "run.mp4")
 
 
 def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
-    """Raise InputError if the files cannot show the run of a scenario."""
+    """Raise InputError if the run of a scenario has no page or film."""
     import numpy as np
 
     from robsim.plot.film.animation import check_film_path
@@ -28,10 +31,14 @@ def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
         if runs != 1:
             raise InputError(f"{name} shows one run, and {scenario.source} has {runs} starts")
         if scenario.record == "summary":
-            raise InputError(f"{name} shows all of a run: take record = all instead of summary")
+            raise InputError(
+                f"{name} shows all instants of a run: set record = all instead of summary"
+            )
 
 
-def write_views(result: Any, scenario: Experiment, folder: Path, names: tuple[str, ...]) -> None:
+def write_views(
+    result: xr.Dataset | MissionRun, scenario: Experiment, folder: Path, names: tuple[str, ...]
+) -> None:
     """Write the page and the films of a run."""
     from robsim.page.export import export_html
     from robsim.plot.film.animation import save_film

@@ -23,9 +23,9 @@ def run_and_save(
     folder: Path,
     report: Callable[[Any], object] | None = None,
 ) -> Any:
-    """Return the result of `work` after saving and reporting it; by default print it.
+    """Call `work`, save and report its result, and return it; by default it is printed.
 
-    After an interrupt, the results so far are saved and the command ends.
+    After an interrupt, the results so far are saved, and the command ends.
     """
     with interrupt.defer_stops(begun=False) as stops:
         try:
@@ -43,14 +43,14 @@ def run_and_save(
 
 
 def exit_after_stop(folder: Path) -> NoReturn:
-    """End the command after an interrupt, when all results are saved."""
+    """End the command after an interrupt; all results are saved."""
     print_text(f"stopped; what was simulated so far is in {folder}", err=True)
     sys.exit(interrupt.get_exit_status())
 
 
 @contextmanager
 def exit_if_drawing_stops(data: str) -> Iterator[None]:
-    """End the command if an interrupt comes while figures are drawn; the data are saved."""
+    """End the command if an interrupt arrives during drawing; the data are already saved."""
     try:
         yield
     except KeyboardInterrupt:
@@ -60,9 +60,9 @@ def exit_if_drawing_stops(data: str) -> Iterator[None]:
 
 @contextmanager
 def progress_bar(label: str, runs: int = 0) -> Iterator[Any]:
-    """Yield a function that shows the share done on a terminal; None without a terminal.
+    """Yield a function that shows the completed share on a terminal; None without a terminal.
 
-    With `runs`, it shows the number of completed runs, their rate and the remaining time.
+    If `runs` is given, it shows the number of completed runs, their rate and the remaining time.
     """
     if not sys.stderr.isatty():
         yield None

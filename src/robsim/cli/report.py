@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from robsim.run.mission_run import MissionRun
     from robsim.servo.safety.safety import Safety
 
-STOPPING = ("margin", "fence", "watchdog")  # parts of a safety that can stop a robot
+STOPPING = ("margin", "fence", "watchdog")  # safety functions that can stop a robot
 
 
 def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> None:
-    """Print how a run ended, or how many runs of a batch ended in each way.
+    """Print the outcome of a run, or the number of runs of a batch with each outcome.
 
-    `safety` is the safety of the run, which may be the reason why the robot stands still.
+    `safety` is the safety of the run, which may have stopped the robot.
     """
     from robsim.engine.outcome import Outcome
     from robsim.run.end_variables import find_converged_elsewhere
@@ -46,7 +46,7 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
 
 
 def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
-    """Return the message of an outcome, and the parts of the safety that may hold the robot."""
+    """Return the message of an outcome, with the safety functions that may hold the robot."""
     from robsim.engine.outcome import Outcome
 
     own = [part for part in STOPPING if getattr(safety, part, None) is not None]
@@ -60,7 +60,7 @@ def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
 
 
 def print_mission_report(result: MissionRun, folder: Path) -> None:
-    """Print when each phase of a mission began, and how it ended."""
+    """Print the start and the outcome of each phase of a mission."""
     print_text(str(result))
     print_text(f"outcome      {'all phases as expected' if result.succeeded else 'not completed'}")
     print_text(f"time         {result.legs[-1].end:.2f} s")

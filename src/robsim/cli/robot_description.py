@@ -14,14 +14,14 @@ from robsim.files import robots
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 
-WIDTH = 100  # of a line of text, characters
-# motion of a joint relative to the z axis of its placement
+WIDTH = 100  # largest width of a line of text, characters
+# whether a joint rotates about, or translates along, the z axis of its placement
 _AXIS: dict[tuple[tuple[bool, int], ...], str] = {((True, 2),): "about", ((False, 2),): "along"}
 _DH = "{:>9}  {:>9}  {:>9}  {:>9}"
 
 
 def format_robot(name: str) -> str:
-    """Return the text that `robsim robots NAME` prints, in metres and degrees.
+    """Return the description of a library robot, in metres and degrees.
 
     >>> print(format_robot("planar_2r").splitlines()[5])
     upper  revolute          0          0          1          0  -180 to 180 deg  30 deg
@@ -39,13 +39,13 @@ def format_robot(name: str) -> str:
 
 
 def _format_joint_table(robot: Robot, file: dict[str, Any]) -> list[str]:
-    """Return a table with a header and one row for each link but the base."""
+    """Return the lines of a table with a header and one row for each link except the base."""
     dh = {table["name"]: table["dh"] for table in file["links"] if "dh" in table}
     head = _DH.format("theta deg", "d m", "a m", "alpha deg")
     coupled = any(
         link.joint.follows and not _list_coordinate_indices(robot, link) for link in robot.links
     )
-    last = "home, or what it follows" if coupled else "home"
+    last = "home, or coupling" if coupled else "home"
     rows = [["link", "joint", head if dh else "place in its parent", "limits", last]]
     for above, link in zip(robot.links, robot.links[1:], strict=False):
         name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
@@ -115,7 +115,7 @@ def _format_home_coordinates(robot: Robot, link: Link) -> str:
 
 
 def _list_coordinate_indices(robot: Robot, link: Link) -> list[int]:
-    """Return the indices of the coordinates of a link's joint."""
+    """Return the indices of the coordinates of the joint of a link."""
     names = robot.coordinate_names
     return [i for i, name in enumerate(names) if name.split(".")[0] == link.name]
 
@@ -128,7 +128,7 @@ def _format_coordinate_value(value: float, unit: str) -> tuple[str, str]:
 
 
 def _format_tip_pose(robot: Robot) -> list[str]:
-    """Return the pose of the tip at home, in the base frame."""
+    """Return lines with the pose of the tip at home in the base frame."""
     T = robot.fk(robot.home)
     axes = ", ".join(
         f"{name} along {_format_rounded_vector(T[:3, i])}" for i, name in enumerate("xyz")
@@ -145,5 +145,5 @@ def _format_rounded_vector(values: Iterable[float]) -> str:
 
 
 def _wrap_prose(text: str, first: str = "") -> str:
-    """Return a text wrapped to `WIDTH`; `first` begins its first line."""
+    """Return a text wrapped to `WIDTH`; its first line begins with `first`."""
     return textwrap.fill(text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first))

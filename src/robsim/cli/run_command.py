@@ -1,4 +1,4 @@
-"""Command `run`: simulate one scenario, and write the run, the scenario and the figures."""
+"""Command `run`: simulate a scenario, and write the run, the scenario and the figures."""
 
 from __future__ import annotations
 
@@ -52,7 +52,8 @@ def simulate_scenario(
     or --mp4 also a page or films.
 
     After Ctrl-C, the run so far and a checkpoint are written. The same command with --resume
-    continues the run with identical results. A long run writes a checkpoint every ten seconds.
+    continues the run, with the same results as without the interrupt. A long run writes a
+    checkpoint every ten seconds.
     """
     scenario = load_with_changes(file, changes)
     names = tuple(compress(VIEWS, (html, gif, mp4)))
@@ -81,7 +82,7 @@ def simulate_into_folder(
     resume: bool = False,
     views: tuple[str, ...] = (),
 ) -> None:
-    """Run a scenario, write and draw the results and some of `VIEWS`, and print a report.
+    """Run a scenario, write its results, figures and `views`, and print a report.
 
     After an interrupt, the run so far is written.
     """
@@ -117,7 +118,7 @@ def _is_mission_run(result: Any) -> bool:
 
 
 def choose_scenario_text(scenario: Experiment, folder: Path) -> str:
-    """Return the text of the file of a scenario if it is unchanged, else a new text."""
+    """Return the text of the scenario file if the scenario is unchanged, else a new text."""
     from robsim.run.experiment import Experiment
 
     source = folder / "scenario.toml"
@@ -129,7 +130,7 @@ def choose_scenario_text(scenario: Experiment, folder: Path) -> str:
 
 
 def _save_run_and_scenario(result: Any, scenario: Experiment, folder: Path) -> None:
-    """Write run and scenario; the run of a mission is the motion of all its phases."""
+    """Write run and scenario; for a mission, the run is the motion of all phases."""
     from robsim.files.netcdf import save_run
 
     save_run(result.run if _is_mission_run(result) else result, folder / "run.nc")

@@ -1,4 +1,4 @@
-"""Command `schema`: the JSON Schema of files, for editors that complete and check them."""
+"""Command `schema`: print the JSON Schema of scenario files and robot files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.base.atomic_files import write_whole
 from robsim.cli.console import print_text
 from robsim.cli.output_files import path_exists
 
-FILE = "robsim.schema.json"  # named by the first line of each example
+FILE = "robsim.schema.json"  # as in the first line of each example
 
 
 @click.command("schema")
@@ -19,8 +19,8 @@ FILE = "robsim.schema.json"  # named by the first line of each example
 def print_schema(robot: bool) -> None:
     """Print the JSON Schema of scenario files or robot files.
 
-    Redirect it to a file: robsim schema > robsim.schema.json. An editor that supports JSON Schema
-    for TOML, such as one with Taplo, completes and checks a file with the first line `#:schema
+    Redirect it to a file: robsim schema > robsim.schema.json. Editors that support JSON Schema for
+    TOML, for instance by Taplo, then complete and check a file with the first line `#:schema
     robsim.schema.json`.
     """
     print_text(build_schema_text(robot), nl=False)
@@ -38,7 +38,7 @@ def build_schema_text(robot: bool = False) -> str:
 
 
 def write_schema_beside(target: Path, force: bool) -> Path | None:
-    """Write the schema into the folder of a scenario file; return None if it exists already."""
+    """Write the schema beside a scenario file and return its path; None if it exists already."""
     path = target.parent / FILE
     if path_exists(path) and not force:
         return None

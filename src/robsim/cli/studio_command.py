@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from robsim.studies.study_result import StudyResult
     from robsim.studio.scenario_shelf import ScenarioShelf
 
-LOOK = 0.2  # interval for detecting an interrupt, seconds
-LATE = 60.0  # time for a browser to open, seconds
-GONE = 5.0  # time without a page; then it is closed and not just reloading, seconds
+LOOK = 0.2  # interval between checks for an interrupt, seconds
+LATE = 60.0  # longest time until a browser opens the page, seconds
+GONE = 5.0  # time without a page after which it counts as closed, seconds
 FIRST = "eye_in_hand"  # default scenario of a studio
 
 no_open_option = click.option("--no-open", is_flag=True, help="Do not open a browser.")
@@ -43,8 +43,8 @@ def open_studio(
 ) -> None:
     """Show and change a running simulation in the browser.
 
-    FILE is a scenario and RUN a run.nc, or the folder of one. FOLDER has scenarios to choose from,
-    or a study, with a map that opens any of its runs. Ctrl-C ends the studio.
+    FILE is a scenario, and RUN a run.nc or its folder. FOLDER has scenarios to choose from, or the
+    results of a study: a map opens any of its runs. Ctrl-C ends the studio.
     """
     serve_studio(*_load_shown(shown), host, port, allow_remote, no_open)
 
@@ -60,7 +60,7 @@ def serve_studio(
 ) -> None:
     """Serve a studio until an interrupt, and open it in a browser if there is one.
 
-    With `once` it ends as well when its page is closed.
+    If `once`, the studio also ends when its page is closed.
     """
     from robsim.page.export import open_in_browser
     from robsim.studio.studio import studio
@@ -84,7 +84,7 @@ def serve_studio(
 
 
 def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioShelf | None]:
-    """Return the study or experiment of a path, and the shelf of a folder of scenarios."""
+    """Return the study or experiment at a path, and the scenarios to choose from, if any."""
     from robsim.files import examples
     from robsim.run.experiment import Experiment, load_scenario
     from robsim.studies.study_store import ABOUT

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from robsim.studies.study_plan import Plan
     from robsim.studies.study_result import StudyResult
 
-CSV = 200_000  # a table with at most so many runs is also written as CSV
+CSV = 200_000  # tables with more runs are not written as CSV
 
 
 @click.command("study")
@@ -58,7 +58,7 @@ def run_study_file(
     """Run a scenario many times, as its table [study] defines.
 
     FILE is the scenario. The rows of the results are written to Parquet files at intervals. After
-    an interrupt, the same command with --resume continues the study with identical results.
+    an interrupt, the same command with --resume continues the study.
     """
     from robsim.studies.study_text import read_plan
 
@@ -81,7 +81,7 @@ def run_study_file(
 
 
 def _open_client(scheduler: str | None) -> AbstractContextManager[Any]:
-    """Return a client of the scheduler at an address, or None, for a `with` block."""
+    """Return a context manager with a client of the scheduler, or with None."""
     if scheduler is None:
         return nullcontext()
     from robsim.studies.dask_cluster import connect_client
@@ -92,7 +92,7 @@ def _open_client(scheduler: str | None) -> AbstractContextManager[Any]:
 def _run_plan_with_progress(
     plan: Plan, folder: Path, resume: bool, client: Any, chunk: int, threads: int | None
 ) -> StudyResult:
-    """Run a plan into a folder, with a progress bar; after an interrupt, end the command."""
+    """Run a plan and write its rows into a folder; after an interrupt, end the command."""
     from robsim.studies.api import run_plan
 
     try:
@@ -106,7 +106,7 @@ def _run_plan_with_progress(
 
 
 def _draw_study_figures(result: StudyResult, folder: Path) -> None:
-    """Write the maps of the starts and the sensitivities, if the study has such data."""
+    """Write the figures of the starts and the sensitivities; print why a figure is missing."""
     from robsim import plot
 
     first = next((axis.name for axis in result.plan.in_turn), None)

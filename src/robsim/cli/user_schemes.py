@@ -1,4 +1,4 @@
-"""Schemes in Python files of the user, which are named on the command line."""
+"""Loading of schemes from Python files of the user."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.cli.output_files import path_exists
 
 
 def load_user_schemes(texts: Sequence[str]) -> dict[str, Any]:
-    """Return the object of each FILE.py:NAME, by "file:NAME".
+    """Return the schemes of texts FILE.py:NAME, by "FILE:NAME".
 
     Raise InputError or FileError if a text, a file or a name is invalid.
     """
@@ -25,18 +25,18 @@ def load_user_schemes(texts: Sequence[str]) -> dict[str, Any]:
             raise InputError(f"--task: expected FILE.py:NAME, as in mine.py:Scheme, got {text!r}")
         label = f"{Path(path).stem}:{name}"
         if label in schemes:
-            raise InputError(f"--task: two schemes are called {label}; rename a file")
+            raise InputError(f"--task: two schemes have the name {label}; rename a file")
         schemes[label] = _find_in_module(_load_module(Path(path)), name, path)
     return schemes
 
 
 def _load_module(file: Path) -> ModuleType:
-    """Return the module of a file, which may import from its folder; raise FileError on failure."""
+    """Return the module of a file; raise FileError on failure. It can import from its folder."""
     from robsim.suites.builtin_schemes import format_user_error
 
     if not path_exists(file) or file.is_dir():
         raise FileError(f"--task: {file}: no such file")
-    name = f"_robsim_bench_{file.stem}"  # hides no other module
+    name = f"_robsim_bench_{file.stem}"  # does not hide another module
     spec = spec_from_file_location(name, file.resolve())
     if spec is None or spec.loader is None:
         raise FileError(f"--task: {file}: not a Python file, NAME.py")

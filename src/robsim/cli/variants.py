@@ -1,4 +1,4 @@
-"""Schemes of a command line: scenario files, and values that vary in them."""
+"""Schemes on the command line: scenario files and varied values."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Variant(NamedTuple):
 
 
 def list_variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
-    """Return one scheme for each file or, with `vary` ("key=value,value,..."), file and value.
+    """Return one scheme for each file; with `vary` "key=value,value,...", for each file and value.
 
-    The name is the stem of the file, or the value, or both for several files. Equal names are
-    numbered.
+    The name of a scheme is the stem of the file without `vary`, the value for a single file, and
+    both for several files. Equal names are numbered.
 
     >>> [v.name for v in list_variants([Path("a.toml"), Path("b/a.toml")])]
     ['a', 'a-2']
@@ -57,7 +57,7 @@ def _list_value_changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def _split_outside_brackets(text: str) -> list[str]:
-    """Split at commas outside of brackets, braces and quotes."""
+    """Return the parts of a text between commas outside of brackets, braces and quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -73,12 +73,12 @@ def _split_outside_brackets(text: str) -> list[str]:
 
 
 def _make_filename_safe(text: str) -> str:
-    """Return the text with only those characters that are safe in a file name."""
+    """Return the text with characters that are safe in a file name."""
     return re.sub(r"[^\w.+]+", "-", text).strip("-.")[:60] or "scheme"
 
 
 def _number_if_taken(name: str, taken: Sequence[Variant]) -> str:
-    """Return the name, numbered if it is taken; "comparison" is reserved."""
+    """Return the name, with a number if it is taken; "comparison" is reserved."""
     names = {variant.name for variant in taken} | {"comparison"}
     numbered = (name if i == 1 else f"{name}-{i}" for i in range(1, len(names) + 2))
     return next(each for each in numbered if each not in names)

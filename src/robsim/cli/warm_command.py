@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     help="Number of processes; one per core by default.",
 )
 def compile_kernels(jobs: int | None) -> None:
-    """Compile all kernels in advance, so that no later run waits.
+    """Compile all kernels in advance, so that later runs start at once.
 
     This is useful for the computers of a class. The kernels are stored in the folder
-    ROBSIM_CACHE_DIR, or in the user's cache folder.
+    ROBSIM_CACHE_DIR, or in the cache folder of the user.
     """
     from robsim.base.processors import count_processors
     from robsim.kernels.machine import cache_files
@@ -40,7 +40,7 @@ def compile_kernels(jobs: int | None) -> None:
 
 
 def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
-    """Run the workload; return the compiled files, and the errors of failed items."""
+    """Run the workload; return the compiled files, and the error messages of failed items."""
     import multiprocessing
     import sys
     import tempfile
@@ -55,7 +55,7 @@ def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
         tempfile.TemporaryDirectory() as folder,
         ProcessPoolExecutor(jobs, spawn, _prepare_worker, (folder,)) as pool,
     ):
-        waiting = [pool.submit(compile_for_item, use) for use in list_workload()]
+        waiting = [pool.submit(compile_for_item, item) for item in list_workload()]
         try:
             with click.progressbar(
                 as_completed(waiting), len(waiting), "compiling kernels", file=sys.stderr
@@ -70,7 +70,7 @@ def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
 
 
 def _prepare_worker(folder: str) -> None:
-    """Prepare a worker process: items write to a temporary folder."""
+    """Set up a worker process that writes to a temporary folder."""
     import os
     import signal
     import warnings
@@ -81,17 +81,17 @@ def _prepare_worker(folder: str) -> None:
     warnings.simplefilter("ignore")
 
 
-def compile_for_item(use: WorkloadItem) -> tuple[set[str], str]:
-    """Run one item; return the files of the kernels compiled for it, and its error or ""."""
+def compile_for_item(item: WorkloadItem) -> tuple[set[str], str]:
+    """Run one item; return the files of its compiled kernels, and its error message or ""."""
     from robsim.cli.warm_workload import run_workload_item
     from robsim.kernels.machine import cache_files
 
     before = set(cache_files.SAVED)
     try:
-        run_workload_item(use)
+        run_workload_item(item)
         error = ""
     except Exception as reason:  # noqa: BLE001  the other items are compiled nevertheless
-        error = f"{' '.join(use)}: {type(reason).__name__}: {reason}"
+        error = f"{' '.join(item)}: {type(reason).__name__}: {reason}"
     return cache_files.SAVED - before, error
 
 

@@ -1,7 +1,7 @@
-"""The workload of `robsim warm`: typical uses, which compile the kernels in advance.
+"""The workload of `robsim warm`: typical uses, which compile the kernels.
 
-The kernels are not listed. They are found by running the shipped scenarios, the examples in
-docstrings, and each feature and scheme.
+The workload consists of the shipped scenarios, the examples in docstrings, and each feature, law
+and effect.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import robsim
 from robsim.base.errors import InputError
 
 SCENARIO = "eye_in_hand"  # for features, schemes and imperfections
-RUNS, STEPS = 9, 120  # of a batch that fills one SIMD register of eight runs, and part of another
+RUNS, STEPS = 9, 120  # batch that fills a SIMD register of eight runs, and part of another
 CHANGES = (
     *(f"task.kind={kind}" for kind in ("pbvs", "hybrid", "partitioned")),
     *(f"task.inverse={inverse}" for inverse in ("damped", "transpose")),
@@ -24,7 +24,7 @@ CHANGES = (
 )
 EFFECTS = {"image effect": "sensing.effects", "joint effect": "actuation.effects"}
 
-WorkloadItem = tuple[str, str]  # kind of use, and the name of its object
+WorkloadItem = tuple[str, str]  # kind of use, and name of the used object
 
 
 def list_workload() -> list[WorkloadItem]:
@@ -52,9 +52,9 @@ def list_workload() -> list[WorkloadItem]:
     ]
 
 
-def run_workload_item(use: WorkloadItem) -> None:
+def run_workload_item(item: WorkloadItem) -> None:
     """Run one item of the workload in the current folder."""
-    kind, name = use
+    kind, name = item
     if kind == "example":
         robsim.load_scenario(robsim.examples.path(name)).run()
     elif kind == "change":
@@ -66,7 +66,7 @@ def run_workload_item(use: WorkloadItem) -> None:
 
 
 def _simulate_change(change: str) -> None:
-    """Simulate a scenario with a change from one start and from several starts."""
+    """Simulate a changed scenario from one start and from several starts."""
     one = robsim.load_scenario(robsim.examples.path(SCENARIO), [change])
     with suppress(InputError):  # the feature needs another target, or two cameras
         one.run()

@@ -66,7 +66,10 @@ def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
 
 def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> _TypeText:
     """Return the type of a parameter as text: by its alias, and without None if that is default."""
-    written = ast.parse(str(parameter.annotation), mode="eval").body
+    if not isinstance(parameter.annotation, str):  # of a module without postponed annotations
+        text = format_type(hints.get(parameter.name, parameter.annotation))
+        return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
+    written = ast.parse(parameter.annotation, mode="eval").body
     if isinstance(written, ast.Subscript) and ast.unparse(written.value) == "Annotated":
         text = ast.unparse(written.slice.elts[0])  # type: ignore[attr-defined]
     else:

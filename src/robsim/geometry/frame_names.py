@@ -10,7 +10,7 @@ FrameNames = tuple[str, str]
 
 
 def check_frame_names(frames: Any) -> FrameNames | None:
-    """Return two names as a tuple, or None for None; raise FrameError for any other value."""
+    """Return None or a tuple of two names; raise FrameError for any other value."""
     is_pair = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
     if frames is not None and not is_pair:
         raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,12 +13,11 @@ from robsim.base.errors import InputError
 from robsim.base.value import Value
 from robsim.declare import Quantity, Role, Vector
 from robsim.declare.spec import Context
-from robsim.geometry.pose import check_single_pose
+from robsim.geometry.pose import PoseLike, check_single_pose
 
 MOMENT_SLACK = 1e-9  # relative tolerance of the symmetry and of the inequalities of the moments
-
-
 MOMENTS = Vector("inertia")
+Triple = Array | tuple[float, ...]  # three numbers
 
 
 @dataclass(frozen=True)
@@ -26,10 +25,12 @@ class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
     mass: Annotated[float, Quantity(above=0, dimension="mass"), Role.FILE, "Mass of the body."]
-    moments: Annotated[Any, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."]
-    centre: Annotated[Any, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
+    moments: Annotated[
+        Triple, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."
+    ]
+    centre: Annotated[Triple, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
     products: Annotated[
-        Any, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+        Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
     ] = (0.0, 0.0, 0.0)
 
     def made(self, c: Context) -> Inertia:
@@ -53,7 +54,7 @@ _PRODUCTS = (0, 1), (0, 2), (1, 2)
 class Inertia(Value):
     """Mass, centre of mass and inertia tensor of a rigid body.
 
-    Inertias in one frame are added by `+`, as for bodies that are joined rigidly.
+    The sum `a + b` of two inertias in one frame is the inertia of both bodies, joined rigidly.
 
     Parameters
     ----------
@@ -68,8 +69,8 @@ class Inertia(Value):
     Raises
     ------
     InputError
-        If no rigid body has this inertia: the mass is not positive, or the tensor is not symmetric,
-        has a negative principal moment, or has one above the sum of the other two.
+        If no rigid body has this inertia: the mass is not positive, the tensor is missing or not
+        symmetric, or a principal moment is negative or exceeds the sum of the other two.
 
     Examples
     --------
@@ -79,9 +80,15 @@ class Inertia(Value):
     """
 
     mass: float
-    centre: Any = (0.0, 0.0, 0.0)
-    tensor: Any = None
+    centre: Array = (0.0, 0.0, 0.0)  # type: ignore[assignment]  # converted below
+    tensor: Array = None  # type: ignore[assignment]  # required, checked below
     text_form: ClassVar[type[Any]] = InertiaTable
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self, mass: float, centre: ArrayLike = (0.0, 0.0, 0.0), tensor: ArrayLike | None = None
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -106,7 +113,7 @@ class Inertia(Value):
         centre = (self.mass * self.centre + other.mass * other.centre) / mass
         return Inertia(mass, centre, self._tensor_about(centre) + other._tensor_about(centre))
 
-    def at(self, pose: Any) -> Inertia:
+    def at(self, pose: PoseLike) -> Inertia:
         """Return a copy that is moved rigidly by `pose`.
 
         Parameters

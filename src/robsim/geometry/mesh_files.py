@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, format_value
@@ -23,26 +24,23 @@ SUFFIXES = (".stl", ".obj", ".dae", ".glb")
 LARGEST_FILE = 50_000_000  # bytes
 MOST_TRIANGLES = 1_000_000  # in a file
 DRAWN_TRIANGLES = 3000  # approximate number of triangles in figures
-AGGRESSIVENESS = (
-    2.0,
-    5.0,
-    7.0,
-    7.0,
-)  # aggressiveness of each simplification pass; low keeps the form best
+# aggressiveness of each pass of simplification; a low value preserves the shape best
+AGGRESSIVENESS = (2.0, 5.0, 7.0, 7.0)
 MOST_COLORS = 8
 LARGEST_COORDINATE = 1e6  # metres
-SHARP_ANGLE = np.radians(30)  # smallest angle between the triangles of an edge that is drawn
+SHARP_ANGLE = np.radians(30)  # an edge is drawn if its two triangles meet at a larger angle
 ENCODINGS = "utf-8", "us-ascii", "ascii", "iso-8859-1"  # permitted encodings of COLLADA files
 _ENCODING = re.compile(rb"encoding\s*=\s*[\"']([ -~]*?)[\"']")
 CACHED_MESHES = 128  # largest number of meshes in memory
+Indices = NDArray[np.integer]
 
 
 class ColoredMesh(NamedTuple):
     """Triangles of one colour, with the sharp edges between them."""
 
     points: Array  # (P, 3), metres
-    triangles: Any  # (F, 3) indices of points
-    sharp: Any  # (E, 2) indices of points
+    triangles: Indices  # (F, 3) of points
+    sharp: Indices  # (E, 2) of points
     color: str | None  # "#rrggbb", or None if the file has no colour
 
 
@@ -100,7 +98,7 @@ def _parse_mesh_file(path: Path, changed: int, size: int) -> tuple[ColoredMesh, 
 
 
 def _check_collada_text(path: Path, data: bytes) -> None:
-    """Raise FileError for XML with entity definitions, which could name files or multiply."""
+    """Raise FileError for XML with entity definitions, which could open files or exhaust memory."""
     if path.suffix.lower() != ".dae":
         return
     encoding = _ENCODING.search(data[:200])
@@ -111,7 +109,7 @@ def _check_collada_text(path: Path, data: bytes) -> None:
 
 def _read_scene_meshes(
     trimesh: Any, path: Path, data: bytes
-) -> list[tuple[Array, Any, str | None]]:
+) -> list[tuple[Array, Indices, str | None]]:
     """Return points in metres, triangles and colour of each geometry, in the frame of the scene."""
     kind = path.suffix.lower()[1:]
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
@@ -126,7 +124,7 @@ def _read_scene_meshes(
     return [each for each in placed if len(each[1])]
 
 
-def _place_scene_mesh(mesh: Any, T: Array, kind: str) -> tuple[Array, Any, str | None]:
+def _place_scene_mesh(mesh: Any, T: Array, kind: str) -> tuple[Array, Indices, str | None]:
     """Return points in metres, triangles and colour of a mesh at its pose T in the scene.
 
     Raise FileError if indices or coordinates are not valid.
@@ -157,10 +155,10 @@ def _find_mesh_color(mesh: Any) -> str | None:
 
 
 def _group_by_color(
-    parts: Iterable[tuple[Array, Any, str | None]],
-) -> list[tuple[Array, Any, str | None]]:
+    parts: Iterable[tuple[Array, Indices, str | None]],
+) -> list[tuple[Array, Indices, str | None]]:
     """Return the parts merged by colour; further colours beyond the limit join the first group."""
-    groups: dict[str | None, list[tuple[Array, Any]]] = {}
+    groups: dict[str | None, list[tuple[Array, Indices]]] = {}
     for points, triangles, color in parts:
         is_excess = len(groups) >= MOST_COLORS and color not in groups
         groups.setdefault(next(iter(groups)) if is_excess else color, []).append(
@@ -169,7 +167,7 @@ def _group_by_color(
     return [(*_merge_meshes(group), color) for color, group in groups.items()]
 
 
-def _merge_meshes(parts: list[tuple[Array, Any]]) -> tuple[Array, Any]:
+def _merge_meshes(parts: list[tuple[Array, Indices]]) -> tuple[Array, Indices]:
     """Return the distinct points and the triangles of several parts, without flat triangles."""
     starts = np.cumsum([0, *(len(points) for points, _ in parts[:-1])])
     triangles = np.concatenate([t + s for (_, t), s in zip(parts, starts, strict=True)])
@@ -184,7 +182,9 @@ def _merge_meshes(parts: list[tuple[Array, Any]]) -> tuple[Array, Any]:
     return points, merged[~is_degenerate]
 
 
-def _simplify_mesh(library: Any, points: Array, triangles: Any, share: float) -> tuple[Array, Any]:
+def _simplify_mesh(
+    library: Any, points: Array, triangles: Indices, share: float
+) -> tuple[Array, Indices]:
     """Return the surface simplified to about this share of its triangles, but at least 40."""
     target = max(round(share * len(triangles)), 40)
     for aggressiveness in AGGRESSIVENESS:
@@ -202,7 +202,7 @@ def _simplify_mesh(library: Any, points: Array, triangles: Any, share: float) ->
 
 
 def _make_colored_mesh(
-    trimesh: Any, points: Array, triangles: Any, color: str | None
+    trimesh: Any, points: Array, triangles: Indices, color: str | None
 ) -> ColoredMesh:
     """Return the triangles of one colour with their sharp edges."""
     mesh = trimesh.Trimesh(points, triangles, process=False)

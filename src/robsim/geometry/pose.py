@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol, overload
+from typing import Any, Protocol, TypeVar, cast, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError
@@ -14,6 +14,15 @@ from robsim.base.unit_warnings import warn_of_degrees
 from robsim.geometry.frame_names import check_frame_names, join_frame_names
 from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid, rotation_to_rpy
 from robsim.kernels.formulas import se3
+
+M_co = TypeVar("M_co", covariant=True)
+
+
+class Movable(Protocol[M_co]):
+    """An object that a pose moves, such as a primitive, a robot or an inertia."""
+
+    def at(self, pose: Pose, /) -> M_co:
+        """Return a copy that is moved rigidly by a pose."""
 
 
 class Pose:
@@ -63,7 +72,7 @@ class Pose:
     frames: tuple[str, str] | None
     __array_ufunc__ = None  # so that array @ Pose calls __rmatmul__
 
-    def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
+    def __init__(self, matrix: PoseLike, frames: tuple[str, str] | None = None):
         T = as_floats(as_matrix(matrix), "pose", (4, 4))
         check_rigid(T)
         _set_pose_slots(self, T, frames)
@@ -233,14 +242,14 @@ class Pose:
         """Roll, pitch and yaw (3,) in radians of a single pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
         return np.array(rotation_to_rpy(self.rotation))
 
-    def revised(self, **changes: Any) -> Pose:
+    def revised(self, **changes: ArrayLike) -> Pose:
         """Return a copy with another position, rotation, rpy or rotvec.
 
         Parameters
         ----------
         **changes : array_like
-            New values of `position` (..., 3) in metres, and of `rotation` (..., 3, 3), `rpy` (...,
-            3) or `rotvec` (..., 3) in radians. Leading dimensions give a batch of poses.
+            New `position` (..., 3) in metres, and one of `rotation` (..., 3, 3), `rpy` (..., 3) and
+            `rotvec` (..., 3) in radians. Leading axes give a batch of poses.
 
         Returns
         -------
@@ -253,7 +262,8 @@ class Pose:
         array([0., 0., 1.])
         """
         if changes.keys() & {"rpy", "rotvec"}:
-            return Pose.at(*np.moveaxis(self.position, -1, 0), **changes)
+            rotation_only = cast(dict[str, Any], changes)  # Any: one key of `at` or the other
+            return Pose.at(*np.moveaxis(self.position, -1, 0), **rotation_only)
         position = np.asarray(changes.get("position", self.position), dtype=float)
         rotation = np.asarray(changes.get("rotation", self.rotation), dtype=float)
         lead = broadcast_leading_shape(
@@ -263,8 +273,8 @@ class Pose:
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, position, 1.0
         return Pose(T)
 
-    def held(self, **changes: Any) -> Pose:
-        """Return a batch of poses from values (..., runs), which have the run as last axis."""
+    def held(self, **changes: Array) -> Pose:
+        """Return a batch of poses, one for each run, from values (..., runs) as in `revised`."""
         return self.revised(**{name: np.moveaxis(x, -1, 0) for name, x in changes.items()})
 
     @property
@@ -289,8 +299,14 @@ class Pose:
     @overload
     def __matmul__(self, other: Pose) -> Pose: ...
     @overload
-    def __matmul__(self, other: Any) -> Any: ...
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: Movable[M_co]) -> M_co: ...
+    @overload
+    def __matmul__(self, other: MatrixPose | ArrayPose) -> Pose: ...
+    @overload
+    def __matmul__(self, other: ArrayLike) -> Any: ...  # Any: see below
+    def __matmul__(
+        self, other: PoseLike | Movable[object]
+    ) -> Any:  # Any: the shape of an array determines whether it is a pose or points
         """Return the product T_a_b @ T_b_c as a Pose, or points in frame a.
 
         Parameters
@@ -321,21 +337,21 @@ class Pose:
             with np.errstate(over="ignore", invalid="ignore"):  # overflow raises an error below
                 product = self.matrix @ right.matrix
             return _make_pose(_check_finite_pose(product, "product of poses"), frames)
-        points = as_floats(other, "points", (3,))
+        points = as_floats(other, "points", (3,))  # type: ignore[arg-type]  # raises for others
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
         broadcast_leading_shape(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
         return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
 
-    def __rmatmul__(self, other: Any) -> Pose:
+    def __rmatmul__(self, other: PoseLike) -> Pose:
         """Return the product of a 4 x 4 array and this pose, as a Pose."""
         return as_pose(other) @ self
 
-    def __getitem__(self, index: Any) -> Pose:
-        """Return one or several poses of a batch."""
+    def __getitem__(self, index: Any) -> Pose:  # Any: every index of NumPy
+        """Return the poses of a batch at an index, mask or slice of its leading axes."""
         lead = self.matrix.shape[:-2]
         if not lead:
-            raise InputError("this is a single pose, not a batch: it has nothing to index")
+            raise InputError("this is a single pose, not a batch: it cannot be indexed")
         try:
             chosen = np.arange(math.prod(lead)).reshape(lead)[index]
         except IndexError as error:
@@ -345,7 +361,7 @@ class Pose:
     def __reduce__(self) -> tuple[Any, ...]:
         return _make_pose, (np.array(self.matrix), self.frames)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Array:
         return np.array(self.matrix, dtype=dtype)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -413,12 +429,12 @@ def broadcast_leading_shape(a: tuple[int, ...], b: tuple[int, ...], what: str) -
         raise InputError(f"{what}: batches of unequal shapes {a} and {b}") from None
 
 
-def as_pose(value: Any) -> Pose:
+def as_pose(value: object) -> Pose:
     """Return a Pose from a Pose, (..., 4, 4) array, SciPy RigidTransform or spatialmath SE3."""
-    return value if isinstance(value, Pose) else Pose(value)
+    return value if isinstance(value, Pose) else Pose(cast(PoseLike, value))
 
 
-def check_single_pose(value: Any, what: str) -> Pose:
+def check_single_pose(value: object, what: str) -> Pose:
     """Return a single pose; raise an InputError that names `what` for any other value."""
     try:
         pose = as_pose(value)
@@ -429,7 +445,7 @@ def check_single_pose(value: Any, what: str) -> Pose:
     return pose
 
 
-def as_matrix(value: Any) -> Any:
+def as_matrix(value: object) -> Any:  # Any: a value that is no pose is returned as it is
     """Return the matrix of a pose of RobSim, SciPy or spatialmath, or the value itself."""
     if isinstance(value, Pose):
         return value.matrix
@@ -439,19 +455,25 @@ def as_matrix(value: Any) -> Any:
 
 
 def homogeneous_matrix(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
-    """Return homogeneous matrices (*lead, 4, 4) from matrices (3, 4, b) of the kernels."""
+    """Return homogeneous matrices (*lead, 4, 4) from matrices (3, 4, b), with the run last.
+
+    Examples
+    --------
+    >>> homogeneous_matrix(np.zeros((3, 4, 2))).shape
+    (2, 4, 4)
+    """
     out = np.zeros((T.shape[-1], 4, 4))
     out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
     return out.reshape(*lead, 4, 4)
 
 
-def is_pose_like(value: Any) -> bool:
+def is_pose_like(value: object) -> bool:
     """Return whether a value is a Pose, a (..., 4, 4) array, or a pose of SciPy or spatialmath."""
     matrix = as_matrix(value)
     if matrix is not value:
         return True
     try:
-        return bool(np.shape(matrix)[-2:] == (4, 4))
+        return bool(np.shape(matrix)[-2:] == (4, 4))  # type: ignore[call-overload]
     except ValueError:  # lists of unequal lengths
         return False
 
@@ -472,14 +494,14 @@ IDENTITY = Pose.at()
 
 
 class MatrixPose(Protocol):
-    """A pose of another library that has its matrix, as SciPy's RigidTransform."""
+    """A pose of another library that returns its matrix, such as SciPy's RigidTransform."""
 
-    def as_matrix(self) -> Any:
+    def as_matrix(self) -> Any:  # Any: SciPy has no types
         """Return the matrix (..., 4, 4)."""
 
 
 class ArrayPose(Protocol):
-    """A pose of another library that keeps its matrix as A, as spatialmath's SE3."""
+    """A pose of another library that stores its matrix as A, such as spatialmath's SE3."""
 
     A: Any  # Any: spatialmath has no types
 

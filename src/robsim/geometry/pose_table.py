@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.declare import ListOf, Number, PerRun, Table, Vector
 from robsim.declare.problems import prefix_path
@@ -26,14 +27,24 @@ class PoseTable:
     }
     rivals: ClassVar[Any] = ((("rpy",), ("rotvec",), ("rotation",)),)
 
-    position: Annotated[Any, Vector("length"), PerRun((3,)), "Position of the origin."] = None
+    position: Annotated[
+        ArrayLike | None, Vector("length"), PerRun((3,)), "Position of the origin."
+    ] = None
     rpy: Annotated[
-        Any, Vector("angle"), PerRun((3,)), "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."
+        ArrayLike | None,
+        Vector("angle"),
+        PerRun((3,)),
+        "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll).",
     ] = None
     rotvec: Annotated[
-        Any, Vector("angle"), PerRun((3,)), "Rotation vector: the unit axis times the angle."
+        ArrayLike | None,
+        Vector("angle"),
+        PerRun((3,)),
+        "Rotation vector: the unit axis times the angle.",
     ] = None
-    rotation: Annotated[Any, ROTATION_ROWS, PerRun((3, 3)), "Rotation matrix, row by row."] = None
+    rotation: Annotated[
+        ArrayLike | None, ROTATION_ROWS, PerRun((3, 3)), "Rotation matrix, row by row."
+    ] = None
 
     @classmethod
     def of(cls, value: Pose, c: Context) -> PoseTable:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
@@ -14,7 +15,7 @@ from robsim.base.errors import InputError
 ROTATION_TOLERANCE = 1e-6
 
 
-def axis_rotation(axis: str, angle: Any) -> Array:
+def axis_rotation(axis: str, angle: ArrayLike) -> Array:
     """Return the rotation matrices (..., 3, 3) by angles (...) in rad about the x, y or z axis."""
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
     u, w = (i + 1) % 3, (i + 2) % 3

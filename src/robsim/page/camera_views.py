@@ -1,4 +1,4 @@
-"""Cameras of a recording: their images, the lines of their field of view, and feature points."""
+"""Cameras of a recording: images, fields of view, and feature points."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from robsim.world.mounted_camera import MountedCamera
 if TYPE_CHECKING:
     import xarray as xr
 
-SIDE = 12  # points along each side of the image border, which distortion bends
+SIDE = 12  # points along each side of the image border, which distortion curves
 
 
-def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Entry]:
+def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[Entry]:
     """Return the feature points of all objects, with the colours they have in the images."""
-    targets = [thing for thing in stage.motion.scene.objects if len(thing.marks)]
+    targets = [obj for obj in frames.motion.scene.objects if len(obj.marks)]
     return [
         {
-            "frame": stage.frame(each.name),
-            "points": stage.array(f"{each.name}.marks", each.marks),
+            "frame": frames.add_frame(each.name),
+            "points": frames.store_array(f"{each.name}.marks", each.marks),
             "colors": wireframe.list_object_mark_colors(each, first),
         }
         for each in targets
@@ -33,21 +33,23 @@ def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Ent
 
 
 def list_camera_entries(
-    stage: RecordingFrames, depth: float, run: xr.Dataset | None
+    frames: RecordingFrames, depth: float, run: xr.Dataset | None
 ) -> list[Entry]:
-    """Return the cameras of a scene, observing cameras first and with their images."""
+    """Return the cameras of a scene: first the cameras of the run, with their images."""
     used = [] if run is None else run_data.list_run_cameras(run)
-    order = sorted(stage.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    order = sorted(frames.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
             "name": eye.name,
-            "frame": stage.frame(eye.name),
-            "frustum": stage.array(
+            "frame": frames.add_frame(eye.name),
+            "frustum": frames.store_array(
                 f"{eye.name}.frustum", 2 * depth * _compute_view_lines(eye.camera)
             ),
             **_build_lens_entry(eye.camera),
             **(
-                _build_pixels_entry(stage, run, eye) if run is not None and eye.name in used else {}
+                _build_pixels_entry(frames, run, eye)
+                if run is not None and eye.name in used
+                else {}
             ),
         }
         for eye in order
@@ -55,13 +57,13 @@ def list_camera_entries(
 
 
 def _build_lens_entry(camera: Camera) -> Entry:
-    """Return image size and centre of a camera."""
+    """Return the image size and the image centre of a camera."""
     centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
     return {"size": None if camera.size is None else list(camera.size), "centre": centre}
 
 
 def _compute_view_lines(camera: Camera) -> Array:
-    """Return the ends (n, 3) of lines at unit depth: around the image, and to its corners."""
+    """Return the ends (n, 3) of lines at unit depth, around the image and to its corners."""
     rays = (
         wireframe.compute_corner_rays(camera)
         if camera.size is None
@@ -85,7 +87,7 @@ def _compute_border_rays(camera: Camera) -> Array:
 def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     """Return the pixels (T, N, 2) of the feature points in each image, by the name of the array.
 
-    Without a suffix, also the goals (N, 2).
+    If `suffix` is empty, the goals (N, 2) are included.
     """
     arrays = {}
     for eye in run_data.list_run_cameras(run):
@@ -96,11 +98,11 @@ def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     return arrays
 
 
-def _build_pixels_entry(stage: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
+def _build_pixels_entry(frames: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
     """Return the names of the arrays of an image, and colours and targets of its feature points."""
     view = run_data.select_camera_view(run, eye.name)
     numbers = view["mark_number"].values.tolist()
-    second = {"second": f"{eye.name}.pixels second"} if stage.motion.second else {}
+    second = {"second": f"{eye.name}.pixels second"} if frames.motion.second else {}
     return {
         "pixels": f"{eye.name}.pixels",
         **second,

@@ -47,7 +47,7 @@ def build_curve_panels(
 ) -> list[CurvePanel]:
     """Return the panels of curves: error, velocity of the moving frame, and joint velocities.
 
-    With a second run, the first panel has the image errors of both runs.
+    If a second run is given, the first panel has the image errors of both runs.
     """
     frame, twist = _select_frame_twist(run, scene)
     vector = [color for color, _ in palette.COMPONENTS]
@@ -78,7 +78,7 @@ def _select_frame_twist(run: xr.Dataset, scene: Scene) -> tuple[str, Array]:
 
 
 def _compare_image_errors(run: xr.Dataset, second: xr.Dataset) -> CurvePanel:
-    """Return the largest distance of a feature point from its goal in the image, for two runs."""
+    """Return the panel of the largest image distances of a feature point from its goal."""
     each = [np.linalg.norm(one["pixels"] - one["pixels_goal"], axis=-1) for one in (run, second)]
     largest = [x.max(axis=1) if x.shape[1] else np.full(len(x), np.nan) for x in each]
     colors = [palette.BLACK, palette.ORANGE]
@@ -101,7 +101,7 @@ def list_run_events(run: xr.Dataset) -> list[Entry]:
 
 
 def collect_run_texts(run: xr.Dataset, experiment: Experiment, trials: bool) -> dict[str, str]:
-    """Return explanation and text of the experiment, or the reasons why they are missing."""
+    """Return the explanation of a run and the text of its experiment, or why they are missing."""
     from robsim.analysis.explanation.explanation import explain
 
     collected = {}
@@ -112,5 +112,5 @@ def collect_run_texts(run: xr.Dataset, experiment: Experiment, trials: bool) -> 
     try:
         collected["experiment"] = experiment.text
     except InputError as reason:
-        collected["experiment"] = f"not a text: {reason}"
+        collected["experiment"] = f"not available as text: {reason}"
     return collected

@@ -1,4 +1,4 @@
-"""Pages as files: export, reading back, and display in a browser or a notebook."""
+"""Pages as files: export, loading, and display in a browser or a notebook."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import webbrowser
 import zlib
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from robsim.base.atomic_files import convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError, format_value
@@ -24,25 +24,34 @@ from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 
-LARGEST = 200_000_000  # size of a page that can be read back, bytes
-HEIGHT = 560  # of a page in a notebook, pixels
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.robot.robot import Robot
+    from robsim.run.mission_run import MissionRun
+    from robsim.world.scene import Scene
+
+    Showable: TypeAlias = xr.Dataset | MissionRun | Experiment | Scene | Robot | StudyResult
+
+LARGEST = 200_000_000  # largest size of a page that is loaded, bytes
+HEIGHT = 560  # height of a page in a notebook, pixels
 _RECORDING = r'<script type="text/plain" id="recording">(.*?)</script>'
 
 
 def export_html(
-    shown: Any, path: str | os.PathLike[str], experiment: Experiment | None = None
+    shown: Showable, path: str | os.PathLike[str], experiment: Experiment | None = None
 ) -> Path:
-    """Write a page that shows a run, an experiment, a scene, a robot or a study as one HTML file.
+    """Write a run, an experiment, a scene, a robot or a study as one HTML file.
 
-    The page shows the scene in 3-D, the camera images and the curves over time, with a slider; a
-    study is shown as a map with a dot for each run. The file opens in any browser and needs neither
-    a server nor a network. The same run gives the same bytes.
+    The page shows the scene in 3-D, the camera images and the curves over time, with a slider. A
+    study is shown as a map with a dot for each run. The file opens in any browser, without a server
+    or a network. Equal runs give equal bytes.
 
     Parameters
     ----------
-    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or Study
-        A single run, a mission, or another object to show. An experiment is shown at its start, and
-        a scene or robot at home.
+    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or StudyResult
+        Object to show: a single run, a mission, an experiment at its start, a scene or a robot at
+        home, or a study.
     path : str or path-like
         File to write.
     experiment : Experiment, optional
@@ -57,7 +66,7 @@ def export_html(
     Raises
     ------
     InputError
-        If `shown` holds several runs, or has no page.
+        If `shown` has several runs or another type, or if `experiment` is required.
     FileError
         If the file cannot be written.
 
@@ -75,7 +84,8 @@ def export_html(
 def load_recording(path: str | os.PathLike[str]) -> Recording:
     """Return the recording in a page that `export_html` wrote.
 
-    Numbers are rounded to float32, and poses to 1/65535 of the range of each of their components.
+    The page stores numbers as float32, and the components of poses with a resolution of 1/65535 of
+    their range.
 
     Parameters
     ----------
@@ -114,16 +124,16 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
         raise FileError(f"{path}: not a page of RobSim: {reason}") from None
 
 
-def show(shown: Any, experiment: Experiment | None = None) -> None:
+def show(shown: Showable, experiment: Experiment | None = None) -> None:
     """Show a run, an experiment, a scene, a robot or a study, in a notebook or in the browser.
 
-    In a notebook the page appears below the cell. Elsewhere it opens in the browser; without a
-    browser the path of the page is printed. The map of a study shows the row of each run; use the
-    command `robsim studio FOLDER` to simulate a run when its dot is clicked.
+    In a notebook the page appears below the cell. Otherwise it opens in the browser; without a
+    browser the path of the page is printed. The map of a study shows the row of a run when its dot
+    is clicked. The command `robsim studio FOLDER` opens a map that also simulates the run.
 
     Parameters
     ----------
-    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or Study
+    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or StudyResult
         Object to show, as in `export_html`.
     experiment : Experiment, optional
         Experiment of the run, as in `export_html`.
@@ -131,7 +141,15 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
     Raises
     ------
     InputError
-        If `shown` holds several runs, or has no page.
+        If `shown` has several runs or another type, or if `experiment` is required.
+
+    Examples
+    --------
+    `export_html` writes the same page to a file:
+
+    >>> from robsim import Robot, export_html
+    >>> export_html(Robot.from_dh([[0, 0, 1, 0]], name="arm"), "arm.html").name
+    'arm.html'
     """
     page = build_html(_build_shown_recording(shown, experiment))
     if _is_notebook():
@@ -141,7 +159,7 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
     open_page_file(write_whole(Path(tempfile.mkdtemp(prefix="robsim-")) / "run.html", page))
 
 
-def _build_shown_recording(shown: Any, experiment: Experiment | None) -> Recording:
+def _build_shown_recording(shown: Showable, experiment: Experiment | None) -> Recording:
     """Return the recording of an object, or the map of a study."""
     if isinstance(shown, StudyResult):
         return build_study_map(shown)
@@ -149,9 +167,9 @@ def _build_shown_recording(shown: Any, experiment: Experiment | None) -> Recordi
 
 
 def open_page_file(path: Path) -> None:
-    """Open a page in the browser; without a browser print its path."""
+    """Open a page in the browser; without a browser, print its path."""
     if not open_in_browser(path.resolve().as_uri()):
-        print(f"open {path} in a browser to see it", file=sys.stderr)
+        print(f"open {path} in a browser", file=sys.stderr)
 
 
 def open_in_browser(address: str) -> bool:
@@ -167,8 +185,8 @@ def has_browser() -> bool:
     return not remote and bool(windows or display)
 
 
-def render_notebook_cell(shown: Any) -> str:
-    """Return the HTML that a notebook displays: the page, or a table if the object has no page."""
+def render_notebook_cell(shown: xr.Dataset | MissionRun | Scene | Robot) -> str:
+    """Return the HTML that a notebook displays: the page, or the table of a run without a page."""
     try:
         return embed_page(build_html(build_recording(shown, trials=False)))
     except InputError:

@@ -38,8 +38,8 @@ _EXPORT = re.compile(r"^export ", re.MULTILINE)
 def build_html(recording: Recording) -> str:
     """Return the HTML text of a page that shows a recording.
 
-    The page makes no request, and its content security policy permits none. Texts of the recording
-    are data, never markup.
+    The page sends no requests, and its content security policy forbids them. Texts of the recording
+    are inserted as data, not as markup.
     """
     return _fill_page_template(
         encode_recording_text(recording.header, recording.arrays, {"poses"}), "'none'"
@@ -47,14 +47,14 @@ def build_html(recording: Recording) -> str:
 
 
 def build_live_html() -> str:
-    """Return the HTML text of a page that shows the messages of its own server only."""
+    """Return the HTML text of a page that shows the messages of its own server."""
     return _fill_page_template("", "'self'")
 
 
 def encode_recording_text(
     header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
 ) -> str:
-    """Return the text of a recording, which contains nothing that ends a script element.
+    """Return a recording as base64 text, which cannot end the script element that contains it.
 
     Raise InputError if the arrays are larger than a page can hold.
     """
@@ -63,7 +63,7 @@ def encode_recording_text(
 
 
 def _fill_page_template(recording: str, connect_source: str) -> str:
-    """Return the page with its data; it may connect to `connect_source` only."""
+    """Return the page with a recording; its policy permits connections to `connect_source` only."""
     parts = {
         "policy": _build_policy(connect_source),
         "style": _read_page_style(),
@@ -98,7 +98,7 @@ def _read_page_style() -> str:
 
 @cache
 def _join_page_modules() -> str:
-    """Return all modules in one scope, without imports and exports; all their names differ."""
+    """Return all modules in one scope, without imports and exports; their names must differ."""
     own = (_EXPORT.sub("", _IMPORT.sub("", _read_page_asset(f"{name}.js"))) for name in MODULES)
     names = "const { THREE, OrbitControls, TransformControls, uPlot, GUI } = vendor;\n"
     return f'"use strict";(() => {{\n{_read_page_asset("vendor.js")}\n{names}{"".join(own)}}})();'

@@ -1,4 +1,4 @@
-"""Recordings of a scene that can be extended by instants while a run goes on."""
+"""Builder of recordings, which can be extended by instants while a run goes on."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Recording:
     True
     """
 
-    header: dict[str, Any]
-    arrays: dict[str, NDArray[Any]]
+    header: dict[str, Any]  # Any: JSON
+    arrays: dict[str, NDArray[Any]]  # Any: float64, float32 or uint32, by array
 
     def __repr__(self) -> str:
         """Return the title and the number of instants."""
@@ -69,7 +69,7 @@ class RecordingInstants:
     def of(
         cls, run: xr.Dataset, scene: Scene, second: tuple[xr.Dataset, Scene] | None = None
     ) -> RecordingInstants:
-        """Return the instants of a run and, beside it, of a second run with as many instants.
+        """Return the instants of a run, and of a second run with equally many instants.
 
         Raise InputError if the run belongs to another scene.
         """
@@ -86,8 +86,8 @@ class RecordingInstants:
 class RecordingBuilder:
     """Builder of recordings: the bodies of a scene as header entries, and the motion of each.
 
-    The moving frames are determined from `motion`. `depth` is the depth of camera
-    frustums in metres. `run` provides the camera images and the goal.
+    `motion` determines the moving frames. `run` provides the camera images and the goal. `belief`
+    is the scene that the task assumes. `depth` is the depth of camera frustums in metres.
     """
 
     def __init__(
@@ -97,20 +97,20 @@ class RecordingBuilder:
         belief: Scene | None = None,
         depth: float | None = None,
     ) -> None:
-        stage = self.stage = RecordingFrames(motion)
+        frames = self.frames = RecordingFrames(motion)
         depth = self.depth = choose_frustum_depth(motion) if depth is None else depth
         first = {} if run is None else run_data.number_first_marks(run)
         self.entries: dict[str, list[Entry]] = {
-            "parts": build_solid_entries(stage, motion.scene, depth, "true"),
-            "marks": list_mark_entries(stage, first),
-            "cameras": list_camera_entries(stage, depth, run),
-            "trails": list_trail_entries(stage),
+            "parts": build_solid_entries(frames, motion.scene, depth, "true"),
+            "marks": list_mark_entries(frames, first),
+            "cameras": list_camera_entries(frames, depth, run),
+            "trails": list_trail_entries(frames),
         }
         if run is not None:
-            self.entries["parts"] += list_outline_entries(stage, belief, run, depth)
+            self.entries["parts"] += list_outline_entries(frames, belief, run, depth)
 
-    def recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
-        """Return the recording of some instants; `entries` are further entries of the header."""
+    def build_recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
+        """Return the recording of the instants; `entries` are further entries of the header."""
         header = {
             "format": FORMAT,
             "version": VERSION,
@@ -118,32 +118,32 @@ class RecordingBuilder:
             **{"outcome": "", "texts": {}, "events": [], **entries},
             "curves": [each.entry for each in instants.curves],
             "reach": self.reach,
-            "frames": self.stage.frame_entries,
+            "frames": self.frames.frame_entries,
             **self.entries,
         }
-        return Recording(header, {**self.stage.arrays, **self.arrays(instants)})
+        return Recording(header, {**self.frames.arrays, **self.collect_arrays(instants)})
 
-    def like(self, other: RecordingBuilder) -> bool:
+    def has_same_entries(self, other: RecordingBuilder) -> bool:
         """Return whether another builder has the same entries and arrays."""
-        own, others = self.stage.arrays, other.stage.arrays
+        own, others = self.frames.arrays, other.frames.arrays
         return (
             self.entries == other.entries
-            and self.stage.frame_entries == other.stage.frame_entries
+            and self.frames.frame_entries == other.frames.frame_entries
             and all(np.array_equal(own[name], others[name]) for name in own)
         )
 
     @property
     def reach(self) -> list[list[float]]:
         """The lowest and highest coordinates of the origins of all frames, in metres."""
-        at = self.stage.poses(self.stage.motion)[..., :3].reshape(-1, 3)
+        at = self.frames.compute_poses(self.frames.motion)[..., :3].reshape(-1, 3)
         ends = (at.min(axis=0), at.max(axis=0)) if len(at) else (np.zeros(3), np.zeros(3))
         return [[float(np.float32(x)) for x in end] for end in ends]
 
-    def arrays(self, instants: RecordingInstants) -> dict[str, NDArray[Any]]:
-        """Return the arrays that have a row for each instant, and the goals in the images."""
+    def collect_arrays(self, instants: RecordingInstants) -> dict[str, NDArray[Any]]:
+        """Return the arrays with a row for each instant, and the goals in the images."""
         return {
             "time": instants.time,
-            "poses": self.stage.poses(instants.motion),
+            "poses": self.frames.compute_poses(instants.motion),
             **{each.array: each.values for each in instants.curves},
             **instants.images,
         }

@@ -1,9 +1,9 @@
 """Recordings as compressed bytes that a page unpacks.
 
-The container has a header that lists the name, kind and shape of each array. Numbers are float32 or
-uint32, little endian. Bytes of the same significance are stored together, first bytes before second
-bytes, because they compress well. Poses are `quantised`: 16-bit integers over the range of each
-component, stored as differences between instants.
+The header lists the name, kind and shape of each array. Numbers are float32 or uint32, little
+endian. The first bytes of all numbers of an array are stored together, then the second bytes, and
+so on, which compresses better. Poses are `quantised`: the range of each component is divided into
+65535 steps, and the differences of these 16-bit integers between instants are stored.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def pack_recording(
 
 
 def unpack_recording(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return header and arrays of a packed recording; raise ValueError if damaged or too large."""
+    """Return header and arrays of a packed recording; raise ValueError if it is damaged."""
     content = zlib.decompressobj(wbits=31).decompress(data, MOST_BYTES)
     header, pieces = unpack_container(BytesIO(content))
     pairs = zip(header.pop("arrays"), pieces, strict=True)
@@ -73,7 +73,7 @@ def _split_byte_planes(array: NDArray[Any]) -> NDArray[np.uint8]:
 def _decode_array(entry: dict[str, Any], planes: NDArray[Any]) -> NDArray[Any]:
     """Return an array from its byte planes (significances, numbers)."""
     if entry["kind"] not in KINDS or planes.dtype != np.uint8:
-        raise ValueError(f"no array: {format_value(entry)}")
+        raise ValueError(f"not an array: {format_value(entry)}")
     kind, shape = np.dtype(f"<{entry['kind']}"), tuple(entry["shape"])
     if math.prod(shape) * kind.itemsize != planes.size:
         raise ValueError(f"{planes.size} bytes for an array of shape {format_value(shape)}")

@@ -4,7 +4,7 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
 `robsim.page.recording_builder.VERSION`. The entries of the header are:
 
 * format, version: "robsim recording", and the number of the version.
-* title, outcome: of the run; the outcome is a name of `robsim.Outcome`, or empty.
+* title, outcome: title and outcome of the run; the outcome is a name of `robsim.Outcome`, or empty.
 * texts: {heading: text}, the ending, the explanation, and the experiment as TOML.
 * reach: lowest and highest coordinates of the origins of all frames over all instants.
 * frames: {name, group} of each frame. The array "poses" (T, frames, 7) has x, y, z and the unit
@@ -26,9 +26,10 @@ The array "time" (T,) has the times in seconds.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
@@ -52,13 +53,16 @@ if TYPE_CHECKING:
 
 
 def build_recording(
-    shown: Any, experiment: Experiment | None = None, *, trials: bool = True
+    shown: xr.Dataset | MissionRun | Experiment | Scene | Robot,
+    experiment: Experiment | None = None,
+    *,
+    trials: bool = True,
 ) -> Recording:
     """Return the recording of a run, a mission, an experiment at its start, a scene or a robot.
 
-    The recording of a run contains its explanation, including the trials of `explain` if `trials`.
-    Raise InputError if the object has another type, holds several runs, or needs `experiment`
-    because its experiment contains Python code.
+    The recording of a run contains its explanation. If `trials`, the explanation includes changes
+    that `explain` tried by simulation. Raise InputError if the object has another type or several
+    runs, or if `experiment` is missing and the run does not store it.
     """
     if isinstance(shown, Robot):
         return _record_still_scene(Scene((shown,)), shown.name)
@@ -75,12 +79,12 @@ def build_recording(
     raise InputError(f"expected {expected}, got {format_value(shown)}")
 
 
-def _record_still_scene(scene: Scene, title: str, q: Any = None) -> Recording:
+def _record_still_scene(scene: Scene, title: str, q: ArrayLike | None = None) -> Recording:
     """Return the recording of a scene at one configuration."""
     values = scene.coordinates(scene.home if q is None else q, limits=False)[None]
     motion = SceneMotion.of(scene, values)
     warn_missing_meshes(scene)
-    return RecordingBuilder(motion).recording(title, RecordingInstants(np.zeros(1), motion))
+    return RecordingBuilder(motion).build_recording(title, RecordingInstants(np.zeros(1), motion))
 
 
 def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Recording:
@@ -89,14 +93,14 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     source = Experiment.of(run) if experiment is None else experiment
     instants = RecordingInstants.of(one, source.scene)
     warn_missing_meshes(source.scene)
-    film = RecordingBuilder(instants.motion, one, find_task_belief(source))
+    builder = RecordingBuilder(instants.motion, one, find_task_belief(source))
     outcome = Outcome(int(one["outcome"])).name
     entries = {
         "outcome": outcome,
         "texts": collect_run_texts(run, source, trials),
         "events": list_run_events(one),
     }
-    return film.recording(source.title or "run", instants, **entries)
+    return builder.build_recording(source.title or "run", instants, **entries)
 
 
 def _record_mission(mission: MissionRun) -> Recording:
@@ -113,11 +117,11 @@ def _record_mission(mission: MissionRun) -> Recording:
     title = Experiment.of(mission).title if text else None
     instants = RecordingInstants(run["time"].values, motion, build_joint_panels(run))
     warn_missing_meshes(motion.scene)
-    return RecordingBuilder(motion).recording(title or "mission", instants, **entries)
+    return RecordingBuilder(motion).build_recording(title or "mission", instants, **entries)
 
 
 def _describe_mission_ending(mission: MissionRun) -> str:
-    """Return the number of completed phases and the end time, as a title."""
+    """Return the number of completed phases and the end time as text."""
     done = f"{mission.planned} phases"
     if not mission.succeeded:
         done = f"{sum(leg.succeeded for leg in mission.legs)} of {done}"

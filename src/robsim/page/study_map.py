@@ -1,21 +1,20 @@
 """Maps of studies: the data of a page that shows thousands of runs as points.
 
-A map is a recording with another format, a header and arrays by name. The entries of the header
-are:
+A map has a header and arrays by name, as a recording has. The entries of the header are:
 
 * format, version: "robsim study", and the number of the version.
-* title: of the experiment that was varied.
+* title: title of the varied experiment.
 * summary: the numbers of runs and draws.
-* columns: the columns of the table, each an array with one number for each run. The meanings are in
-  `robsim.studies.result_columns.COLUMN_MEANINGS`.
-  An entry has name, unit, whether the column is shared, and whether it is a measure of the end,
-  which runs that could not begin lack. If `labels` are given, the array has codes, and `numbers`
-  has the numbers of the codes, if any.
-* outcomes: name, words and colour of each outcome that occurs, in the order of the codes.
-* filters: names of the columns that can be held at one value.
-* in_turn, cells: the columns that differ within one draw, and the number of runs of a draw. Columns
-  that are `shared` have one number for all of these runs.
-* counts: how the runs ended: for each value of `by`, the number of runs, the number that began, and
+* columns: the columns of the table, each with an array of one number for each run. Their meanings
+  are in `robsim.studies.result_columns.COLUMN_MEANINGS`. An entry has a name and a unit. `shared`
+  marks columns with one number for all runs of a draw. `measure` marks measures of the end, which
+  runs that could not begin do not have. If an entry has `labels`, its array has the indices of the
+  labels, and `numbers` are the numbers of the labels, if any.
+* outcomes: name, words and colour of each outcome that occurs. The array "outcome" has the indices
+  of these entries.
+* filters: names of the columns that select runs on a page.
+* in_turn, cells: the columns that differ within one draw, and the number of runs of a draw.
+* counts: for each value of the column `by`, the number of runs, the number of runs that began, and
   the share of each outcome with its interval.
 * notes: remarks about the counts.
 
@@ -40,7 +39,7 @@ from robsim.studies.study_axes import StudyAxis
 from robsim.studies.study_result import StudyResult
 
 FORMAT, VERSION = "robsim study", 1
-MOST_RUNS = 1_000_000  # points that a page can move fluently
+MOST_RUNS = 1_000_000  # largest number of points that a page moves fluently
 MEASURES = tuple(COLUMN_MEANINGS)[tuple(COLUMN_MEANINGS).index("began") + 1 :]
 _UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
 
@@ -91,7 +90,7 @@ def _check_map_size(study: StudyResult) -> None:
 def _build_map_columns(
     study: StudyResult, labelled: dict[str, StudyAxis]
 ) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]]]:
-    """Return the entries of all columns but the outcome, and their numbers or codes."""
+    """Return the entries of all columns except the outcome, and their numbers or indices."""
     units, shared = _find_column_units(study), _find_shared_columns(study)
     columns: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
@@ -109,7 +108,7 @@ def _build_map_columns(
 
 
 def _has_few_values(axis: StudyAxis) -> bool:
-    """Return whether an axis has few enough values to hold the map at one of them."""
+    """Return whether an axis has few enough values to select runs by them."""
     return axis.values is not None and (not axis.is_number or len(axis.values) <= MOST_GROUPS)
 
 
@@ -120,7 +119,7 @@ def _list_axis_labels(axis: StudyAxis) -> dict[str, Any]:
 
 
 def _encode_axis_values(study: StudyResult, axis: StudyAxis) -> NDArray[Any]:
-    """Return the code of the value of each run."""
+    """Return the index of the value of each run."""
     return study.plan.codes(axis, study.runs).astype(np.uint32)
 
 
@@ -133,7 +132,7 @@ def _convert_column_numbers(study: StudyResult, name: str) -> NDArray[Any]:
 
 
 def _list_map_outcomes(study: StudyResult) -> tuple[list[dict[str, str]], NDArray[Any]]:
-    """Return the entries of the outcomes that occur, and the code of each run."""
+    """Return the entries of the outcomes that occur, and the index of the outcome of each run."""
     own = study.table["outcome"].cat.remove_unused_categories()
     occurring = [Outcome[str(name)] for name in own.cat.categories]
     entries = [

@@ -1,13 +1,13 @@
-"""The box of a 3-D figure: true proportions, a ground, and a view that fills the axes."""
+"""The box of a 3-D figure: equal scales, a ground, and a zoom that fills the axes."""
 
 from __future__ import annotations
 
 from itertools import product
-from typing import Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
@@ -15,7 +15,7 @@ from robsim.plot import palette
 from robsim.plot.canvas import parse_number_pair
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
-FLATTEST = 0.4  # least side of the drawn box, as a share of its longest side
+FLATTEST = 0.4  # least side of the box, as a share of its longest side
 WIDEST = 1e30  # metres; projections of larger scenes are not finite
 FILLED = 0.72  # share of the user's axes that the box fills; the rest is for labels
 LABELS = (0.3, 0.52, 0.68, 0.1)  # inches for labels left of, below, right of and above the box
@@ -25,7 +25,7 @@ Box = tuple[Array, Array]  # the lowest and the highest corner (3,), in metres
 
 
 class InnerTicks(MultipleLocator):
-    """Tick locator at multiples of a step, except near corners, where labels would overlap."""
+    """Tick locator at multiples of a step, without ticks near corners: labels would overlap."""
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
         """Return the ticks in the inner part of the axis."""
@@ -33,7 +33,7 @@ class InnerTicks(MultipleLocator):
         return [t for t in super().tick_values(vmin, vmax) if vmin + edge <= t <= vmax - edge]
 
 
-def parse_view(view: Any) -> tuple[float, float]:
+def parse_view(view: tuple[float, float] | None) -> tuple[float, float]:
     """Return the view (elevation, azimuth) in degrees; None is the default view.
 
     Raise InputError unless it is two finite numbers.
@@ -43,7 +43,7 @@ def parse_view(view: Any) -> tuple[float, float]:
     )
 
 
-def check_3d_axes(axes: Any) -> Any:
+def check_3d_axes(axes: object) -> Axes3D:
     """Return the axes; raise InputError unless they are 3-D."""
     if not isinstance(axes, Axes3D):
         raise InputError(
@@ -53,12 +53,12 @@ def check_3d_axes(axes: Any) -> Any:
     return axes
 
 
-def compute_axes_box(points: Array, bounds: Any = None) -> Box:
+def compute_axes_box(points: Array, bounds: ArrayLike | None = None) -> Box:
     """Return the lowest and highest corner (3,) of a box around points (N, 3), in metres.
 
-    Every side has a least length, and the lowest point is on the floor. `bounds` (2, 3) overrides
-    the corners. Raise InputError if `bounds` is not a lowest and a highest corner, or if the points
-    are too far apart.
+    Every side has a minimum length, and the lowest point is on the floor. `bounds` (2, 3) are the
+    corners, if given. Raise InputError if `bounds` is not a lowest and a highest corner, or if the
+    points are too far apart.
     """
     if bounds is not None:
         corners = as_floats(bounds, "bounds (lowest, highest) in metres", (2, 3))
@@ -73,7 +73,7 @@ def compute_axes_box(points: Array, bounds: Any = None) -> Box:
     return low - grow * (0.5, 0.5, 0), high + grow * (0.5, 0.5, 1)
 
 
-def set_box_axes(axes: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
+def set_box_axes(axes: Axes3D, low: Array, high: Array, view: tuple[float, float]) -> None:
     """Set limits, ticks and view of 3-D axes, with one tick step on all axes."""
     step = np.diff(MaxNLocator(6).tick_values(0, float((high - low).max())))[0]
     for name, a, b in zip("xyz", low, high, strict=True):
@@ -95,7 +95,7 @@ def compute_box_aspect(low: Array, high: Array, view: tuple[float, float]) -> fl
     return float(width / height)
 
 
-def fit_box_to_axes(axes: Any, low: Array, high: Array) -> None:
+def fit_box_to_axes(axes: Axes3D, low: Array, high: Array) -> None:
     """Enlarge the box to fill the user's axes, with room for its labels."""
     extent = np.ptp(_project_box_to_axes(axes, low, high), axis=0)
     inches = axes.get_window_extent().size / axes.get_figure(root=True).dpi
@@ -103,11 +103,12 @@ def fit_box_to_axes(axes: Any, low: Array, high: Array) -> None:
 
 
 def fit_box_to_page(
-    axes: Any, low: Array, high: Array, width: float, height: float, top: float = 0.0
+    axes: Axes3D, low: Array, high: Array, width: float, height: float, top: float = 0.0
 ) -> None:
     """Enlarge the box to fill a page of width and height in inches, except for labels and `top`.
 
-    The box is not centred in its square axes, so the axes are moved to centre the box on the page.
+    The box is not centred in its square axes. The axes are shifted, so that the box is centred in
+    the free part of the page.
     """
     left, below, right, above = LABELS
     corners = _project_box_to_axes(axes, low, high)
@@ -121,11 +122,11 @@ def fit_box_to_page(
     _zoom_box(axes, low, high, zoom, side)
 
 
-def _zoom_box(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
-    """Enlarge the box in square axes of `side` inches, at a fixed distance of the labels.
+def _zoom_box(axes: Axes3D, low: Array, high: Array, zoom: float, side: float) -> None:
+    """Enlarge the box in square axes of `side` inches, with labels at a fixed distance from it.
 
-    Matplotlib sets the distance of labels as a share of the sides of the box. Their length on paper
-    depends on axis, box and zoom.
+    Matplotlib measures the distance of a label in shares of the sides of the box. The length of
+    such a share on paper depends on the axis, the box and the zoom.
     """
     corners, sides = _project_box_to_paper(low, high, (axes.elev, axes.azim)), high - low
     inches = (
@@ -147,7 +148,7 @@ def _zoom_box(axes: Any, low: Array, high: Array, zoom: float, side: float) -> N
         axis.labelpad = LABEL[i] / 72 / reach - 21
 
 
-def _project_box_to_axes(axes: Any, low: Array, high: Array) -> Array:
+def _project_box_to_axes(axes: Axes3D, low: Array, high: Array) -> Array:
     """Return the corners (8, 2) of the box at zoom 1, as shares of its square axes."""
     axes.set_box_aspect(high - low)
     x, y, _ = proj3d.proj_transform(*_list_box_corners(low, high).T, axes.get_proj())

@@ -12,11 +12,13 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError, format_value
 from robsim.plot import palette
 
+AxesLike = Axes | Sequence[Axes] | NDArray[np.object_]  # also as `plt.subplots` returns them
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.labelsize": 9,
@@ -34,7 +36,7 @@ _SMALLEST, _LARGEST = 0.5, 100.0  # side of a figure, inches
 
 
 class UnmanagedFigure(Figure):
-    """A figure that pyplot does not manage, and that notebooks display as the value of a cell."""
+    """A figure that pyplot does not manage; notebooks display it as the value of a cell."""
 
     def _repr_png_(self) -> bytes:
         """Return the figure as PNG, for notebooks with a backend that only writes files."""
@@ -59,11 +61,11 @@ def figure_style() -> Iterator[None]:
         matplotlib.rcParams.update(before)
 
 
-def new_figure(width: float, height: float, size: Any = None) -> Figure:
-    """Return an empty figure of a width and height in inches, or of `size` = (width, height).
+def new_figure(width: float, height: float, size: tuple[float, float] | None = None) -> Figure:
+    """Return an empty figure of a width and height in inches; `size` overrides both.
 
-    If the backend opens windows, pyplot manages the figure, so that plt.show() shows it. If the
-    backend only writes files, and in notebooks, only the caller holds the figure.
+    If the backend opens windows, pyplot manages the figure, and plt.show() shows it. If the backend
+    only writes files, and in notebooks, only the caller holds the figure.
 
     Raise InputError unless `size` is a pair of 0.5 to 100 inches.
     """
@@ -74,7 +76,7 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
     return plt.figure(figsize=inches, layout="constrained")
 
 
-def parse_figure_size(size: Any) -> tuple[float, float]:
+def parse_figure_size(size: ArrayLike) -> tuple[float, float]:
     """Return (width, height) in inches; raise InputError unless both are 0.5 to 100."""
     sides = parse_number_pair(size, "size", "(width, height) in inches")
     if min(sides) < _SMALLEST or max(sides) > _LARGEST:
@@ -85,7 +87,7 @@ def parse_figure_size(size: Any) -> tuple[float, float]:
     return sides
 
 
-def parse_number_pair(value: Any, name: str, words: str) -> tuple[float, float]:
+def parse_number_pair(value: ArrayLike, name: str, words: str) -> tuple[float, float]:
     """Return two finite numbers; the error message describes them by `name` and `words`."""
     two = as_floats(value, f"{name} {words}", (2,))
     if two.ndim != 1:
@@ -94,12 +96,17 @@ def parse_number_pair(value: Any, name: str, words: str) -> tuple[float, float]:
 
 
 def prepare_panels(
-    axes: Any, count: int, size: Any, inches: tuple[float, float], columns: int = 1, **how: Any
+    axes: AxesLike | None,
+    count: int,
+    size: tuple[float, float] | None,
+    inches: tuple[float, float],
+    columns: int = 1,
+    **how: Any,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its axes: the user's, or the axes of a new figure.
 
-    A new figure has at least `count` axes in `columns` columns, row by row, and the size `inches`
-    unless `size` is given. `how` are keywords of `Figure.subplots`.
+    A new figure has at least `count` axes in `columns` columns, row by row. Its size is `size`, or
+    `inches` by default. `how` are keyword arguments of `Figure.subplots`.
     """
     if axes is not None:
         panels = check_panels(axes, count, size)
@@ -108,13 +115,13 @@ def prepare_panels(
     return figure, list(figure.subplots(-(-count // columns), columns, squeeze=False, **how).flat)
 
 
-def check_panels(axes: Any, count: int, size: Any) -> list[Axes]:
+def check_panels(axes: AxesLike, count: int, size: tuple[float, float] | None) -> list[Axes]:
     """Return the user's axes as a list of length `count`.
 
     Raise InputError if the number or type of the axes is wrong, or if `size` is given as well.
     """
     if size is not None:
-        raise InputError("size applies to a new figure: leave it out if axes are given")
+        raise InputError("size applies to a new figure only: omit it if axes are given")
     many = axes.ravel() if isinstance(axes, np.ndarray) else axes
     panels = list(many) if isinstance(many, Sequence | np.ndarray) else [many]
     if len(panels) != count or not all(isinstance(each, Axes) for each in panels):

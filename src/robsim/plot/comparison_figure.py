@@ -14,35 +14,41 @@ from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette, run_data
 from robsim.plot.canvas import figure_style, new_figure, replace_frame_by_grid
-from robsim.plot.image_figure import set_image_axes as frame_image
+from robsim.plot.image_figure import set_image_axes
 from robsim.plot.run_data import ROUNDING_ERROR, has_spread
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.gridspec import GridSpecBase
 
     from robsim.analysis.comparison import Comparison
 
-IMAGES_PER_ROW, LOWER_HEIGHT = 7, 4.4  # images per row; height of the lower panels, inches
+IMAGES_PER_ROW, LOWER_HEIGHT = 7, 4.4  # height of the lower panels in inches
 PATH_MEASURES = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
 EFFORT_MEASURES = ("effort_angular", "effort_linear")
 MARGIN_MEASURES = ("border_margin", "limit_margin")
 _MARKERS = "osD^v<>"
 
 
-def comparison(comparison: Comparison, *, size: Any = None, title: str | None = None) -> Figure:
+def comparison(
+    comparison: Comparison, *, size: tuple[float, float] | None = None, title: str | None = None
+) -> Figure:
     """Draw a comparison of control schemes on one slide.
 
     Every scheme keeps one colour, line style and marker in all panels.
 
-    For single runs the slide shows the image of each run (asterisks are the start, squares the
-    goal, circles the end), the distance of the farthest feature point from its goal over time on a
-    logarithmic scale, every measure as a share of the largest value among the schemes, and the path
-    of the camera in the two world axes of largest extent. A hollow marker is a run that did not
-    converge. If a run has no goal image, the second panel shows the norm of the error relative to
-    its start.
+    The slide of single runs has four parts:
 
-    For batches the slide shows how the runs ended as stacked bars, and the distribution of each
-    measure over the runs that converged: the median, the quartiles as a box, and the 5th and 95th
+    * Images: the feature point paths of each run. Asterisks are the start, squares the goal and
+      circles the end.
+    * Error: the distance of the farthest feature point from its goal over time, on a logarithmic
+      scale. If a run has no goal image, the norm of the error relative to its start.
+    * Measures: each as a share of the largest value among the schemes. A hollow marker is a run
+      that did not converge.
+    * Paths: the camera paths in the two world axes of largest extent.
+
+    The slide of a batch shows the outcomes as stacked bars, and the distribution of each measure
+    over the runs that converged: the median, the quartiles as a box, and the 5th and 95th
     percentiles as whiskers. Converged runs are blue, and failures have warm colours.
 
     Parameters
@@ -95,7 +101,7 @@ def style_scheme(i: int) -> dict[str, Any]:
 # ---- single runs ----
 
 
-def _draw_single_runs(result: Comparison, size: Any) -> Figure:
+def _draw_single_runs(result: Comparison, size: tuple[float, float] | None) -> Figure:
     """Draw the slide of single runs: images above, three panels below."""
     rows = -(-len(result.names) // IMAGES_PER_ROW)
     columns = -(-len(result.names) // rows)
@@ -112,7 +118,7 @@ def _draw_single_runs(result: Comparison, size: Any) -> Figure:
     return figure
 
 
-def _draw_scheme_images(figure: Figure, grid: Any, result: Comparison) -> None:
+def _draw_scheme_images(figure: Figure, grid: GridSpecBase, result: Comparison) -> None:
     """Draw the image of each run; images of the same size share their limits."""
     axes_by_size: dict[tuple[Any, ...], list[Axes]] = {}
     for i, (name, run) in enumerate(result.runs.items()):
@@ -144,7 +150,7 @@ def _draw_scheme_image(axes: Axes, view: xr.Dataset, color: str) -> None:
     axes.plot(*path[-1].T, color=color, marker="o", markersize=4, **dots)
     axes.plot(*goal.T, color=palette.GOAL, marker="s", markersize=8, fillstyle="none", **dots)
     pixels = np.concatenate([path.reshape(-1, 2), goal])
-    frame_image(axes, pixels, view.attrs["image_size"], None)
+    set_image_axes(axes, pixels, view.attrs["image_size"], None)
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 
 
@@ -175,7 +181,7 @@ def _draw_scheme_errors(axes: Axes, result: Comparison) -> None:
 
 
 def normalise_measures(result: Comparison) -> dict[str, tuple[float, Array]]:
-    """Return {measure: (largest value, shares of it (schemes,))} of measures to minimise."""
+    """Return {measure: (largest value, values as shares of it)} for the measures to minimise."""
     shares = {}
     for key in (*PATH_MEASURES, *EFFORT_MEASURES):
         values = result.data[key].values
@@ -238,7 +244,7 @@ def _draw_camera_paths(axes: Axes, result: Comparison) -> None:
 # ---- batches ----
 
 
-def _draw_batches(result: Comparison, size: Any) -> Figure:
+def _draw_batches(result: Comparison, size: tuple[float, float] | None) -> Figure:
     """Draw the slide of a batch: the outcomes as bars, and a box plot for each measure."""
     converged = result.data.where(result.data["outcome"] == Outcome.CONVERGED)
     keys = [
@@ -278,7 +284,7 @@ def _draw_outcome_shares(axes: Axes, result: Comparison) -> None:
 
 
 def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
-    """Draw a box for the values (schemes, runs) of each scheme; NaN is left out."""
+    """Draw a box for each row of `values` (schemes, runs), without NaN."""
     rows = [row[np.isfinite(row)] for row in values]
     line = {"linewidth": 1.2}
     boxes: Any = axes.boxplot(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,14 +11,20 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+from robsim.plot.canvas import (
+    AxesLike,
+    figure_style,
+    marker_of_single_point,
+    prepare_panels,
+    set_time_axis,
+)
 from robsim.run.log_commands import LOG_ATTRIBUTE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LOWEST = 1e-16  # share of the largest V; smaller values are rounding errors
-DRAWN = (
+LOWEST = 1e-16  # share of the largest value; smaller values are rounding errors
+VARIABLES = (
     "lyapunov",
     "condition_interaction",
     "condition_task_jacobian",
@@ -32,15 +38,19 @@ DEEP = 3.0  # eigenvalues outside [-DEEP, DEEP] are cut off
 
 
 def diagnosis(
-    diagnosis: xr.Dataset, *, axes: Any = None, size: Any = None, title: str | None = None
+    diagnosis: xr.Dataset,
+    *,
+    axes: AxesLike | None = None,
+    size: tuple[float, float] | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw the diagnosis of a run over time (s) on one slide of four panels.
 
     * Lyapunov function V, on a logarithmic scale.
-    * Condition numbers of the estimated interaction matrix L and of L J, as used by the law.
-    * Stability: the smallest eigenvalue of the motion, which is above zero (not shaded) if the law
-      reduces every component of the error, and the contraction of the loop within one period, which
-      is below one if the loop contracts.
+    * Condition numbers of the interaction matrix L and of L J, as the law estimates them.
+    * Stability: the smallest eigenvalue of the motion, and the contraction of the loop within one
+      period. The law reduces every component of the error if the eigenvalue is above zero, outside
+      of the shaded region. The loop contracts if the contraction is below one.
     * Margins: the distance to the border of the image (px, left axis) and to the nearest joint
       limit (percent of the range of the joint, right axis).
 
@@ -80,7 +90,7 @@ def diagnosis(
             raise InputError("a run read from a log has no diagnosis; use rs.explain instead")
         kind = type(diagnosis).__name__
         raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
-    lacking = [name for name in (*DRAWN, "time") if name not in diagnosis.variables]
+    lacking = [name for name in (*VARIABLES, "time") if name not in diagnosis.variables]
     if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
         missing = (
             ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.geometry.pose import Pose, check_single_pose, is_pose_like
+from robsim.geometry.pose import Pose, PoseLike, check_single_pose, is_pose_like
 from robsim.plot import wireframe
 from robsim.plot.scene_motion import list_cameras_and_objects
 from robsim.plot.wireframe import ScenePart, WireSolid
-from robsim.servo.goals.goal import GoalFeatures, GoalPose, TaughtGoal
+from robsim.servo.goals.goal import Goal, GoalFeatures, GoalPose, TaughtGoal
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
@@ -20,17 +21,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AXES = 0.6  # length of the axes of a frame, as a share of the depth of a frustum
+DrawableGoal = PoseLike | Goal | Task  # a configuration or pose, the goal of a task, or a task
 
 
 def build_goal_outlines(
-    scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float
+    scene: Scene, goal: DrawableGoal | None, run: xr.Dataset | None, q: Array, depth: float
 ) -> list[WireSolid]:
     """Return the outlines of a goal, in the frame of the figures; none if the goal has no pose.
 
-    `goal` is a configuration (nq,), a pose in the world, a task or its goal; None reads the goal of
-    the run. A pose is the goal of the camera if the camera moves, else of the target, and in a
-    scene without cameras of the tip of the first robot. `q` (nq,) is the configuration of all other
-    bodies, and `depth` the depth in metres of the frustum of a camera without a body.
+    `goal` is a configuration (nq,), a pose in the world, a task or the goal of a task; None selects
+    the goal of the run. A pose is the goal of the first camera or object that a robot moves, or of
+    the tip of the first robot if the robots move neither. `q` (nq,) is the configuration of all
+    other bodies. `depth` is the depth in metres of the frustum of a camera without a body.
 
     Raise InputError if `goal` has another type.
     """
@@ -44,20 +46,21 @@ def build_goal_outlines(
     ]
 
 
-def _find_goal_poses(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
-    """Return the poses in the world that a goal determines, by frame."""
+def _find_goal_poses(scene: Scene, goal: DrawableGoal, q: Array) -> dict[str, Pose]:
+    """Return the poses of frames in the world at a goal, by the name of the frame."""
     if isinstance(goal, Task):
-        goal = getattr(goal, "goal", None)
-        goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
-    if goal is None or isinstance(goal, GoalFeatures):
+        own = getattr(goal, "goal", None)
+        return _find_goal_poses(scene, own, q) if isinstance(own, TaughtGoal | GoalPose) else {}
+    if isinstance(goal, GoalFeatures):
         return {}
-    if isinstance(goal, TaughtGoal):
-        goal = scene.home if goal.q is None else goal.q
     if isinstance(goal, GoalPose):
         return _resolve_relative_goal(scene, goal, q)
-    if is_pose_like(goal) and np.shape(goal) != (scene.nq,):
-        return {_list_goal_frames(scene)[0]: check_single_pose(goal, "goal")}
-    return _compute_frame_poses(scene, goal)
+    if isinstance(goal, TaughtGoal):
+        return _compute_frame_poses(scene, scene.home if goal.q is None else goal.q)
+    values = cast("ArrayLike", goal)
+    if is_pose_like(values) and np.shape(values) != (scene.nq,):
+        return {_list_goal_frames(scene)[0]: check_single_pose(values, "goal")}
+    return _compute_frame_poses(scene, values)
 
 
 def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
@@ -69,7 +72,7 @@ def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
 
 
 def _list_goal_frames(scene: Scene) -> list[str]:
-    """Return the cameras and objects that robots carry, else the tip of the first robot."""
+    """Return the cameras and objects that robots move; without any, the tip of the first robot."""
     carried = [name for name in list_cameras_and_objects(scene) if scene.tree.carried(name).any()]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
     frames = carried or tips or list_cameras_and_objects(scene)[:1]
@@ -78,17 +81,17 @@ def _list_goal_frames(scene: Scene) -> list[str]:
     return frames
 
 
-def _compute_frame_poses(scene: Scene, q: Any) -> dict[str, Pose]:
+def _compute_frame_poses(scene: Scene, q: ArrayLike) -> dict[str, Pose]:
     """Return the poses of all moving frames at q (nq,)."""
     values = scene.coordinates(q, "goal q", limits=False)
     if values.ndim != 1:
-        raise InputError(f"goal q: expected one of shape ({scene.nq},), got {values.shape}")
+        raise InputError(f"goal q: expected shape ({scene.nq},), got {values.shape}")
     return {name: scene.pose(name, values) for name in _list_goal_frames(scene)}
 
 
 def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
-    """Return the goal pose of the camera, or of the target if the camera stands still."""
-    targets = [thing.name for thing in scene.objects if len(thing.marks)]
+    """Return the goal pose of the camera if it moves, otherwise the goal pose of the target."""
+    targets = [obj.name for obj in scene.objects if len(obj.marks)]
     if not scene.cameras or not targets:
         return {}
     eye, target = scene.cameras[0].name, targets[0]
@@ -98,7 +101,7 @@ def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, 
 
 
 def build_frame_outline(scene: Scene, name: str, depth: float) -> list[WireSolid]:
-    """Return the outline of the body of a frame, in its own axes; without a body, the axes."""
+    """Return the outline of the body of a frame in its own axes, or the axes if it has no body."""
     for eye in scene.cameras:
         if eye.name == name:
             return [wireframe.build_camera_solid(eye, depth)]

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: width; height of the image, and of its surroundings
-MOST_RUNS = 50  # runs drawn of a batch, so that lines remain distinguishable
+WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: width, height of the image and of its margins
+MOST_RUNS = 50  # drawn runs of a batch; more lines are not distinguishable
 MOST_NUMBERS = 12  # largest number of feature points that are numbered
 MARKERS: dict[str, dict[str, Any]] = {
     "start": {"marker": palette.ASTERISK, "markersize": 9},
@@ -45,16 +46,17 @@ def image(
     camera: str | None = None,
     scene: Scene | None = None,
     *,
-    ax: Any = None,
-    size: Any = None,
+    ax: Axes | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the image of a run in pixels: the feature point paths from start to end.
 
-    Asterisks are the start, circles the end, and squares with an outline around each target the
-    goal. The plus is the image centre (principal point); the frame is the border of the image. Each
-    feature point has the same colour as in `scene` and in the images of the other cameras, and is
-    numbered if there are at most 12 of them. Up to 50 runs of a batch are drawn over each other.
+    Asterisks are the start, and circles the end. Squares are the goal, with an outline around each
+    target. The plus is the image centre (principal point), and the frame is the border of the
+    image. Each feature point has the same colour as in `scene` and in the images of the other
+    cameras. The feature points are numbered if there are at most 12. Up to 50 runs of a batch are
+    drawn over each other.
 
     Parameters
     ----------
@@ -63,15 +65,15 @@ def image(
     camera : str, optional
         Name of the camera. Default: the first camera of the run.
     scene : Scene, optional
-        Scene of the run. If given, the edges of the targets of a single run are drawn as the camera
-        sees them at the start (dashed) and at the end.
+        Scene of the run. If given, the edges of the targets of a single run are drawn, as projected
+        at the start (dashed) and at the end.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into. Default: the axes of a new figure.
     size : (float, float), optional
-        Width and height of a new figure in inches. Default: 5.2 inches wide, as high as the image
-        needs.
+        Width and height of a new figure in inches. Default: 5.2 inches wide, with a height that
+        fits the image.
     title : str, optional
-        Title of the axes. Default: how the run ended, or the number of runs drawn.
+        Title of the axes. Default: the outcome of the run, or the number of drawn runs.
 
     Returns
     -------
@@ -136,7 +138,9 @@ def draw_image(
     draw_marker_legend(axes, {name: name for name in MARKERS if not unknown.get(name, False)})
 
 
-def draw_image_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> list[Artist]:
+def draw_image_goal(
+    axes: Axes, goal: Array, colors: Sequence[str], targets: NDArray[np.str_]
+) -> list[Artist]:
     """Draw the goals (N, 2) of the feature points as squares, and an outline around each target."""
     artists: list[Artist] = []
     for pixel, color in zip(goal, colors, strict=True):
@@ -175,7 +179,7 @@ def _compute_half_hull(ordered: Array) -> list[Array]:
 
 
 def _draw_target_edges(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
-    """Draw the edges of the targets of a single run, as seen at its start and its end."""
+    """Draw the projected edges of the targets of a single run, at its start and its end."""
     camera, names = str(view["mark_camera"].values[0]), view["mark_target"].values.tolist()
     states = run_data.read_configurations(run_data.extract_single_run(view), scene)
     looks = ((states[0], {"linestyle": (0, (4, 2))}), (states[-1], {"linestyle": "-"}))
@@ -186,7 +190,7 @@ def _draw_target_edges(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
 
 
 def project_target_edges(scene: Scene, q: Array, camera: str, target: str) -> Array:
-    """Return the edges (E, 2, 2) of a target in pixels, if wholly in front of the camera."""
+    """Return the edges (E, 2, 2) of a target in pixels that are in front of the camera."""
     T = Pose(scene.pose(target, q).matrix)
     ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).shapes]
     points = np.concatenate([np.empty((0, 2, 3)), *ends])
@@ -221,7 +225,7 @@ def _select_mark_paths(run: xr.Dataset) -> tuple[Array, str]:
 
 
 def _draw_mark_paths(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
-    """Draw the paths (instants, points, 2) of the feature points of one run, and their ends."""
+    """Draw the paths (instants, points, 2) of the feature points of one run, with their ends."""
     width, scale = (1.6, 1.0) if alone else (0.5, 0.6)
     for number, path in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
         color, visible = palette.cycle_color(number), path[np.isfinite(path).all(axis=1)]
@@ -248,11 +252,13 @@ def _draw_mark_numbers(axes: Axes, track: Array, numbers: Array) -> None:
             )
 
 
-def set_image_axes(axes: Axes, pixels: Array, size: Any, centre: Any) -> None:
+def set_image_axes(
+    axes: Axes, pixels: Array, size: tuple[int, int] | None, centre: tuple[float, float] | None
+) -> None:
     """Set the axes of an image: rows grow downwards, pixels are square, the border is visible.
 
-    `pixels` (N, 2) are points to include, and `size` and `centre` the image size and centre or
-    None.
+    The axes include the points `pixels` (N, 2). `size` and `centre` are the image size and centre,
+    if known.
     """
     points = pixels[np.isfinite(pixels).all(axis=1)]
     if centre is not None:
@@ -260,7 +266,7 @@ def set_image_axes(axes: Axes, pixels: Array, size: Any, centre: Any) -> None:
         points = np.vstack([points, centre])
     if size is not None:
         low, high = np.full(2, -0.5), np.asarray(size) - 0.5
-        points = np.clip(points, low - size, high + size)  # points farther out are cut off
+        points = np.clip(points, low - size, high + size)  # clips points far outside the image
         points = np.vstack([points, low, high])
         axes.add_patch(Rectangle((-0.5, -0.5), *size, facecolor="w", edgecolor="k", zorder=0))
         axes.set_facecolor(palette.FAINT)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,14 +10,20 @@ from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array
 from robsim.plot import palette, run_data
-from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+from robsim.plot.canvas import (
+    AxesLike,
+    figure_style,
+    marker_of_single_point,
+    prepare_panels,
+    set_time_axis,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.world.scene import Scene
 
-COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels per row; panel and title, inches
+COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels per row; sizes in inches
 LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # smallest span of an axis
 ROOM = 1.15  # span of an axis divided by the largest range of a coordinate
 
@@ -26,15 +32,15 @@ def joints(
     run: xr.Dataset,
     scene: Scene | None = None,
     *,
-    axes: Any = None,
-    size: Any = None,
+    axes: AxesLike | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw every joint coordinate of a single run over time (s), in degrees or metres.
 
-    All panels of one unit have the same scale, so that motions can be compared. With a `scene`, the
-    region beyond the limits of a joint is grey, and the range of the joint is written above its
-    panel.
+    All panels of one unit have the same scale, so that motions can be compared. If a `scene` is
+    given, the region beyond the limits of a joint is grey, and the title of its panel is the range
+    of the joint.
 
     Parameters
     ----------
@@ -47,7 +53,7 @@ def joints(
     size : (float, float), optional
         Width and height of a new figure in inches. Default: chosen from the number of coordinates.
     title : str, optional
-        Title of a new figure. Default: how the run ended.
+        Title of a new figure. Default: the outcome of the run.
 
     Returns
     -------
@@ -87,7 +93,7 @@ def joints(
 
 
 def _choose_display_units(one: xr.Dataset) -> list[tuple[str, float]]:
-    """Return for each coordinate the unit it is drawn in, and the factor from its own unit."""
+    """Return the display unit of each coordinate, and the factor from its unit to this unit."""
     shown = {"rad": ("deg", float(np.degrees(1.0))), "m": ("m", 1.0)}
     return [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
 

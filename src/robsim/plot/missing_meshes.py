@@ -1,4 +1,4 @@
-"""The warning about meshes that a figure or a page cannot show."""
+"""Warning about meshes that a figure or a page cannot show."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from robsim.geometry.primitives import Mesh
 from robsim.plot.wireframe import list_scene_shapes
 from robsim.world.scene import Scene
 
-MOST_NAMED = 3  # meshes that a warning names, at most
+MOST_NAMED = 3  # largest number of reasons in a warning
 
 
 def warn_missing_meshes(scene: Scene) -> None:
-    """Issue one FileWarning for all meshes of a scene that are not drawn, with their number."""
+    """Issue one FileWarning if meshes of a scene are not drawn; it reports their number."""
     every = chain.from_iterable(list_scene_shapes(scene).values())
     meshes = [shape for shape in every if isinstance(shape, Mesh)]
     reasons = [reason for mesh in meshes if (reason := mesh.lack)]

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError, check_known, format_value
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import palette, run_data
-from robsim.plot.canvas import figure_style, parse_number_pair, prepare_panels
+from robsim.plot.canvas import AxesLike, figure_style, parse_number_pair, prepare_panels
 from robsim.plot.wireframe import compute_display_pose, list_drawable_shapes, list_scene_shapes
 from robsim.world.scene import Scene
 
@@ -29,7 +31,7 @@ VIEWS = {
 VIEW_LABELS = {name: f"from the {name}" for name in ("right", "left", "front")} | {
     name: f"from {name}" for name in ("behind", "above")
 }
-PALE = 0.62  # share of white in a face that is turned to the viewer; less in oblique faces
+PALE = 0.62  # share of white in a face that is turned to the viewer; oblique faces have less
 WIDEST = 13.0  # inches
 TEXT = 0.4  # inches above the pictures, for titles
 
@@ -37,7 +39,7 @@ TEXT = 0.4  # inches above the pictures, for titles
 class VisibleFace(NamedTuple):
     """A visible face of a solid, with corners (n, 2) in metres."""
 
-    depth: float  # of the middle of the face, towards the viewer
+    depth: float  # coordinate of the centre of the face, towards the viewer
     outline: Array
     edges: list[Array]  # edges of the solid that bound the face
     color: str
@@ -46,21 +48,22 @@ class VisibleFace(NamedTuple):
 
 def moments(
     scene: Scene,
-    q: Any,
+    q: ArrayLike,
     titles: Sequence[str] = (),
     *,
     around: str = "world",
-    extent: Any = (1.0, 1.0),
+    extent: tuple[float, float] = (1.0, 1.0),
     views: Sequence[str] = ("right",),
-    axes: Any = None,
-    size: Any = None,
+    axes: AxesLike | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the scene at several configurations side by side, in parallel projection and to scale.
 
-    Each column is a configuration, and each row a viewing direction. The middle of a picture is the
-    frame `around`. Shapes more than half a picture width nearer or farther than this frame are left
-    out, and a camera without a body is not drawn. A scale bar is in the last picture.
+    Each column is a configuration, and each row a viewing direction. The centre of a picture is the
+    origin of the frame `around`. Only faces within half the width of a picture in front of this
+    frame or behind it are drawn. A camera without a body is not drawn. The last picture has a scale
+    bar.
 
     Parameters
     ----------
@@ -71,7 +74,7 @@ def moments(
     titles : sequence of n str, optional
         Titles of the columns. Default: no titles.
     around : str, default "world"
-        Name of the frame in the middle of each picture.
+        Name of the frame at the centre of each picture.
     extent : (float, float), default (1.0, 1.0)
         Width and height of each picture in metres.
     views : sequence of {"right", "left", "behind", "front", "above"}, default ("right",)
@@ -102,9 +105,9 @@ def moments(
     ['before', 'after']
     """
     run_data.check_is_scene(scene)
-    states = as_floats(q, "q (moments, nq)", (scene.nq,))
+    states = as_floats(q, "q (n, nq)", (scene.nq,))
     if states.ndim != 2 or not len(states):
-        raise InputError(f"q: expected shape (moments, {scene.nq}), got {states.shape}")
+        raise InputError(f"q: expected shape (n, {scene.nq}), got {states.shape}")
     _check_views_and_titles(views, titles, len(states))
     width, height = _parse_extent(extent)
     with figure_style():
@@ -128,7 +131,7 @@ def moments(
     return figure
 
 
-def _check_views_and_titles(views: Any, titles: Any, states: int) -> None:
+def _check_views_and_titles(views: object, titles: object, states: int) -> None:
     """Raise InputError if a view is unknown, or if the number of titles is wrong."""
     if not isinstance(views, list | tuple) or not views:
         raise InputError(f"views: expected a list, such as ['right'], got {format_value(views)}")
@@ -137,10 +140,12 @@ def _check_views_and_titles(views: Any, titles: Any, states: int) -> None:
     if not isinstance(titles, list | tuple):
         raise InputError(f"titles: expected a list of texts, got {format_value(titles)}")
     if titles and len(titles) != states:
-        raise InputError(f"{states} moments need as many titles, got {len(titles)}")
+        raise InputError(
+            f"titles: expected {states}, one for each configuration, got {len(titles)}"
+        )
 
 
-def _parse_extent(extent: Any) -> tuple[float, float]:
+def _parse_extent(extent: ArrayLike) -> tuple[float, float]:
     """Return width and height in metres; raise InputError unless both are positive."""
     sides = parse_number_pair(extent, "extent", "(width, height) in metres")
     if min(sides) <= 0:
@@ -151,7 +156,7 @@ def _parse_extent(extent: Any) -> tuple[float, float]:
 def _sort_visible_faces(
     scene: Scene, q: Array, view: Array, middle: float, reach: float
 ) -> list[VisibleFace]:
-    """Return the visible faces, farthest first, so that nearer faces cover them."""
+    """Return the visible faces by decreasing distance, so that nearer faces cover others."""
     faces = [
         face
         for solid, color in _place_shapes(scene, q)
@@ -161,7 +166,7 @@ def _sort_visible_faces(
     return sorted(faces, key=lambda face: face.depth)
 
 
-def _draw_faces(axes: Any, faces: list[VisibleFace]) -> None:
+def _draw_faces(axes: Axes, faces: list[VisibleFace]) -> None:
     """Draw the faces in their order."""
     for rank, face in enumerate(faces):
         color = np.array(to_rgb(face.color))
@@ -174,7 +179,7 @@ def _draw_faces(axes: Any, faces: list[VisibleFace]) -> None:
 
 
 def _find_visible_faces(solid: Primitive, color: str, view: Array) -> Iterator[VisibleFace]:
-    """Yield the faces of a solid that are turned towards the viewer; of a camera, all faces."""
+    """Yield the faces of a solid that are turned towards the viewer, and all faces of a camera."""
     skin, faces = solid.skin
     points = skin @ view.T
     borders = {tuple(sorted(edge)) for edge in solid.edges.tolist()}
@@ -200,7 +205,7 @@ def _place_shapes(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
             )
 
 
-def _set_picture_axes(axes: Any, middle: Array, width: float, height: float) -> None:
+def _set_picture_axes(axes: Axes, middle: Array, width: float, height: float) -> None:
     """Set the limits of a picture around its middle, without ticks."""
     half = np.array([width, height]) / 2
     (left, low), (right, high) = middle[:2] - half, middle[:2] + half
@@ -209,7 +214,7 @@ def _set_picture_axes(axes: Any, middle: Array, width: float, height: float) -> 
         spine.set_color(palette.LIGHT_GREY)
 
 
-def _draw_scale_bar(axes: Any, width: float, height: float) -> None:
+def _draw_scale_bar(axes: Axes, width: float, height: float) -> None:
     """Draw a scale bar of a round length at the lower right."""
     length = 10.0 ** np.floor(np.log10(width / 2))
     length *= max(m for m in (1, 2, 5) if m * length <= width / 2)

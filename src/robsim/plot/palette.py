@@ -1,7 +1,7 @@
 """Colours that are distinct for any colour vision (Okabe and Ito, 2008), and line styles.
 
-The one-letter colours of the primitives become the nearest of the eight colours. Curves that must
-stay distinct in black and white differ in line style or marker as well.
+A one-letter colour of a primitive is drawn in the nearest of the eight colours. Curves also differ
+in line style or marker, so that they are distinct in black and white.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _LETTERS = {
 }
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 GOAL = "#d6007a"  # reserved for goals
-MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # used if the others are taken
+MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # used if the other colours are taken
 TINTS = (0.0, 0.5, -0.4)  # share of white in each group of seven colours; below 0, of black
 OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of different lightness
     Outcome.CONVERGED: (BLUE, ""),
@@ -54,7 +54,7 @@ OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of differ
 }
 ASTERISK = (6, 2, 0)  # a marker of six strokes
 LINES = ("-", "--", "-.", ":")
-COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a vector: x, y, z
+COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # x, y, z of a vector
 
 
 def convert_color(name: str) -> str:
@@ -69,7 +69,7 @@ def convert_color(name: str) -> str:
         return _LETTERS[name]
     if not is_color_like(name):
         raise InputError(
-            f"no colour {name!r}: expected one of {' '.join(_LETTERS)}, or any of Matplotlib"
+            f"no colour {name!r}: expected {' '.join(_LETTERS)}, or a colour of Matplotlib"
         )
     return to_hex(name)
 
@@ -99,7 +99,7 @@ def cycle_link_color(i: int) -> str:
 def tint_color(original: str, share: float) -> str:
     """Return a colour mixed with a share of white, or of black if the share is negative.
 
-    Black becomes grey if the share is negative.
+    Black becomes grey if the share is negative, because it cannot become darker.
 
     >>> tint_color("#0072b2", 0.5), tint_color("#0072b2", -1), tint_color(BLACK, -0.4)
     ('#80b9d8', '#000000', '#666666')

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
 from robsim.base.errors import InputError, format_value
-from robsim.geometry.pose import IDENTITY
+from robsim.geometry.pose import IDENTITY, PoseLike
 from robsim.plot import palette
 from robsim.plot.scene_content import SceneContent, build_scene_content
 from robsim.plot.scene_figure import draw_scene_figure
@@ -22,19 +23,19 @@ AXES = 0.1  # length in metres of the tip axes of a robot without shapes or link
 
 def robot(
     robot: Robot,
-    q: Any = None,
+    q: ArrayLike | None = None,
     *,
-    goal: Any = None,
-    ax: Any = None,
-    view: Any = None,
-    bounds: Any = None,
-    size: Any = None,
+    goal: PoseLike | None = None,
+    ax: Axes3D | None = None,
+    view: tuple[float, float] | None = None,
+    bounds: ArrayLike | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw a robot in 3-D at a configuration, in the frame of its base.
 
-    A robot that has neither shapes nor links to draw lines between, such as a flying camera, is
-    shown by the axes of its tip.
+    A robot without shapes is drawn as lines between the frames of its links. A robot without such
+    lines, for instance a flying camera, is drawn as the axes of its tip.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def robot(
 
     See Also
     --------
-    scene : Draws the robot with cameras and objects, or over a run.
+    scene : Figure of a scene with robots, cameras and objects, also over a run.
 
     Examples
     --------
@@ -79,17 +80,21 @@ def robot(
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {format_value(robot)}")
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
-    picture = build_scene_content(alone, q, None, goal)
-    whole = picture if picture.solids else _add_tip_axes(alone, picture, robot, q)
+    content = build_scene_content(alone, q, None, goal)
+    whole = content if content.solids else _add_tip_axes(alone, content, robot, q)
     return draw_scene_figure(whole, ax, view, bounds, size, title)
 
 
-def _add_tip_axes(scene: Scene, picture: SceneContent, robot: Robot, q: Any) -> SceneContent:
+def _add_tip_axes(
+    scene: Scene, content: SceneContent, robot: Robot, q: ArrayLike | None
+) -> SceneContent:
     """Return the content of the figure with the axes of the tip as its solids."""
-    T = compute_display_pose(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
+    T = compute_display_pose(
+        scene, f"{robot.name}.{robot.tip}", scene.home if q is None else np.asarray(q)
+    )
     ends = T[:3, 3] + AXES * T[:3, :3].T
     wires = [
         WireSolid(f"{name} of {robot.tip}", color, np.stack([T[:3, 3], end])[None])
         for name, (color, _), end in zip("xyz", palette.COMPONENTS, ends, strict=True)
     ]
-    return replace(picture, solids=wires)
+    return replace(content, solids=wires)

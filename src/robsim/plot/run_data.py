@@ -1,4 +1,4 @@
-"""Extraction of data from runs for the figures."""
+"""Data of runs for the figures."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ ROUNDING_ERROR = 1e-9  # smaller measures are rounding errors
 
 
 def check_is_scene(scene: object) -> None:
-    """Raise InputError unless this is a Scene."""
+    """Raise InputError unless `scene` is a Scene."""
     if not isinstance(scene, Scene):
         raise InputError(f"expected a Scene, got {format_value(scene)}")
 
 
 def check_is_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """Return the run; raise InputError if it is no run or, with `timed`, only a summary."""
+    """Return the run; raise InputError if it is not a run or, with `timed`, if it is a summary."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
         raise InputError(
             f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
-            "the run of a leg: story.legs[0].run in story.legs[0].scene"
+            "the run of one leg: mission.legs[0].run in mission.legs[0].scene"
         )
     if timed and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
@@ -43,8 +43,7 @@ def extract_single_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     one = check_is_run(run, timed)
     if one.sizes.get("run", 1) != 1:
         raise InputError(
-            f"this figure shows one run, and these are {one.sizes['run']}: "
-            "pick one, as in run.isel(run=0)"
+            f"expected one run, got {one.sizes['run']}: pick one, as in run.isel(run=0)"
         )
     one = one.squeeze("run") if "run" in one.dims else one
     if "time" not in one.dims:
@@ -69,7 +68,7 @@ def read_configurations(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def _check_run_coordinates(run: xr.Dataset, scene: Scene) -> None:
-    """Raise InputError if the coordinates of the run are not the scene's."""
+    """Raise InputError if the run and the scene have different coordinates."""
     names = scene.coordinate_names
     if run["coordinate"].values.tolist() != list(names):
         own = ", ".join(run["coordinate"].values.tolist())
@@ -81,7 +80,7 @@ def _check_run_coordinates(run: xr.Dataset, scene: Scene) -> None:
 def read_coordinate_limits(run: xr.Dataset, scene: Scene) -> Array:
     """Return the lowest and highest value (nq, 2) of each coordinate; infinite without limits.
 
-    Raise InputError if `scene` is no Scene, or not the scene of the run.
+    Raise InputError if `scene` is not a Scene, or not the scene of the run.
     """
     check_is_scene(scene)
     _check_run_coordinates(run, scene)
@@ -89,7 +88,7 @@ def read_coordinate_limits(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
-    """Return the velocity (instants, 6), v and omega, of a frame's origin in world axes."""
+    """Return the twist (instants, 6), v and omega, of the origin of a frame in world axes."""
     check_is_scene(scene)
     _check_run_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
@@ -97,9 +96,9 @@ def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
 
 
 def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
-    """Return the frame of interest for velocities; None for the camera.
+    """Return the frame of the target if the camera stands still; None if the camera moves.
 
-    If the camera stands still, it is the frame that carries the target.
+    Figures show the velocity of this frame.
     """
     if not run.sizes["mark"]:
         return None
@@ -115,13 +114,13 @@ def list_run_cameras(run: xr.Dataset) -> list[str]:
 def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     """Return the run with the feature points and image attributes of one camera.
 
-    `camera` None selects the first camera. The coordinate mark_number counts the feature points of
-    all targets, and is the same for all cameras. Raise InputError if there is no camera of that
-    name.
+    `camera` None selects the first camera. The coordinate mark_number is the number of a feature
+    point among the points of all targets, which is the same in all cameras. Raise InputError if
+    there is no camera of that name.
     """
     cameras = list_run_cameras(run)
     if not cameras:
-        raise InputError("this run uses no camera, and so has no image")
+        raise InputError("this run uses no camera, so it has no image")
     name = cameras[0] if camera is None else camera
     check_known(name, cameras, "no camera {} in the run", "cameras")
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
@@ -133,7 +132,7 @@ def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
 
 
 def number_first_marks(run: xr.Dataset) -> dict[str, int]:
-    """Return for each target the number of its first feature point, counted over all targets."""
+    """Return the number of the first feature point of each target, counted over all targets."""
     keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
     counts = Counter(keys)
     first, after = {}, 0
@@ -144,7 +143,7 @@ def number_first_marks(run: xr.Dataset) -> dict[str, int]:
 
 
 def describe_ending(run: xr.Dataset) -> str:
-    """Return how and when a single run ended, as a title.
+    """Return the outcome and the end time of a single run as text.
 
     >>> import xarray as xr
     >>> describe_ending(xr.Dataset({"outcome": 1, "end_time": 2.52}))
@@ -160,14 +159,14 @@ def describe_ending(run: xr.Dataset) -> str:
 
 
 def _describe_log_ending(outcome: Outcome, converged: float) -> str:
-    """Return how a log ended, with the time of convergence in seconds if it converged."""
+    """Return the outcome of a log as text, with the time of convergence in seconds."""
     if outcome == Outcome.CONVERGED:
         return f"converged after {converged:.3g} s"
     return "not converged" if outcome == Outcome.RUNNING else outcome.words
 
 
 def describe_outcome(outcome: Outcome, time: float, hold: bool) -> str:
-    """Return how and when a run ended, as text; `hold` marks runs that continue once converged."""
+    """Return outcome and end time as text; with `hold` a converged run continues to its end."""
     if hold and outcome == Outcome.CONVERGED:
         return f"converged, held for {time:.3g} s"
     return f"{outcome.words} after {time:.3g} s"

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from robsim.plot import axes_box, run_data
 from robsim.plot.canvas import figure_style, new_figure
-from robsim.plot.image_figure import draw_image as draw_image
+from robsim.plot.goal_outlines import DrawableGoal
+from robsim.plot.image_figure import draw_image
 from robsim.plot.scene_content import build_scene_content
-from robsim.plot.scene_figure import arrange_scene, measure_scene_width
-from robsim.plot.scene_figure import draw_scene as draw_scene
-from robsim.plot.velocity_figure import draw_velocity as draw_velocity
+from robsim.plot.scene_figure import arrange_scene, draw_scene, measure_scene_width
+from robsim.plot.velocity_figure import draw_velocity
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.world.scene import Scene
 
-HEIGHT = 4.4  # of the upper row, inches
+HEIGHT = 4.4  # height of the upper row, inches
 
 
 def run(
@@ -28,16 +28,15 @@ def run(
     camera: str | None = None,
     frame: str | None = None,
     *,
-    goal: Any = None,
-    view: Any = None,
-    size: Any = None,
+    goal: DrawableGoal | None = None,
+    view: tuple[float, float] | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw a run on one slide: `scene`, `image` and `velocity` together.
 
-    The upper row shows the scene over the run in 3-D and the image of a camera, the lower row the
-    linear velocity, the angular velocity and the error over time. A run without a camera has no
-    image.
+    The upper row shows the scene over the run in 3-D, and the image of a camera if the run has one.
+    The lower row shows the linear velocity, the angular velocity and the error over time.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def run(
     size : (float, float), default (12.8, 7.2)
         Width and height of the figure in inches.
     title : str, optional
-        Title of the figure. Default: how the run ended, and the length of the camera path.
+        Title of the figure. Default: the outcome of the run, and the length of the camera path.
 
     Returns
     -------
@@ -84,26 +83,26 @@ def run(
     with figure_style():
         figure = new_figure(12.8, 7.2, size)
         has_image = bool(one.sizes["mark"]) or camera is not None
-        picture = build_scene_content(scene, None, one, goal)
-        box = axes_box.compute_axes_box(picture.points)
-        places, below = split_slide(
-            figure, measure_scene_width(picture, HEIGHT, view, box), has_image
+        content = build_scene_content(scene, None, one, goal)
+        box = axes_box.compute_axes_box(content.points)
+        upper, below = split_slide(
+            figure, measure_scene_width(content, HEIGHT, view, box), has_image
         )
-        solid = draw_scene(places[0], picture, box, view).axes
+        solid = draw_scene(upper[0], content, box, view).axes
         if has_image:
-            draw_image(places[1].add_subplot(), one, camera, scene, title="")
+            draw_image(upper[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
         heading = f"{run_data.describe_ending(one)}; path {float(one['path_length']):.3g} m"
         figure.suptitle(heading if title is None else title)
         figure.draw_without_rendering()  # computes the size of every part
-        arrange_scene(places[0], solid, picture, box)
+        arrange_scene(upper[0], solid, content, box)
     return figure
 
 
-def split_slide(figure: Figure, width: float, images: bool) -> tuple[list[Any], Any]:
-    """Return the subfigures of a slide: the upper row (scene, and image if any), and the lower row.
+def split_slide(figure: Figure, width: float, images: bool) -> tuple[list[SubFigure], SubFigure]:
+    """Return the subfigures of the upper row of a slide, and the subfigure of the lower row.
 
-    `width` is the width of the scene in inches.
+    The upper row has the scene, `width` inches wide, and the images if any.
     """
     rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
     share = min(max(width / float(figure.get_figwidth()), 0.35), 0.6)

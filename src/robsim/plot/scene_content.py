@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import run_data, wireframe
-from robsim.plot.goal_outlines import build_goal_outlines
+from robsim.plot.goal_outlines import DrawableGoal, build_goal_outlines
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import STILL, SceneMotion, choose_frustum_depth
 from robsim.plot.wireframe import WireSolid
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-
-from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class SceneContent:
 
     @property
     def points(self) -> Array:
-        """The points (N, 3) that must be visible; the origin if there are none."""
+        """The points (N, 3) that the box must contain; the origin if there are none."""
         wires = [wire.points for wire in (*self.solids, *self.starts, *self.goals)]
         points = np.concatenate([self.marks, *self.paths.values(), *wires])
         return points if len(points) else np.zeros((1, 3))
 
 
 def build_scene_content(
-    scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None
+    scene: Scene, q: ArrayLike | None, run: xr.Dataset | None, goal: DrawableGoal | None = None
 ) -> SceneContent:
-    """Return the content of a figure of a scene at q (nq,), home by default, or over one run.
+    """Return the content of a figure of a scene at q (nq,) or over a run; by default at home.
 
-    `goal` is as in `build_goal_outlines`.
+    `goal` is the goal of `build_goal_outlines`.
 
     Raise InputError if both `q` and `run` are given, if either holds several configurations or
     runs, or if the run belongs to another scene.
@@ -66,13 +66,13 @@ def build_scene_content(
     return SceneContent(solid, before, marks, colors, motion.paths, goals)
 
 
-def _select_configurations(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
+def _select_configurations(scene: Scene, q: ArrayLike | None, run: xr.Dataset | None) -> Array:
     """Return the configurations (instants, nq): one, or all of a run."""
     if run is not None:
         if q is not None:
-            raise InputError("give q or run, not both: a run has its own q")
+            raise InputError("expected q or run, not both: a run has its own q")
         return run_data.read_configurations(run, scene)
     now = scene.coordinates(scene.home if q is None else q, limits=False)
     if now.ndim != 1:
-        raise InputError(f"q: a figure shows one configuration ({scene.nq},), got {now.shape}")
+        raise InputError(f"q: expected one configuration ({scene.nq},), got {now.shape}")
     return now[None]

@@ -13,7 +13,7 @@ from robsim.robot.robot import Robot
 from robsim.run.mission_run import MissionRun
 from robsim.world.scene import Scene
 
-STILL = 1e-6  # metres; a body that moves less stands still
+STILL = 1e-6  # metres; smaller motions count as standing still
 FRUSTUM, LEAST = 0.12, 0.03  # depth of a frustum, and its least value, as shares of the scene
 
 
@@ -25,7 +25,7 @@ class SceneMotion:
     ----------
     phases : tuple of (Scene, array)
         Scenes and their configurations (T, nq), in order of time.
-    second : Moving or None
+    second : SceneMotion or None
         Motion of the same scene under another scheme, with as many instants.
     """
 
@@ -69,8 +69,8 @@ class SceneMotion:
 def choose_frustum_depth(motion: SceneMotion) -> float:
     """Return the depth in metres of the drawn frustum of a camera without a body.
 
-    The depth is a share of the extent of the scene, but at most half the size of a robot if the
-    robot is large enough.
+    The depth is a share of the extent of the scene. It is at most half the size of the largest
+    robot, and at least a smaller share of the extent of the scene.
     """
     scene, q = motion.phases[-1]
     frames = [motion.poses(name)[:, :3, 3] for name in wireframe.list_scene_shapes(scene)]
@@ -90,11 +90,11 @@ def choose_frustum_depth(motion: SceneMotion) -> float:
 
 def list_cameras_and_objects(scene: Scene) -> list[str]:
     """Return the names of cameras and objects."""
-    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+    return [eye.name for eye in scene.cameras] + [obj.name for obj in scene.objects]
 
 
 def _compute_link_origins(scene: Scene, robot: Robot, q: Array) -> Array:
-    """Return the origins (N, 3) of the links of a robot, without the base, which may drive far."""
+    """Return the origins (N, 3) of the links of a robot without the base, which may be mobile."""
     names = [f"{robot.name}.{link.name}" for link in robot.links[1:]]
     return np.array([compute_display_pose(scene, name, q)[:3, 3] for name in names])
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_rgb
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.wireframe import WireSolid
 
-LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp in the frame of the figures; as on the page
+LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the frame of the figures
 AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 is full light
 PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so that edges are visible
 SHADOW = "#dcdcda"
@@ -31,7 +32,7 @@ class MovableArtist:
 
 
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
-    """The faces of several solids, sorted by depth together; `labels` has the label of each."""
+    """The faces of several solids, sorted by depth together; `labels` are their labels."""
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
@@ -45,7 +46,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         super().__init__(corners, **look)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
-        """Show the same solids at other poses, with the shading they have there."""
+        """Move the faces to new poses of the same solids, and shade them for these poses."""
         corners, fills, edges = self._paint_faces(wires)
         self.set_verts(corners)
         self.set_facecolor(fills)
@@ -65,7 +66,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
 def _pad_faces(faces: Sequence[Array]) -> Array:
     """Return faces (F, n, 3) with equal numbers of corners, by repeating corners evenly.
 
-    Matplotlib pads faces of unequal size with uninitialised memory.
+    Without this, Matplotlib would pad faces of unequal size with uninitialised memory.
     """
     most = max(len(face) for face in faces)
     return np.stack([face[np.arange(most) * len(face) // most] for face in faces])
@@ -80,8 +81,8 @@ def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
     return np.asarray((AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors)
 
 
-def draw_solids(axes: Any, wires: Sequence[WireSolid]) -> list[MovableArtist]:
-    """Draw solids: faces with shading, and lines for solids without faces."""
+def draw_solids(axes: Axes3D, wires: Sequence[WireSolid]) -> list[MovableArtist]:
+    """Draw solids as shaded faces; solids without faces as lines."""
     artists, dense = [], _list_opaque_solids(wires)
     if dense:
         solids = SolidFaces([wires[i] for i in dense])
@@ -98,7 +99,7 @@ def draw_solids(axes: Any, wires: Sequence[WireSolid]) -> list[MovableArtist]:
     return artists
 
 
-def draw_shadows(axes: Any, wires: Sequence[WireSolid], ground: float) -> list[MovableArtist]:
+def draw_shadows(axes: Axes3D, wires: Sequence[WireSolid], ground: float) -> list[MovableArtist]:
     """Draw the shadows of a lamp straight above, on ground at a height in metres."""
     artists, dense = [], _list_opaque_solids(wires)
     if dense:
@@ -119,17 +120,17 @@ def _project_to_ground(points: Array, ground: float | None) -> Array:
     return points if ground is None else points * (1, 1, 0) + (0, 0, ground)
 
 
-def draw_solid_outline(axes: Any, wire: WireSolid, label: str, look: dict[str, Any]) -> Any:
-    """Draw only the edges of a solid, with the properties of a line; return the artist."""
+def draw_solid_outline(axes: Axes3D, wire: WireSolid, label: str, look: dict[str, Any]) -> Any:
+    """Draw the edges of a solid with the line properties `look`; return the artist."""
     lines = Line3DCollection(wire.segments, **look, label=label)
     _add_unclipped_collection(axes, lines)
     return lines
 
 
 def _add_face_collection(
-    axes: Any,
+    axes: Axes3D,
     wires: Sequence[WireSolid],
-    which: list[int],
+    indices: list[int],
     look: _Look,
     ground: float | None = None,
 ) -> MovableArtist:
@@ -137,7 +138,7 @@ def _add_face_collection(
 
     def faces(now: Sequence[WireSolid]) -> Array:
         return _pad_faces(
-            [_project_to_ground(face, ground) for i in which for face in now[i].faces]
+            [_project_to_ground(face, ground) for i in indices for face in now[i].faces]
         )
 
     collection = Poly3DCollection(faces(wires), **look)
@@ -146,7 +147,7 @@ def _add_face_collection(
 
 
 def _add_line_collection(
-    axes: Any, wires: Sequence[WireSolid], i: int, look: _Look, ground: float | None = None
+    axes: Axes3D, wires: Sequence[WireSolid], i: int, look: _Look, ground: float | None = None
 ) -> MovableArtist:
     """Add the edges of a solid, or their shadow on the ground."""
     lines = Line3DCollection(
@@ -158,13 +159,13 @@ def _add_line_collection(
     )
 
 
-def _add_unclipped_collection(axes: Any, collection: Any) -> None:
+def _add_unclipped_collection(axes: Axes3D, collection: Any) -> None:
     """Add a collection that is not clipped at the axes."""
     axes.add_collection3d(collection, autolim=False)
     collection.set_clip_on(False)  # the box may be larger than its axes
 
 
-def _choose_tints(color: str) -> tuple[Any, Any]:
+def _choose_tints(color: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return the colours of the edges and the faces of a solid."""
     if color == palette.BLACK:
         return to_rgb(color), to_rgb(palette.tint_color(color, GREY))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,13 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette, run_data
-from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+from robsim.plot.canvas import (
+    AxesLike,
+    figure_style,
+    marker_of_single_point,
+    prepare_panels,
+    set_time_axis,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,19 +32,19 @@ def velocity(
     scene: Scene | None = None,
     frame: str | None = None,
     *,
-    axes: Any = None,
-    size: Any = None,
+    axes: AxesLike | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the camera velocity v (m/s) and omega (rad/s) and the error over time (s).
 
-    The first two panels show the linear and angular velocity of the camera in camera axes. A run
-    without a camera shows the moved frame in its own axes. With a `frame`, they show the velocity
-    of the origin of that frame in world axes.
+    The first two panels show the linear and angular velocity of the camera in camera axes. For a
+    run without a camera, they show the velocity of the frame that the task moves, in the axes of
+    this frame. If `frame` is given, they show the velocity of the origin of `frame` in world axes.
 
     The third panel shows the error on a logarithmic scale; an exponential decay is a straight line.
-    The thick line is the norm, the thin lines are the magnitudes of the components, with one line
-    style for each unit.
+    The thick line is the norm of the error. The thin lines are the magnitudes of its components,
+    with one line style for each unit.
 
     Parameters
     ----------
@@ -53,7 +59,7 @@ def velocity(
     size : (float, float), optional
         Width and height of a new figure in inches.
     title : str, optional
-        Title of a new figure. Default: how the run ended.
+        Title of a new figure. Default: the outcome of the run.
 
     Returns
     -------
@@ -115,7 +121,7 @@ def _select_twists(one: xr.Dataset, scene: Scene | None, frame: str | None) -> t
     if frame is None:
         return one["camera_velocity"].values, ""
     if scene is None:
-        raise InputError(f"the velocity of frame {frame!r} needs the scene: give it as well")
+        raise InputError(f"the velocity of frame {frame!r} needs the scene: pass it as well")
     return run_data.compute_frame_velocity(one, scene, frame), f" of {frame}\nin world axes"
 
 
@@ -136,7 +142,7 @@ def _draw_vector_components(axes: Axes, time: Array, values: Array, symbol: str)
 
 
 def _draw_error_norm(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
-    """Draw the norm (instants,) and magnitudes (instants, k), logarithmic unless all are 0."""
+    """Draw the norm (instants,) and the magnitudes (instants, k), logarithmic unless all are 0."""
     axes.plot(
         time,
         norm,

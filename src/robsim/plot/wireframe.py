@@ -1,4 +1,4 @@
-"""A scene at one configuration as line segments and faces, in the frame of the figures."""
+"""Solids of a scene as line segments and faces, in the frame of the figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # a robot with more links has a single legend entry
-_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # without an image size
+_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class WireSolid:
 
 @dataclass(frozen=True)
 class ScenePart:
-    """A solid in the axes of the frame that carries it, or a line to the frame `to`."""
+    """A solid in the axes of its frame, or a line from its frame to the frame `to`."""
 
     frame: str
     wire: WireSolid
@@ -66,14 +66,14 @@ class ScenePart:
 
 
 def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
-    """Return all solids of a scene, with a frustum `depth` metres deep for a camera without a body.
+    """Return all solids of a scene; a camera without a body is a frustum of `depth` metres.
 
     A black camera gets an unused colour if other solids are black.
     """
     every = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
-    for thing in scene.objects:
-        shapes = list_drawable_shapes(thing.shapes)
-        every += [ScenePart(thing.name, build_shape_solid(thing.name, shape)) for shape in shapes]
+    for obj in scene.objects:
+        shapes = list_drawable_shapes(obj.shapes)
+        every += [ScenePart(obj.name, build_shape_solid(obj.name, shape)) for shape in shapes]
     for eye in scene.cameras:
         wire = build_camera_solid(eye, depth)
         taken = {other.wire.color for other in every}
@@ -83,7 +83,7 @@ def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
 
 
 def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
-    """Return the `list_scene_parts` of a scene at q (nq,), in the frame of the figures."""
+    """Return all solids of a scene at q (nq,), in the frame of the figures."""
     return [
         place_part(part, partial(compute_display_pose, scene, q=q))
         for part in list_scene_parts(scene, depth)
@@ -91,7 +91,7 @@ def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
 
 
 def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
-    """Return the solid of a part, where `pose` returns the pose (4, 4) of a frame by its name."""
+    """Return the solid of a part; `pose` returns the pose (4, 4) of a frame by its name."""
     T = pose(part.frame)
     if part.to:
         T_end = pose(part.to)
@@ -103,8 +103,8 @@ def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
 def place_scene_marks(scene: Scene, q: Array) -> Array:
     """Return the feature points (M, 3) of all objects at q (nq,), in the frame of the figures."""
     points = [
-        transform_points(thing.marks, compute_display_pose(scene, thing.name, q))
-        for thing in scene.objects
+        transform_points(obj.marks, compute_display_pose(scene, obj.name, q))
+        for obj in scene.objects
     ]
     return np.concatenate([np.empty((0, 3)), *points])
 
@@ -114,12 +114,12 @@ def list_mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
     `first` maps the name of an object to the number of its first point, 0 by default.
     """
-    return [color for thing in scene.objects for color in list_object_mark_colors(thing, first)]
+    return [color for obj in scene.objects for color in list_object_mark_colors(obj, first)]
 
 
-def list_object_mark_colors(thing: Object, first: Mapping[str, int]) -> list[str]:
+def list_object_mark_colors(obj: Object, first: Mapping[str, int]) -> list[str]:
     """Return the colours of the feature points of one object; `first` as in `list_mark_colors`."""
-    return [palette.cycle_color(first.get(thing.name, 0) + i) for i in range(len(thing.marks))]
+    return [palette.cycle_color(first.get(obj.name, 0) + i) for i in range(len(obj.marks))]
 
 
 def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
@@ -128,11 +128,11 @@ def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
 
 
 def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
-    """Yield the shapes of a robot link by link; a robot without shapes as lines between frames.
+    """Yield the shapes of a robot by link; without shapes, lines between the frames of its links.
 
-    Each of several robots has one colour. A robot has a single entry in the legend if the scene has
-    several robots, the robot has many links, all its shapes have one colour other than black, or
-    several of its links have several colours.
+    If the scene has several robots, each has one colour. A robot has a single entry in the legend
+    if the scene has several robots, if the robot has many links, if all its shapes have one colour
+    other than black, or if several of its links have several colours.
     """
     shapes_by_link = {link.name: list_drawable_shapes(link.shapes) for link in robot.links}
     shapes = [shape for each in shapes_by_link.values() for shape in each]
@@ -160,13 +160,13 @@ def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
 def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     """Return the shapes of each link, object and camera of a scene, by frame."""
     links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
-    things = [(thing.name, thing.shapes) for thing in scene.objects]
+    objects = [(obj.name, obj.shapes) for obj in scene.objects]
     bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
-    return dict([*links, *things, *((name, (body,) if body else ()) for name, body in bodies)])
+    return dict([*links, *objects, *((name, (body,) if body else ()) for name, body in bodies)])
 
 
 def list_drawable_shapes(shapes: Iterable[Primitive]) -> list[Primitive]:
-    """Return the shapes to draw: a mesh becomes the content of its file, or nothing without it."""
+    """Return the shapes to draw; a mesh is replaced by the content of its file, if readable."""
     return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
 
 from robsim.analysis.workspace import Workspace
@@ -15,28 +14,32 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
-from robsim.plot.canvas import figure_style, prepare_panels
+from robsim.plot.canvas import AxesLike, figure_style, prepare_panels
 from robsim.plot.studies import run_dots
 from robsim.world.scene import Scene
 
-FLAT = 1e-6  # metres; a workspace of smaller extent is flat and needs one view
+FLAT = 1e-6  # metres; a workspace with a smaller extent is flat and has one view
 AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # square points: all dots together, least and largest dot
 VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
 
 
 def workspace(
-    workspace: Workspace, *, axes: Any = None, size: Any = None, title: str | None = None
+    workspace: Workspace,
+    *,
+    axes: AxesLike | None = None,
+    size: tuple[float, float] | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw the workspace of a link from the side and from above.
 
-    Each dot is a sampled configuration, and its colour is the manipulability there; dots of higher
-    manipulability cover others. The robot is drawn in its home configuration. A flat workspace is
-    drawn from one side only.
+    Each dot is the position of the link in a sampled configuration. Its colour is the
+    manipulability; dots of higher manipulability cover others. The robot is drawn in its home
+    configuration. A flat workspace is drawn from one side only.
 
     Parameters
     ----------
     workspace : Workspace
-        Result of `robsim.workspace`.
+        Result of `robsim.kinematics.sample_workspace`.
     axes : array_like of matplotlib.axes.Axes, optional
         Two axes to draw into, or one for a flat workspace. Default: the axes of a new figure.
     size : (float, float), optional
@@ -56,8 +59,8 @@ def workspace(
 
     Examples
     --------
-    >>> import robsim
-    >>> figure = workspace(robsim.kinematics.sample_workspace(robsim.files.robots.panda(), count=500))
+    >>> from robsim import kinematics, robots
+    >>> figure = workspace(kinematics.sample_workspace(robots.panda(), count=500))
     >>> [axes.get_title() for axes in figure.axes[:2]]
     ['from the side', 'from above']
     """
@@ -97,7 +100,7 @@ def _build_robot_segments(result: Workspace) -> Array:
     return np.concatenate([np.empty((0, 2, 3)), *(wire.segments for wire in wires)])
 
 
-def _draw_workspace_view(axes: Axes, view: str, result: Workspace, lines: Array) -> Any:
+def _draw_workspace_view(axes: Axes, view: str, result: Workspace, lines: Array) -> PathCollection:
     """Draw the dots to scale, the highest manipulability last, and the robot over them."""
     right, up = VIEWS[view]
     order = np.argsort(result.manipulability, kind="stable")

@@ -40,10 +40,10 @@ class Body(NamedTuple):
 
 
 class DependentCoordinate(NamedTuple):
-    """Coordinate that follows another coordinate, a row of x; tie i has the ratio 1 + i."""
+    """Coordinate that follows another coordinate; dependent coordinate i has the ratio 1 + i."""
 
     follows: Coupling
-    source: int
+    source: int  # row of the other coordinate
     curve: int  # index of the curve of a chord
     numbers: tuple[float, float, float]
 
@@ -59,7 +59,7 @@ class RollingWheel(NamedTuple):
 
 
 class JointTables(NamedTuple):
-    """Constants of a tree, body by body; body 0 is the world."""
+    """Constants of a tree, with one row for each body; body 0 is the world."""
 
     bodies: tuple[Body, ...]
     place: Array  # (bodies, 3, 4)
@@ -72,7 +72,10 @@ class JointTables(NamedTuple):
 
 @dataclass
 class Assembly:
-    """Conversion of the frames of a tree to bodies, parents and sources first."""
+    """Conversion of the frames of a tree to bodies, in the order of the kernels.
+
+    Parents come before their children, and sources before dependent coordinates.
+    """
 
     frames: list[Frame]
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)
@@ -270,7 +273,7 @@ def _check_upright_steering(name: str, carrier: Joint, place: Array) -> None:
 
 
 def as_int64(values: ArrayLike) -> NDArray[np.int64]:
-    """Return a read-only int64 copy, the type for which the kernels are compiled."""
+    """Return a read-only int64 copy, the type that the compiled kernels accept."""
     return make_read_only(np.array(values, dtype=np.int64))
 
 

@@ -116,7 +116,7 @@ def _elementary_transform(axis: str, angle: Any = None, distance: Any = None) ->
 
 
 def pose_from_rotation(R: Array) -> Pose:
-    """Return poses at the origin with rotations (..., 3, 3); raise InputError if they are none."""
+    """Return poses at the origin with rotations (..., 3, 3); raise InputError for others."""
     T = np.zeros((*R.shape[:-2], 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     return Pose(T)

@@ -89,7 +89,7 @@ class FKStages:
                 )
 
     def take(self, own: IndependentJoint, motion: BlockRows, twists: BlockRows) -> None:
-        """Use given rows as motion and twists of a joint of a Python kind."""
+        """Use these rows as motion and twists of a joint of a Python kind."""
         self._motion_rows[own.body] = motion
         self.program.add(copy_rows, rows=twists, to=self._twist_rows(own))
         self._python_joints.remove(own)
@@ -107,7 +107,7 @@ class FKStages:
         return self.ratio[own.first : own.first + own.twists]
 
     def frames(self, some: list[tuple[int, Array]]) -> list[BlockRows]:
-        """Return the rows of the poses of frames, each on a body at a constant offset."""
+        """Return the rows of the poses of frames (body, constant pose of the frame in the body)."""
         each = []
         for body, offset in some:
             T = self.program.rows(3, 4)

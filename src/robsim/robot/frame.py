@@ -41,7 +41,7 @@ def is_steering_angle(owner: Frame, name: str) -> bool:
 
 
 def check_coupling_source(frame: Frame, owners: dict[str, Frame]) -> None:
-    """Raise InputError if a frame follows a coordinate that is missing or not suitable."""
+    """Raise InputError if the source of a coupled frame does not exist or is not suitable."""
     follows = frame.joint.follows
     name: str = follows.of  # type: ignore[union-attr]
     if name not in owners:
@@ -53,9 +53,9 @@ def check_coupling_source(frame: Frame, owners: dict[str, Frame]) -> None:
 
 
 def sort_coupled_frames(tied: list[Frame]) -> list[Frame]:
-    """Return the coupled frames, each after its source.
+    """Return the coupled frames, each after its source, or raise InputError for a loop.
 
-    The names of the sources are checked elsewhere.
+    Sources that do not exist are reported elsewhere.
     """
     by_label = {frame.label: frame for frame in tied}
     sources = {frame.label: [frame.joint.follows.of] for frame in tied}  # type: ignore[union-attr]

@@ -1,4 +1,4 @@
-"""Evaluation of frames of a tree at configurations of the user, without repeated lookups."""
+"""Evaluation of the poses and Jacobians of frames, for arrays of the user."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class FrameEvaluator:
         self.tree, self.names = tree, names
 
     def poses(self, q: Array, out: Array) -> bool:
-        """Fill out (..., frames, 4, 4) at q (..., nq); return whether the kernel checked q.
+        """Fill out (..., frames, 4, 4) with poses at q (..., nq).
 
-        A result of True means that q passed the checks of the kernel.
+        Return True if the kernel checked q and found no error, else False.
         """
         if self.tree.compiled:
             is_checked: bool = kernels.fill_frame_poses(
@@ -39,7 +39,7 @@ class FrameEvaluator:
         return False
 
     def jacobian(self, q: Array, out: Array) -> bool:
-        """Fill out (..., 6, nv) of the first frame at q (..., nq); return as `poses` does."""
+        """Fill out (..., 6, nv) with the Jacobian of the first frame; return as `poses` does."""
         if self.tree.compiled and out.size:
             flat = out.reshape(-1, 6 * self.tree.nv)
             is_checked: bool = kernels.fill_jacobians(
@@ -53,23 +53,23 @@ class FrameEvaluator:
     def _build_program(self) -> tuple[FKStages, list[BlockRows]]:
         """Return the bodies in a program, and the rows of the frames."""
         program = Program()
-        placed = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
-        placed.add()
-        return placed, placed.frames([self.tree.find(name) for name in self.names])
+        stages = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
+        stages.add()
+        return stages, stages.frames([self.tree.find(name) for name in self.names])
 
     @cached_property
     def _pose_arguments(self) -> tuple[Any, ...]:
         """Arguments of the kernel that evaluates the frames."""
-        placed, frames = self._build_program()
-        return *placed.program.prepared(), int(placed.q), np.array(frames, dtype=np.int64)
+        stages, frames = self._build_program()
+        return *stages.program.prepared(), int(stages.q), np.array(frames, dtype=np.int64)
 
     @cached_property
     def _jacobian_arguments(self) -> tuple[Any, ...]:
         """Arguments of the kernel of the Jacobian, at the frame in axes of the world."""
-        placed, (T, *_) = self._build_program()
+        stages, (T, *_) = self._build_program()
         moves = self.tree.moves(self.tree.carried(self.names[0]))
-        J = placed.base_jacobian(T, moves)
-        return *placed.program.prepared(), int(placed.q), int(J)
+        J = stages.base_jacobian(T, moves)
+        return *stages.program.prepared(), int(stages.q), int(J)
 
 
 def _flatten_coordinates(q: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Joints of a tree with independent coordinates, of built-in kinds and kinds of the user."""
+"""Joints of a tree with independent coordinates, of built-in kinds or of the user's kinds."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from robsim.robot.joints.joint_kind import JointKind
 class IndependentJoint(NamedTuple):
     """Joint with independent coordinates.
 
-    The motion of a joint of a user's kind is computed by a stage or in Python, and stored in rows
-    that later stages read. The twist of each velocity is expressed by six moves along and about the
-    axes of the body, with the components of the twist as ratios.
+    For a user's kind, a compiled stage or a Python method writes the motion to rows that later
+    stages read. The twist of each velocity is the sum of six moves along and about the axes of the
+    body, with the components of the twist as ratios.
     """
 
     body: int
@@ -88,13 +88,15 @@ def _call_kind_method(
     return out
 
 
-def _check_method_result(kind: JointKind, method: str, given: Any, shape: tuple[int, ...]) -> Array:
+def _check_method_result(
+    kind: JointKind, method: str, result: Any, shape: tuple[int, ...]
+) -> Array:
     """Return the result of a method as an array; raise InputError if its shape is wrong."""
     try:
-        values = np.asarray(given, dtype=np.float64)
+        values = np.asarray(result, dtype=np.float64)
     except (TypeError, ValueError):  # not numbers, or rows of unequal lengths
         values = np.empty(())
     if values.shape != shape:
-        actual = f"shape {values.shape}" if values.ndim else f"{format_value(given)}"
+        actual = f"shape {values.shape}" if values.ndim else f"{format_value(result)}"
         raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {actual}")
     return values

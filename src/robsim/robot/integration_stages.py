@@ -63,10 +63,10 @@ def add_python_integration(
                 v[i] = blocks.get(rate)
         for seconds in np.unique(times):
             selected = times == seconds
-            moved = x[:, selected]
+            columns = x[:, selected]
             for each in python_joints:
-                each.advance(moved, v[:, selected], float(seconds))
-            x[:, selected] = moved
+                each.advance(columns, v[:, selected], float(seconds))
+            x[:, selected] = columns
         blocks.put(q, x)
 
     if python_joints:

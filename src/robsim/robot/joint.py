@@ -1,19 +1,19 @@
-"""Joints by which one frame moves against another."""
+"""Joints: the motion of a link relative to its parent."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from robsim.base.arrays import as_floats, as_positive
+from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import replace_unchecked
 from robsim.geometry.curves import Curve
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
@@ -26,12 +26,9 @@ from robsim.robot.joints.rolling_wheel import Rolling
 
 __all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
-LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
+LIMIT_SLACK = 1e-9  # metres or radians: largest excess over a limit, due to rounding
 DH_POSES = ("place", "tail")  # constants of a joint that follow from a DH row
-_REQUIRED_PARTS: dict[str, type[Any]] = {
-    "curve": Curve,
-    "steering": Steering,
-}  # fields that kinds require
+_REQUIRED_PARTS: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}
 
 
 @dataclass(frozen=True)
@@ -60,16 +57,16 @@ class Joint:
     name : str, optional
         Name of the joint and of its coordinates. Default: the name of the link.
     speed : float, optional
-        Largest speed of the drive, in rad/s or m/s. Written to files; simulations do not enforce
-        it.
+        Largest speed of the drive, in rad/s or m/s. It is written to files, and simulations do not
+        enforce it.
     effort : float, optional
-        Largest torque or force of the drive, in N m or N. Written to files only, like `speed`.
+        Largest torque or force of the drive, in N m or N. It is written to files only.
     curve : Curve, optional
         Curve of a rail, required for this kind.
     steering : Steering, optional
         Steering of a car, required for this kind.
     follows : Mimic, Chord, Ackermann or Rolling, optional
-        Coupling by which the coordinate depends on other coordinates.
+        Coupling that makes the coordinate depend on another coordinate.
     dh : DHRow, optional
         Denavit-Hartenberg row that determines `place` and `tail` of a fixed, revolute or prismatic
         joint. Use `with_constants` to change it.
@@ -97,6 +94,24 @@ class Joint:
     follows: Coupling | None = field(default=None, kw_only=True)
     dh: DHRow | None = field(default=None, kw_only=True)
 
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            kind: str | JointKind = "fixed",
+            place: PoseLike = IDENTITY,
+            tail: PoseLike = IDENTITY,
+            limits: Sequence[float] | Array | None = None,
+            *,
+            name: str | None = None,
+            speed: float | None = None,
+            effort: float | None = None,
+            curve: Curve | None = None,
+            steering: Steering | None = None,
+            follows: Coupling | None = None,
+            dh: DHRow | None = None,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         self._check_kind()
         for part in ("place", "tail"):
@@ -111,7 +126,7 @@ class Joint:
                 if not self.model.single:
                     others = list_single_kinds()
                     raise InputError(
-                        f"a {self.model.name} joint has no {part} of its own; {others} have"
+                        f"a {self.model.name} joint has no {part}; only {others} joints have one"
                     )
         for part, expected in _REQUIRED_PARTS.items():
             self._check_part(part, expected)
@@ -130,7 +145,7 @@ class Joint:
 
     @property
     def tied(self) -> bool:
-        """Whether the coordinate is a function of others. A rolling wheel's angle is a state."""
+        """Whether the coordinate is a function of another. The angle of a rolling wheel is not."""
         return self.follows is not None and self.follows.tied
 
     @cached_property
@@ -141,12 +156,15 @@ class Joint:
         return JointParts() if self.tied else JointParts(self.model.coordinates, self.model.units)
 
     @property
-    def needed(self) -> Any:
+    def needed(self) -> Curve | Steering | None:
         """Curve or steering of the joint, if its kind requires one."""
-        return None if self.model.needs is None else getattr(self, self.model.needs)
+        part: Curve | Steering | None = None
+        if self.model.needs is not None:
+            part = getattr(self, self.model.needs)
+        return part
 
     def within(self, prefix: str) -> Joint:
-        """Return the joint in a scene, in which names of coordinates have a prefix."""
+        """Return the joint for a scene, in which the names of coordinates have a prefix."""
         if self.follows is None or not self.tied:
             return self
         return self.following(f"{prefix}.{self.follows.of}")
@@ -157,7 +175,7 @@ class Joint:
         return replace(self, follows=replace(self.follows, of=name))  # type: ignore[type-var]
 
     def with_constants(
-        self, place: Any = IDENTITY, tail: Any = IDENTITY, dh: DHRow | None = None
+        self, place: PoseLike = IDENTITY, tail: PoseLike = IDENTITY, dh: DHRow | None = None
     ) -> Joint:
         """Return a copy with other constants: two poses, or a Denavit-Hartenberg row.
 
@@ -171,7 +189,7 @@ class Joint:
         Returns
         -------
         Joint
-            Joint with these constants; the old constants are dropped.
+            Copy with these constants in place of the previous constants.
 
         Examples
         --------
@@ -179,9 +197,10 @@ class Joint:
         >>> joint.with_constants(dh=replace(joint.dh, a=0.6)).tail.position
         array([0.6, 0. , 0. ])
         """
-        return replace(self, place=place, tail=tail, dh=dh)
+        poses = check_single_pose(place, "joint place"), check_single_pose(tail, "joint tail")
+        return replace(self, place=poses[0], tail=poses[1], dh=dh)
 
-    def revised(self, **changes: Any) -> Joint:
+    def revised(self, **changes: Any) -> Joint:  # Any: values of the fields named
         """Return a copy with other numbers; a new DH row also replaces `place` and `tail`."""
         if "dh" in changes:
             return self.held(**changes)
@@ -189,15 +208,15 @@ class Joint:
             raise InputError("dh and place or tail: give one of the two only")
         return replace(self, **changes)
 
-    def held(self, **changes: Any) -> Joint:
-        """Return a copy with numbers that may differ between runs."""
+    def held(self, **changes: Any) -> Joint:  # Any: values of the fields named
+        """Return a copy with poses and limits that may differ between runs, without checks."""
         row = changes.get("dh")
         constants = (
             {} if row is None else dict(zip(DH_POSES, row.constants(self.model.turns), strict=True))
         )
         return replace_unchecked(self, **changes, **constants)
 
-    def _store_dh_row(self, row: Any) -> None:
+    def _store_dh_row(self, row: object) -> None:
         """Store the constants of a DH row; raise InputError for poses that contradict it."""
         if not isinstance(row, DHRow):
             raise InputError(f"joint dh: expected a DHRow, got {format_value(row)}")
@@ -224,7 +243,9 @@ class Joint:
             raise InputError(f"a {self.model.name} joint needs a {part}")
         if value is not None and not needs:
             kind = next(name for name, kind in JOINTS.kinds.items() if kind.needs == part)
-            raise InputError(f"a {self.model.name} joint has no {part}: that is for a {kind}")
+            raise InputError(
+                f"a {self.model.name} joint has no {part}; only a {kind} joint has one"
+            )
         if value is not None and not isinstance(value, expected):
             raise InputError(f"{part}: expected a {expected.__name__}, got {format_value(value)}")
 
@@ -243,7 +264,7 @@ class Joint:
         yields = self.follows.yields
         if yields and (yields == "an angle") != self.model.turns:
             what = f"{type(self.follows).__name__} gives {yields}"
-            raise InputError(f"{what}, and a {self.model.name} joint moves otherwise")
+            raise InputError(f"{what}, which is no coordinate of a {self.model.name} joint")
 
     def _check_limits(self) -> None:
         """Store the limits as floats, or the default of the kind; raise InputError if wrong."""

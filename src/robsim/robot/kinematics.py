@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,23 +18,23 @@ from robsim.base.arrays import (
     move_runs_last,
 )
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name, suggest_names
-from robsim.geometry.pose import broadcast_leading_shape
+from robsim.geometry.pose import PoseLike, broadcast_leading_shape
 from robsim.robot.frame_evaluator import FrameEvaluator
 from robsim.robot.ik.arm import IKArm
 from robsim.robot.ik.closed_form import ClosedFormIK, solve_closed
 from robsim.robot.ik.ik_result import IKResult
 from robsim.robot.ik.ik_search import SearchBudget
-from robsim.robot.ik.numeric_ik import solve_numeric
-from robsim.robot.robot_coordinates import RobotCoordinates
+from robsim.robot.ik.numeric_ik import IKMask, solve_numeric
+from robsim.robot.robot_coordinates import Coordinates, RobotCoordinates
 
 
 class Kinematics(RobotCoordinates):
-    """Motion of a `Robot`."""
+    """Forward and inverse kinematics of a `Robot`, its Jacobian, and its motion."""
 
-    home: Any
+    home: Array
     tip: str
 
-    def fk(self, q: Any, link: str | None = None) -> Array:
+    def fk(self, q: Coordinates, link: str | None = None) -> Array:
         """Return the pose of a link in the frame of the base link (forward kinematics).
 
         Parameters
@@ -58,7 +57,7 @@ class Kinematics(RobotCoordinates):
         """
         return self._evaluate(self._placement(link).poses, q, (4, 4))
 
-    def frames(self, q: Any) -> Array:
+    def frames(self, q: Coordinates) -> Array:
         """Return the poses of all links in the frame of the base link.
 
         Parameters
@@ -79,7 +78,7 @@ class Kinematics(RobotCoordinates):
         """
         return self._evaluate(self._every_frame.poses, q, (len(self.links), 4, 4))
 
-    def jacobian(self, q: Any, link: str | None = None) -> Array:
+    def jacobian(self, q: Coordinates, link: str | None = None) -> Array:
         """Return the geometric Jacobian of a link.
 
         The Jacobian J maps velocities to the twist of the link, (v, omega) = J(q) qdot, with the
@@ -107,19 +106,19 @@ class Kinematics(RobotCoordinates):
         return self._evaluate(self._placement(link).jacobian, q, (6, self.tree.nv))
 
     def _evaluate(
-        self, fill: Callable[[Array, Array], bool], q: Any, shape: tuple[int, ...]
+        self, fill: Callable[[Array, Array], bool], q: Coordinates, shape: tuple[int, ...]
     ) -> Array:
         """Return an array (..., *shape) that `fill` computes from q (..., nq).
 
         The kernel checks coordinates while it evaluates them, since a check in Python takes longer
-        than the evaluation of one configuration. If the kernel objects, Python checks them and
-        raises.
+        than the evaluation of one configuration. If this check fails, `coordinates` raises the
+        error.
         """
         is_plain, nq = self._is_plain, self.tree.nq
         if not is_plain:
             values = self.coordinates(q, limits=False)
         else:
-            values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
+            values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))  # type: ignore[assignment, arg-type]
         out = np.empty(values.shape[:-1] + shape)
         if not fill(values, out) and is_plain:
             self.coordinates(values, limits=False)
@@ -127,11 +126,11 @@ class Kinematics(RobotCoordinates):
 
     def ik(
         self,
-        T: Any,
-        q0: Any = None,
+        T: PoseLike,
+        q0: Coordinates | None = None,
         *,
         link: str | None = None,
-        mask: Any = None,
+        mask: IKMask | None = None,
         tolerance: float = 1e-8,
         iterations: int = 40,
         restarts: int = 100,
@@ -141,10 +140,15 @@ class Kinematics(RobotCoordinates):
     ) -> IKResult:
         """Return coordinates that bring a link to a pose (numerical inverse kinematics).
 
-        Damped least squares, with a damping in proportion to the squared error (Chan and Lawrence
-        1988; Sugihara 2011). A joint at a limit is held there while the step would leave the
-        limits. Floating and planar joints take part; vehicles do not. Each row of a batch has the
-        same bits as a single call.
+        The search repeats damped least-squares steps
+
+            dq = (J' J + mu 1)^-1 J' e,
+
+        with the weighted pose error e, the weighted Jacobian J, and a damping mu that is
+        proportional to e'e (Chan and Lawrence 1988; Sugihara 2011). A joint at a limit is held
+        there while the step would leave the limits. If the first search fails, further searches
+        start from random coordinates. Floating and planar joints can move the link; vehicles
+        cannot. Each row of a batch has the same bits as a single call.
 
         Parameters
         ----------
@@ -155,22 +159,22 @@ class Kinematics(RobotCoordinates):
         link : str, optional
             Name of the link. Default: the tip.
         mask : {"pose", "position", "pointing"} or array_like of shape (6,), optional
-            Parts of the pose that count. "pointing" is the position and the direction of the z axis
-            of the link. Six weights apply to the position error p_goal - p and to the rotation
-            vector of R_goal R', in axes of the base; each is 0 or at least a thousandth of the
-            largest. Default: the whole pose.
+            Parts of the pose that count. "pointing" selects the position and the direction of the z
+            axis of the link. Six weights multiply the position error p_goal - p and the rotation
+            vector of R_goal R', in axes of the base; each weight is 0 or at least a thousandth of
+            the largest. Default: the whole pose.
         tolerance : float, default 1e-8
             Largest `error` of a solution: the larger of the position error in m and the angle in
             rad.
         iterations : int, default 40
-            Largest number of iterations of a search. A search without progress ends sooner. The
-            last search continues from the best coordinates so far, for up to ten times as many
-            iterations.
+            Largest number of iterations of a search. A search without progress ends sooner. After
+            all searches, a last search continues from the best coordinates, for up to ten times as
+            many iterations.
         restarts : int, default 100
-            Largest number of further searches from random coordinates, in order of the distance of
-            their poses from the goal.
+            Largest number of further searches from random coordinates. Coordinates with poses near
+            the goal come first.
         seed : int, default 0
-            Seed of these coordinates, which are the same for all rows.
+            Seed of the random coordinates, which are the same for all rows.
         limits : bool, default True
             Whether to respect the limits of the coordinates.
         threads : int, optional
@@ -184,19 +188,27 @@ class Kinematics(RobotCoordinates):
         Raises
         ------
         InputError
-            If T is not a pose, q0 does not fit, no joint moves the link, or the link rides on a
-            vehicle.
+            If T is not a pose, q0 does not fit, no joint moves the link, or a vehicle carries the
+            link.
 
         See Also
         --------
         closed_ik : All solutions in closed form, for arms that have one.
 
+        References
+        ----------
+        S. K. Chan and P. D. Lawrence, General inverse kinematics with the error damped
+        pseudoinverse, IEEE Int. Conf. on Robotics and Automation, 1988.
+
+        T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method,
+        IEEE Trans. on Robotics 27(5), 2011.
+
         Examples
         --------
         >>> from robsim import Pose, Robot
         >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
-        >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
-        >>> bool(found.success), found.reason.name
+        >>> result = arm.ik(Pose.at(1, 1, 0), mask="position")
+        >>> bool(result.success), result.reason.name
         (True, 'SOLVED')
         """
         arm = self._arm(link, limits)
@@ -205,14 +217,14 @@ class Kinematics(RobotCoordinates):
         return solve_numeric(arm, T, start, mask, effort)
 
     def closed_ik(
-        self, T: Any, *, link: str | None = None, tolerance: float = 1e-9
+        self, T: PoseLike, *, link: str | None = None, tolerance: float = 1e-9
     ) -> ClosedFormIK:
         """Return all coordinates that bring a link to a pose, for arms with a closed form.
 
         An arm with six revolute joints and a spherical wrist has eight solutions (Pieper 1968; Paul
         and Zhang 1986), and an arm with five joints like the Rhino has four (Schilling 1990,
         section 3.5). In both, axis 1 is perpendicular to axis 2, and axis 3 is parallel to axis 2.
-        The geometry of the arm is recognized from its constants.
+        The method derives the geometry from the constants of the joints.
 
         Parameters
         ----------
@@ -225,7 +237,7 @@ class Kinematics(RobotCoordinates):
 
         Returns
         -------
-        ClosedIK
+        ClosedFormIK
             All solutions, with flags for existing solutions and solutions within the limits.
 
         Raises
@@ -233,14 +245,23 @@ class Kinematics(RobotCoordinates):
         InputError
             If T is not a pose, or the arm has no such closed form. The message gives the reason.
 
+        References
+        ----------
+        D. L. Pieper, The kinematics of manipulators under computer control, 1968.
+
+        R. P. Paul and H. Zhang, Computationally efficient kinematics for manipulators with
+        spherical wrists, Int. J. Robotics Research 5(2), 1986.
+
+        R. J. Schilling, Fundamentals of Robotics, 1990.
+
         Examples
         --------
         >>> from robsim import Robot
         >>> a = np.pi / 2
         >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
         >>> arm = Robot.from_dh(rows)
-        >>> found = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
-        >>> found.q.shape, found.q[0].round(9)
+        >>> result = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
+        >>> result.q.shape, result.q[0].round(9)
         ((4, 5), array([ 0.1, -1. ,  1. ,  0.5,  0.2]))
         """
         return solve_closed(self._arm(link, True), T, tolerance)
@@ -256,10 +277,10 @@ class Kinematics(RobotCoordinates):
 
     @cached_property
     def _arms(self) -> dict[tuple[str, bool], IKArm]:
-        """Problems that `_arm` has computed, by link and use of limits."""
+        """Cache of `_arm`, by link and use of limits."""
         return {}
 
-    def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
+    def integrate(self, q: Coordinates, v: ArrayLike, dt: float) -> Array:
         """Return the coordinates after a constant velocity over a time, exactly.
 
         A floating joint moves by T exp(V dt), and a planar joint or unicycle along an arc. A car
@@ -312,14 +333,15 @@ class Kinematics(RobotCoordinates):
 
     def _placement(self, link: str | None) -> FrameEvaluator:
         """Return the compiled evaluation of a link, or of the tip for None."""
-        known = self._placements.get(link) if link is None or isinstance(link, str) else None
-        if known is None:
-            known = self._placements[link] = FrameEvaluator(self.tree, [self._link(link)])
-        return known
+        evaluator = self._placements.get(link) if link is None or isinstance(link, str) else None
+        if evaluator is None:
+            evaluator = FrameEvaluator(self.tree, [self._link(link)])
+            self._placements[link] = evaluator
+        return evaluator
 
     @cached_property
     def _placements(self) -> dict[str | None, FrameEvaluator]:
-        """Evaluations that `_placement` has made, by link."""
+        """Cache of `_placement`, by link."""
         return {}
 
     @cached_property

@@ -1,9 +1,8 @@
-"""Limits of coordinates, from the limits of joints and of joints that mimic them."""
+"""Limits of coordinates, from the limits of their joints and of mimicking joints."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -14,22 +13,24 @@ from robsim.robot.link import Link, list_coordinate_names
 
 
 def combine_limits(links: Sequence[Link]) -> Array:
-    """Return the limits (nq, 2), read-only, with the limits of mimicking joints applied.
+    """Return the limits (nq, 2) of the coordinates, narrowed by the limits of mimicking joints.
 
-    Raise InputError if a joint with limits mimics a coordinate that follows by another coupling.
+    The array is read-only. Raise InputError if a joint with limits mimics a coordinate that follows
+    by a coupling other than `Mimic`.
     """
     names = list_coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
     each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
     rows = np.concatenate([np.empty((0, 2)), *each])
     number = {name: i for i, name in enumerate(names)}
-    follows: dict[str, Any] = {link.label: link.joint.follows for link in links}
+    follows = {link.label: link.joint.follows for link in links}
     for link in links:
         tie = link.joint.follows
         if isinstance(tie, Mimic) and link.joint.limits is not None:
             root = tie.root(follows)
             if root.of not in number:
                 above = follows[root.of]
+                assert above is not None  # `root.of` is no independent coordinate
                 raise InputError(
                     f"limits of '{link.name}' are not checked, because '{root.of}' follows by "
                     f"{type(above).__name__}: limit '{above.of}'"
@@ -40,7 +41,7 @@ def combine_limits(links: Sequence[Link]) -> Array:
 
 
 def check_common_limits(rows: Array, names: Iterable[str], robot: str) -> None:
-    """Raise InputError if a coordinate and the joints that mimic it have no limits in common."""
+    """Raise InputError if a coordinate and its mimicking joints have no common limits."""
     for name, (low, high) in zip(names, rows, strict=True):
         if not (low <= high and low < np.inf and high > -np.inf):
             raise InputError(

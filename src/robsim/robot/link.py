@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
@@ -15,11 +15,11 @@ from robsim.geometry.primitives import Primitive
 from robsim.robot.joint import FIXED, Joint
 
 
-def check_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
+def check_shapes(shapes: object, owner: str) -> tuple[Primitive, ...]:
     """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
-    solids = (given,) if isinstance(given, Primitive) else given
+    solids = (shapes,) if isinstance(shapes, Primitive) else shapes
     if not isinstance(solids, list | tuple) or not all(isinstance(s, Primitive) for s in solids):
-        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {format_value(given)}")
+        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {format_value(shapes)}")
     return tuple(solids)
 
 
@@ -35,7 +35,7 @@ class Link:
         Name of the parent link. Only the base link has no parent.
     joint : Joint, default a fixed joint
         Joint between the parent and the link.
-    shapes : sequence of Primitive, default none
+    shapes : Primitive or sequence of Primitive, default none
         Solids in the frame of the link, for figures, files and distances.
     inertia : Inertia, optional
         Inertia in the frame of the link. Default: the sum over the shapes.
@@ -56,6 +56,17 @@ class Link:
     joint: Joint = FIXED
     shapes: tuple[Primitive, ...] = ()
     inertia: Inertia | None = None
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            name: str,
+            parent: str | None = None,
+            joint: Joint = FIXED,
+            shapes: Primitive | Sequence[Primitive] = (),
+            inertia: Inertia | None = None,
+        ) -> None: ...
 
     @property
     def label(self) -> str:

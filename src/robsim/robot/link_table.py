@@ -11,14 +11,15 @@ from robsim.declare import KindOf, ListOf, Name, Number, PerRun, Role, Table
 from robsim.declare.joint_numbers import Axes, OfJoint, PerJoint, get_joint_unit
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context, NoTextError, Raw
-from robsim.geometry.curves.curve import CURVES
+from robsim.geometry.curves.curve import CURVES, Curve
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import POSE
 from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint, Steering
-from robsim.robot.joints.couplings import COUPLINGS
+from robsim.robot.joints.couplings import COUPLINGS, Coupling
+from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.joint_registry import JOINTS, find_joint_kind
 from robsim.robot.link import Link
 
@@ -61,7 +62,10 @@ class JointLimits(PerJoint):
 
 @dataclass(frozen=True)
 class LinkTable:
-    """Text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
+    """Text form of a link with its joint.
+
+    The constants of the joint are a row `dh`, or the poses `place` and `tail`.
+    """
 
     stands: ClassVar[Mapping[str, str]] = {
         "joint": "joint.kind",
@@ -71,9 +75,9 @@ class LinkTable:
 
     name: Annotated[str, LINK_NAME, "Name of the link."]
     parent: Annotated[str | None, LINK_NAME, "Parent link. None: the previous link."] = None
-    joint: Annotated[Any, JointKindChoice(JOINTS), "Kind of the joint that moves the link."] = (
-        "fixed"
-    )
+    joint: Annotated[
+        str | JointKind, JointKindChoice(JOINTS), "Kind of the joint that moves the link."
+    ] = "fixed"
     joint_name: Annotated[
         str | None, LINK_NAME, "Name of the joint and its coordinates. None: the name of the link."
     ] = None
@@ -86,17 +90,21 @@ class LinkTable:
         Role.FILE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
-    curve: Annotated[Any, KindOf(CURVES, short=False), "Curve of a rail."] = None
+    curve: Annotated[Curve | None, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[
-        Any, KindOf(COUPLINGS, short=False), "Coupling of the coordinate to other coordinates."
+        Coupling | None,
+        KindOf(COUPLINGS, short=False),
+        "Coupling of the coordinate to other coordinates.",
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
     place: Annotated[Pose | None, POSE, PerRun(), "Pose of the joint in the parent."] = None
     tail: Annotated[
         Pose | None, POSE, PerRun(), "Pose of the link in the moved frame of the joint."
     ] = None
-    limits: Annotated[Any, JointLimits(_find_limit_axes), "Lowest and highest coordinate."] = None
+    limits: Annotated[
+        tuple[float, float] | None, JointLimits(_find_limit_axes), "Lowest and highest coordinate."
+    ] = None
     shapes: Annotated[
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids of the link, for figures."
     ] = ()

@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from robsim.base.errors import FileWarning, InputError, format_value, suggest_na
 from robsim.base.name_check import check_name
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import copy_cached, replace_unchecked
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.primitives import Primitive
 from robsim.robot import robot_overview
 from robsim.robot.dh import build_dh_links
@@ -24,6 +24,7 @@ from robsim.robot.joint import Ackermann, Chord, Rolling
 from robsim.robot.kinematics import Kinematics
 from robsim.robot.limits import check_common_limits
 from robsim.robot.link import Link
+from robsim.robot.robot_coordinates import Home
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.tool import mount_tool
 
@@ -36,7 +37,7 @@ SHARED_PROPERTIES = (
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """Tool on a link of a robot, and the links and tip of both together.
+    """Tool on a link of a robot.
 
     Attributes
     ----------
@@ -50,7 +51,7 @@ class Mounting:
         Link of `before` that carries the tool.
     bare : bool
         Whether the shapes of this link are left out.
-    of : tuple
+    of : tuple of the links and a str
         Links and tip of the robot with the tool.
     """
 
@@ -83,10 +84,10 @@ class Robot(Kinematics):
     on : str, default "world"
         Frame of the scene that carries the robot.
     tip : str, optional
-        Link that methods use by default. Default: the last link.
+        Default link of `fk`, `jacobian`, `ik` and `with_tool`. Default: the last link.
     origin : RobotOrigin, optional
-        Library robot or URDF file that the robot was read from. It is kept by later changes and has
-        no effect on equality.
+        Library robot or URDF file that the robot was read from. Changed copies have the same
+        origin, and it has no effect on equality.
     mounting : Mounting, optional
         The latest tool of `with_tool`. It has no effect on equality.
 
@@ -99,8 +100,9 @@ class Robot(Kinematics):
 
     Notes
     -----
-    Coordinates q (..., nq) and velocities v (..., nv) are listed joint by joint. Velocities are in
-    the axes of the moved frame of the joint, before the tail:
+    The coordinates q (..., nq) are the coordinates of the joints in the order of the links, and the
+    velocities v (..., nv) are their velocities in the same order. Velocities refer to the axes of
+    the moved frame of the joint, before its tail:
 
     - revolute: angle (rad); angular velocity (rad/s)
     - prismatic: distance (m); velocity (m/s)
@@ -110,8 +112,8 @@ class Robot(Kinematics):
     - car: x, y, theta and the steering angle (rad); v along x and omega about z
     - rail: arc length (m); speed along the curve (m/s)
 
-    A joint that follows other joints adds no coordinates. A rolling wheel adds its angle as a
-    coordinate, and no velocity.
+    A coupled joint adds no coordinates. A rolling wheel adds its angle as a coordinate, and no
+    velocity.
 
     Examples
     --------
@@ -124,12 +126,27 @@ class Robot(Kinematics):
 
     name: str
     links: tuple[Link, ...]
-    home: Any = None
+    home: Array = None  # type: ignore[assignment]  # converted by __post_init__
     base: Pose = field(default=IDENTITY, kw_only=True)
     on: str = field(default="world", kw_only=True)
     tip: str = field(default="", kw_only=True)
     origin: RobotOrigin | None = field(default=None, kw_only=True, compare=False)
     mounting: Mounting | None = field(default=None, kw_only=True, compare=False, repr=False)
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            name: str,
+            links: Link | Sequence[Link],
+            home: Home | None = None,
+            *,
+            base: PoseLike = IDENTITY,
+            on: str = "world",
+            tip: str = "",
+            origin: RobotOrigin | None = None,
+            mounting: Mounting | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         check_name(self.name, "robot")
@@ -160,7 +177,7 @@ class Robot(Kinematics):
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", make_read_only(home))
 
-    def revised(self, **changes: Any) -> Robot:
+    def revised(self, **changes: Any) -> Robot:  # Any: values of the fields named
         """Return a copy with other numbers and the same structure, reusing unchanged results."""
         robot = replace_unchecked(self, **changes)
         copy_cached(self, robot, SHARED_PROPERTIES)
@@ -258,7 +275,7 @@ class Robot(Kinematics):
 
     @classmethod
     def from_urdf(
-        cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
+        cls, path: str | os.PathLike[str], tip: str | None = None, home: Home | None = None
     ) -> Robot:
         """Return a robot from a URDF file.
 
@@ -273,8 +290,8 @@ class Robot(Kinematics):
         path : str or path-like
             URDF file.
         tip : str, optional
-            Link that methods use by default. Default: among the moving links without children, a
-            link with a name such as tcp, tool0, tool, ee or flange, else the link behind the most
+            Default link of the methods. Default: among the moving links without children, a link
+            with a name such as tcp, tool0, tool, ee or flange, else the link behind the most
             joints.
         home : array_like of shape (nq,) or mapping of str to float, optional
             Coordinates at home, in rad and m. Default: zero, or the nearest values within the
@@ -314,7 +331,8 @@ class Robot(Kinematics):
         origin = RobotOrigin(urdf=os.path.abspath(path))
         if tip is None and home is None:
             return replace(robot, origin=origin)
-        return replace(robot, tip=choice.name if tip is None else tip, home=home, origin=origin)
+        tip = choice.name if tip is None else tip
+        return replace(robot, tip=tip, home=cast(Array, home), origin=origin)  # converted there
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
         """Write a URDF file that reproduces links, poses, limits and inertias when it is read.
@@ -379,14 +397,13 @@ class Robot(Kinematics):
 
         urdf.write_mjcf(self.name, self.links, self.tree, path)
 
-    def at(self, pose: Any, on: str | None = None) -> Robot:
+    def at(self, pose: PoseLike, on: str | None = None) -> Robot:
         """Return a copy with its base moved by `pose`, or placed at `pose` on another frame.
 
         Parameters
         ----------
         pose : Pose or array_like of shape (4, 4)
-            If `on` is None, the new base is pose @ base. Otherwise the pose of the base in the
-            frame `on`.
+            Motion of the base to pose @ base, or with `on` the pose of the base in the frame `on`.
         on : str, optional
             Frame of the scene that carries the robot.
 
@@ -416,13 +433,13 @@ class Robot(Kinematics):
         return replace(self, name=name)
 
     def with_tool(
-        self, tool: Robot, pose: Any = IDENTITY, on: str | None = None, bare: bool = False
+        self, tool: Robot, pose: PoseLike = IDENTITY, on: str | None = None, bare: bool = False
     ) -> Robot:
         """Return a copy with a tool on one of its links.
 
         The links and coordinates of the tool follow the links and coordinates of the robot, with
-        the tool at its own home. The tip becomes the tip of the tool. If both use a name, the
-        tool's gets a prefix, as in "gripper_base". The base link of the tool becomes a fixed link.
+        the tool at its own home. The tip becomes the tip of the tool. A name that both use gets a
+        prefix in the tool, as in "gripper_base". The base link of the tool becomes a fixed link.
 
         Parameters
         ----------
@@ -472,7 +489,7 @@ class Robot(Kinematics):
 
     @property
     def mountings(self) -> tuple[Mounting, ...]:
-        """Tools in order of their mounting; empty if links or tip were changed afterwards."""
+        """Tools in the order of their mounting; empty if links or tip were changed afterwards."""
         last = self.mounting
         if last is None or last.of != (self.links, self.tip):
             return ()
@@ -480,18 +497,19 @@ class Robot(Kinematics):
 
     def _complete_home(self, what: str) -> Array:
         """Return home (nq,), with missing coordinates as close to zero as the limits allow."""
-        if self.home is not None and not isinstance(self.home, Mapping):
-            return self.coordinates(self.home, what)
-        values, names = dict(self.home or {}), self.coordinate_names
+        home = cast(Home | None, self.home)  # before __post_init__ stores the array
+        if home is not None and not isinstance(home, Mapping):
+            return self.coordinates(home, what)
+        values, names = dict(home or {}), self.coordinate_names
         for name in values:
             if name not in names:
                 hint = suggest_names(name, names, "coordinates")
                 raise InputError(f"{what}: no coordinate {format_value(name)}; {hint}")
         nearest = np.clip(self.rest, *self.limits.T).tolist()
         completed = [values.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
-        home = self._validate(completed, what)
-        warn_of_degrees(home[[i for i in self._angle_indices if names[i] in values]], what)
-        return home
+        checked = self._validate(completed, what)
+        warn_of_degrees(checked[[i for i in self._angle_indices if names[i] in values]], what)
+        return checked
 
 
 def _list_limit_sources(links: Sequence[Link]) -> list[Any]:

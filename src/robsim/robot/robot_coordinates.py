@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, as_floats
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import Value
-from robsim.geometry.pose import as_pose, is_pose_like
+from robsim.geometry.pose import PoseLike, as_pose, is_pose_like
 from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, JointKind, Rolling, list_coordinate_units
 from robsim.robot.limits import check_within_limits, combine_limits
 from robsim.robot.link import Link, list_coordinate_names, list_velocity_names
 from robsim.robot.tree import Tree
+
+Coordinates = ArrayLike | PoseLike  # (..., nq), or a pose if the only joint is floating
+Home = Coordinates | Mapping[str, float]  # (nq,), or {coordinate: value}
 
 
 class RobotCoordinates(Value):
@@ -80,7 +84,7 @@ class RobotCoordinates(Value):
         """Unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for link in self.links for unit in link.joint.parts.rates)
 
-    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
+    def coordinates(self, q: Coordinates, what: str = "q", limits: bool = True) -> Array:
         """Return coordinates as a checked array.
 
         Parameters
@@ -95,7 +99,7 @@ class RobotCoordinates(Value):
         Returns
         -------
         ndarray of shape (..., nq)
-            Copy, with normalized quaternions.
+            Copy of the coordinates, with normalized quaternions.
 
         Raises
         ------
@@ -118,11 +122,11 @@ class RobotCoordinates(Value):
         warn_of_degrees(values[..., self._angle_indices], what)
         return values
 
-    def _validate(self, q: Any, what: str, limits: bool = True) -> Array:
+    def _validate(self, q: Coordinates, what: str, limits: bool = True) -> Array:
         """Return checked coordinates (..., nq) as `coordinates` does, without a degree warning."""
         if self._is_floating and is_pose_like(q):
             q = as_pose(q).q
-        values = as_floats(q, what, (self.nq,))
+        values = as_floats(q, what, (self.nq,))  # type: ignore[arg-type]  # raises for others
         for kind, rows, name in self._kind_checks:
             values[..., rows] = kind.checked(values[..., rows], what, name)
         if limits:
@@ -132,7 +136,7 @@ class RobotCoordinates(Value):
 
     @cached_property
     def _kind_checks(self) -> list[tuple[JointKind, slice, str]]:
-        """Kinds that check their coordinates themselves, with rows and names of links."""
+        """Kinds that check their own coordinates, each with its rows and the name of its link."""
         checks, start = [], 0
         for link in self.links:
             kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
@@ -143,7 +147,7 @@ class RobotCoordinates(Value):
 
     @cached_property
     def _angle_indices(self) -> list[int]:
-        """Indices of coordinates that users give as angles, without rolling wheels."""
+        """Indices of the angles among the coordinates, except the angles of rolling wheels."""
         own = [link.joint for link in self.links]
         rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
         units = zip(self.coordinate_units, rolling, strict=True)

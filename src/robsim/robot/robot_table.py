@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Flag, ListOf, Name, PerRun, Role, Table, Text, Word
 from robsim.declare.fields import is_identical
@@ -54,7 +55,7 @@ class LinkList(ListOf):
 
 
 def _drop_default_parents(links: Sequence[Link]) -> list[Link]:
-    """Return the links without parents that are the previous link, the default."""
+    """Return the links, with None for a parent that is the previous link, the default."""
     before = [None, *(link.name for link in links)]
     return [
         replace(link, parent=None) if link.parent == name else link
@@ -131,7 +132,7 @@ class LinkTreeTable:
     """Common text form of robots and tools: links on joints."""
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
-    links: Annotated[tuple[Link, ...], LinkList(), "LinkList, the base first."]
+    links: Annotated[tuple[Link, ...], LinkList(), "Links, the base first."]
     stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
         Pose | None, FLAT_POSE, PerRun(), "Pose of the base in the frame that carries it."
@@ -144,7 +145,7 @@ class LinkTreeTable:
         str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
     ] = None
     home: Annotated[
-        Any, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
+        Array | None, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
     ] = None
     tip: Annotated[str | None, Name(), "Link that methods use by default."] = None
     origin: Annotated[
@@ -195,7 +196,7 @@ class RobotTable(LinkTreeTable):
     """Text form of a robot; `model` names a library robot, `urdf` a file."""
 
     on: Annotated[str, FrameReference, "Frame that carries the robot."] = "world"
-    tools: Annotated[tuple[Any, ...], TOOL_LIST, "Tools, in order of mounting."] = ()
+    tools: Annotated[tuple[ToolTable, ...], TOOL_LIST, "Tools, in order of mounting."] = ()
 
     def made(self, c: Context) -> Robot:
         """Return the robot with its tools."""
@@ -230,15 +231,15 @@ def _make_table_with_tools(value: Robot, c: Context) -> RobotTable:
     return replace(table, tools=tuple(tools))
 
 
-def make_tool_table(tool: Robot, home: Any, **given: Any) -> ToolTable:
+def make_tool_table(tool: Robot, home: Array, **options: Any) -> ToolTable:
     """Return the table of a tool with its home and position."""
-    own: Any = {"convention": find_dh_convention(tool.links), "origin": tool.origin, **given}
+    own: Any = {"convention": find_dh_convention(tool.links), "origin": tool.origin, **options}
     return ToolTable(tool.name, tool.links, home=home, tip=tool.tip, **own)
 
 
 def _is_default_home(robot: Robot) -> bool:
     """Return whether home equals the default home."""
-    return is_identical(robot.home, replace(robot, home=None).home)
+    return is_identical(robot.home, replace(robot, home=cast(Array, None)).home)
 
 
 def find_dh_convention(links: Sequence[Link]) -> str | None:

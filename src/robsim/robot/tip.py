@@ -32,14 +32,14 @@ FILLER_WORDS = {"link", "frame", "left", "right", "l", "r"}  # words without a m
 
 @dataclass(frozen=True)
 class Tip:
-    """Chosen tip link, and the names of other links that are equally suitable."""
+    """Name of the tip link, and the names of other links that are equally suitable."""
 
     name: str
     others: tuple[str, ...] = ()
 
     @property
     def warning(self) -> str:
-        """Text of a warning about the choice."""
+        """Text of a warning about the equally suitable links."""
         names = ", ".join(f"'{name}'" for name in self.others[:MOST_LISTED])
         more = len(self.others) - MOST_LISTED
         rest = f" and {more} more" if more > 0 else ""
@@ -52,10 +52,10 @@ class Tip:
 def find_tip(links: Sequence[Link]) -> Tip:
     """Return the link that is most likely the hand or the tool of a robot.
 
-    Candidates are the moving links without children: links with a common name of tools if there are
-    any, else all. The choice is the candidate behind the most joints. Of several, as with two arms,
-    it is the first; if they are the fingers of one hand, it is this hand. If no link moves, it is
-    the last link.
+    Candidates are the moving links without children. If some of them have a common name of tools,
+    only these are candidates. The tip is the candidate behind the most joints. Among several, for
+    example of two arms, it is the first. If these candidates are the fingers of one hand, the tip
+    is the hand. If no link moves, the tip is the last link.
 
     >>> from robsim.robot.joint import Joint
     >>> arm, tool = Link("arm", "base", Joint("revolute")), Link("tool0", "arm")

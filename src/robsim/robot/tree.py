@@ -71,7 +71,8 @@ class Tree:
     def bodies(self, q: Array, runs: RunNumbers = None) -> Bodies:
         """Return the poses of all bodies at coordinates q[n, b].
 
-        The indices `runs` (b,) select the runs if constants differ between runs. Default: all runs.
+        If constants differ between runs, the indices `runs` (b,) select the constants of the
+        columns of q. Default: all runs.
         """
         values = self._bodies(self._append_python_kinds(q), runs)
         count = 12 * len(self.parent)
@@ -81,9 +82,9 @@ class Tree:
     @cached_property
     def _bodies(self) -> ProgramFunction:
         """Function from coordinates, with motions and twists of Python kinds, to the poses."""
-        placed, _ = self._build_program(Program())
+        stages, _ = self._build_program(Program())
         count = 12 * len(self.parent) + self.joints.ratios
-        return ProgramFunction(placed.program, placed.q, placed.poses, count)
+        return ProgramFunction(stages.program, stages.q, stages.poses, count)
 
     def motion(self, name: str, q: Array, v: Array, runs: RunNumbers = None) -> tuple[Array, Array]:
         """Return the pose (3, 4, B) of a frame, and its twist (6, B) in its own axes."""
@@ -95,14 +96,14 @@ class Tree:
     def _build_motion(self, name: str) -> ProgramFunction:
         """Return the function that computes the pose and the twist of a frame."""
         program = Program()
-        placed, v = self._build_program(program, self.nv)
+        stages, v = self._build_program(program, self.nv)
         moves = self.moves(self.carried(name))
-        (T,) = placed.frames([self.find(name)])
-        J = add_jacobian_stage(program, placed.poses, placed.ratio, T, moves)
+        (T,) = stages.frames([self.find(name)])
+        J = add_jacobian_stage(program, stages.poses, stages.ratio, T, moves)
         output = program.rows(18)
         program.add(copy_rows, rows=T.flat, to=output[:12])
         program.add(multiply_vector, A=J, x=v, out=output[12:])
-        return ProgramFunction(program, placed.q, output, 18)
+        return ProgramFunction(program, stages.q, output, 18)
 
     def _build_program(self, program: Program, more: int = 0) -> tuple[FKStages, BlockRows]:
         """Return the bodies in a program, and `more` rows after its inputs.
@@ -112,11 +113,11 @@ class Tree:
         q = program.rows(self.nq)
         inputs = [(program.rows(3, 4), program.rows(each.twists)) for each in self.own]
         last = program.rows(more)
-        placed = FKStages(program, self.joints, q)
+        stages = FKStages(program, self.joints, q)
         for each, rows in zip(self.own, inputs, strict=True):
-            placed.take(each, *rows)
-        placed.add()
-        return placed, last
+            stages.take(each, *rows)
+        stages.add()
+        return stages, last
 
     def _append_python_kinds(self, q: Array) -> Array:
         """Return coordinates q, followed by motions and twists of joints of Python kinds."""
@@ -174,25 +175,25 @@ class Tree:
         program = Program()
         q, v, dt = program.rows(self.nq), program.rows(self.nv), program.rows()
         if self.joints.wheels:
-            placed = FKStages(program, self.joints, q)
-            placed.follow()
-            add_wheel_rolling(program, self.joints, q, v, placed.ratio, dt)
+            stages = FKStages(program, self.joints, q)
+            stages.follow()
+            add_wheel_rolling(program, self.joints, q, v, stages.ratio, dt)
         add_integration(program, self.joints, q, list(v), dt)
         return ProgramFunction(program, q, q, self.nq)
 
     def carried(self, name: str) -> Array:
         """Return 1.0 for each move that affects the frame, else 0.0."""
-        rides: Array = self._ancestry[self.find(name)[0]]
-        return rides
+        signs: Array = self._ancestry[self.find(name)[0]]
+        return signs
 
     def carries(self, name: str) -> Array:
         """Return 1.0 for each velocity that moves the frame, else 0.0."""
-        moved = np.zeros(self.nv)
-        np.maximum.at(moved, self.velocity, self.carried(name))
-        return make_read_only(moved)
+        signs = np.zeros(self.nv)
+        np.maximum.at(signs, self.velocity, self.carried(name))
+        return make_read_only(signs)
 
     def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> jacobians.BodyMoves:
-        """Return the moves of some velocities (default: all) with their signs, for the kernels."""
+        """Return the moves of some velocities with their signs, for the kernels. Default: all."""
         if columns is None:
             columns = as_int64(np.arange(self.nv))
         is_selected = np.zeros(self.nv, dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Random starts with rejection: each start is drawn again until it is accepted."""
+"""Rejection sampling of starts: each start is sampled until an attempt is accepted."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def draw_starts(
     start : Start
         Sampler of starts.
     reach : StartKinematics
-        The moving frame, its goal and its target.
+        Moving frame, goal, target and kinematics.
     source : callable
         Function from draws and an attempt to their random numbers.
     draws : ndarray of int
@@ -46,7 +46,7 @@ def draw_starts(
         Function from draws (n,) and starts (n, nq) to their acceptance (n,). Default: a single
         attempt, which is accepted if it is reachable.
     rounds : sequence of int
-        Numbers of attempts that are made together.
+        Number of attempts in each round. All attempts of a round are checked together.
     """
     q0 = np.empty((len(draws), reach.scene.nq))
     tries, accepted = np.ones(len(draws), dtype=np.int64), np.zeros(len(draws), dtype=bool)

@@ -21,7 +21,7 @@ from robsim.run.end_variables import (
 from robsim.servo.task_controller import TaskController
 from robsim.world.scene import Scene
 
-RESTARTS = 10  # restarts of inverse kinematics; a failed start is drawn again
+RESTARTS = 10  # restarts of inverse kinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class StartKinematics:
 
     @cached_property
     def goal(self) -> Pose:
-        """The goal pose of the moving frame in the world; its home pose for unknown goals."""
+        """The goal pose of the moving frame in the world; its home pose if the goal has no pose."""
         controller, home = select_goal_controller(self.controller), self._home
         has_pose = get_camera_goal(self.controller) is not None
         T = compute_goal_pose(controller, home, home.T) if has_pose else None
@@ -61,7 +61,7 @@ class StartKinematics:
         return np.asarray(self.scene.pose(target) @ marks.mean(axis=0))
 
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (n, nq) for poses (n, 4, 4) of the moving frame, and their success.
+        """Return coordinates (n, nq) for poses (n, 4, 4) of the moving frame, and which were found.
 
         Other coordinates stay at home. Raises InputError if no robot carries the frame.
         """

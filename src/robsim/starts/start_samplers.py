@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
@@ -16,7 +16,7 @@ from robsim.declare.kind_families import family
 from robsim.declare.quantities import Amount
 from robsim.declare.texts import FrameReference
 from robsim.geometry.look_at import look_at_rotation, sample_cone_directions
-from robsim.geometry.pose import Pose
+from robsim.geometry.pose import Pose, PoseLike
 from robsim.geometry.pose_table import POSE
 from robsim.starts.start_kinematics import StartKinematics
 from robsim.statistics.random_numbers import RandomNumbers
@@ -31,10 +31,11 @@ FULL_TURN = (-np.pi, np.pi)
 
 @dataclass(frozen=True, eq=False)
 class Start(DeclaredValue):
-    """Base class of samplers of starts. `numbers` is the count of random numbers for a pose.
+    """Base class of samplers of starts.
 
-    With `visible` a start is drawn again until the cameras see the marks that the task needs and
-    all joints are within their limits. Rejected attempts are counted.
+    `numbers` is the count of uniform random numbers for one pose. With `visible` a start is sampled
+    again until the cameras see the marks that the task needs and all joints are within their
+    limits. Rejected attempts are counted.
     """
 
     numbers: ClassVar[int] = 0
@@ -46,7 +47,7 @@ class Start(DeclaredValue):
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), and whether each start is reached."""
+        """Return coordinates (draws, nq), and whether the robot reaches each start."""
         return reach.coordinates(self.poses(reach, draws.uniform(self.numbers)))
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
@@ -57,13 +58,20 @@ class Start(DeclaredValue):
         raise NotImplementedError
 
 
-def _interpolate_pair(pair: Any, share: Array) -> Array:
+def _get_reference(pose: PoseLike | None, reach: StartKinematics) -> Pose:
+    """Return the stored reference pose of a sampler, or the goal if it is None."""
+    return cast(Pose | None, pose) or reach.goal
+
+
+def _interpolate_pair(pair: ArrayLike, share: Array) -> Array:
     """Return numbers between the two bounds of a pair."""
-    return np.asarray(pair[0] + (pair[1] - pair[0]) * share)
+    low, high = cast(Array, pair)
+    return np.asarray(low + (high - low) * share)
 
 
-def _check_low_high_pair(pair: Any, subject: str, least: float = -np.inf) -> None:
-    """Raise InputError unless a pair is ordered and at least `least`."""
+def _check_low_high_pair(bounds: ArrayLike, subject: str, least: float = -np.inf) -> None:
+    """Raise InputError unless a pair of bounds is ordered and at least `least`."""
+    pair = cast(Array, bounds)
     if pair.ndim != 1 or pair[0] > pair[1] or pair[0] < least:
         bound = "" if least == -np.inf else f" of at least {least:g}"
         raise InputError(
@@ -76,12 +84,20 @@ def _check_low_high_pair(pair: Any, subject: str, least: float = -np.inf) -> Non
 class LookAt(Start):
     """Camera poses that look at the middle of the marks of an object.
 
-    Distances are uniform between two bounds. Directions are uniform on the sphere, within the angle
-    `cone` of `axis` (3,), a direction in the world; the default is the direction from the target to
-    the camera at its goal. The camera is rotated about its optical axis by `roll`, relative to
-    image columns that run as close as possible to their direction at the goal. With `aside` the
-    camera looks at a random point within this radius of the middle.
+    Distances from the middle are uniform between two bounds. Directions from the middle are uniform
+    on the part of the sphere within the angle `cone` of `axis` (3,), a direction in the world. The
+    default axis points to the camera at its goal. At zero `roll` the image columns are as close as
+    possible to their direction at the goal; `roll` rotates the camera about its optical axis. With
+    `aside` the camera looks at a random point within this radius of the middle.
 
+    Raises
+    ------
+    InputError
+        If bounds are not ordered, or the axis is zero. A study also raises it if the moving frame
+        is no camera.
+
+    Examples
+    --------
     >>> LookAt("plate", distance=(0.3, 0.8)).cone
     0.7853981633974483
     """
@@ -92,16 +108,18 @@ class LookAt(Start):
         str | None, FrameReference, "Target object; None: the target of the task."
     ] = None
     distance: Annotated[
-        Any, Numbers(item=Length(above=0), shape=(2,)), "Least and largest distance in metres."
+        ArrayLike,
+        Numbers(item=Length(above=0), shape=(2,)),
+        "Least and largest distance in metres.",
     ] = field(kw_only=True)
-    roll: Annotated[Any, PAIR, "Least and largest angle about the optical axis in radians."] = (
-        FULL_TURN
-    )
+    roll: Annotated[
+        ArrayLike, PAIR, "Least and largest angle about the optical axis in radians."
+    ] = FULL_TURN
     cone: Annotated[
         float, Angle(least=0, most=np.pi), "Largest angle from the axis in radians."
     ] = np.pi / 4
     axis: Annotated[
-        Any,
+        ArrayLike | None,
         Numbers(item=Amount(), shape=(3,)),
         "Direction from the target; None: the direction of the goal.",
     ] = None
@@ -113,7 +131,7 @@ class LookAt(Start):
         super().__post_init__()
         _check_low_high_pair(self.distance, "LookAt.distance (metres)", 0.0)
         _check_low_high_pair(self.roll, "LookAt.roll (radians)")
-        if self.axis is not None and not self.axis.any():
+        if self.axis is not None and not np.any(self.axis):
             raise InputError("LookAt.axis: expected a direction, got [0, 0, 0]")
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
@@ -135,11 +153,10 @@ class LookAt(Start):
         """Return the middle (3,) of the marks, and the unit axis (3,) of the cone."""
         if reach.frame not in [eye.name for eye in reach.scene.cameras]:
             raise InputError(
-                f"LookAt: the moving frame '{reach.frame}' is no camera; take Shell, Within "
-                "or About"
+                f"LookAt: the moving frame '{reach.frame}' is no camera; use Shell, Within or About"
             )
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
-        direction = reach.goal.position - middle if self.axis is None else self.axis
+        direction = reach.goal.position - middle if self.axis is None else np.asarray(self.axis)
         if not np.abs(direction).max() > 0:
             raise InputError("LookAt: the goal is in the middle of the marks: give axis=")
         return middle, np.asarray(direction / np.sqrt((direction * direction).sum()))
@@ -150,30 +167,43 @@ class LookAt(Start):
 class Shell(Start):
     """Poses within bounds of distance and angle from a reference pose, in any direction.
 
-    The reference pose `about` is in the world; the default is the goal. Positions are uniform in
-    the volume of the shell, angles uniform between their bounds, and rotation axes uniform on the
-    sphere.
+    The reference pose `about`, with position p0 and rotation R0, is in the world; the default is
+    the goal. A start has the pose
 
+        p = p0 + d u,    R = exp(theta [a]x) R0
+
+    with the position uniform in the volume of the shell, the angle theta uniform between its
+    bounds, and the direction u and the rotation axis a uniform on the sphere.
+
+    Raises
+    ------
+    InputError
+        If bounds are not ordered, or an angle exceeds pi.
+
+    Examples
+    --------
     >>> Shell(distance=(0.1, 0.2), angle=(0.0, 0.5)).about is None
     True
     """
 
     numbers: ClassVar[int] = 6
 
-    distance: Annotated[Any, DISTANCES, "Least and largest distance in metres."]
-    angle: Annotated[Any, ANGLES, "Least and largest angle in radians."] = (0, 0)
-    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    distance: Annotated[ArrayLike, DISTANCES, "Least and largest distance in metres."]
+    angle: Annotated[ArrayLike, ANGLES, "Least and largest angle in radians."] = (0, 0)
+    about: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_low_high_pair(self.distance, "Shell.distance (metres)", 0.0)
         _check_low_high_pair(self.angle, "Shell.angle (radians)", 0.0)
-        if self.angle[1] > np.pi:
-            raise InputError(f"Shell.angle: at most pi radians, got {self.angle[1]:g}")
+        _, most = cast(Array, self.angle)
+        if most > np.pi:
+            raise InputError(f"Shell.angle: at most pi radians, got {most:g}")
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
-        return _sample_about_pose(self.about or reach.goal, self.distance, self.angle, share)
+        distance, angle = cast(Array, self.distance), cast(Array, self.angle)
+        return _sample_about_pose(_get_reference(self.about, reach), distance, angle, share)
 
 
 @register("start", "within")
@@ -181,8 +211,11 @@ class Shell(Start):
 class Within(Start):
     """Poses within `radius` and `angle` of a reference pose, in any direction.
 
-    The reference pose `about` is in the world; the default is the goal.
+    The reference pose `about` is in the world; the default is the goal. The distribution is `Shell`
+    with distances from 0 to `radius` and angles from 0 to `angle`.
 
+    Examples
+    --------
     >>> Within(radius=0.2, angle=0.5).radius
     0.2
     """
@@ -191,12 +224,12 @@ class Within(Start):
 
     radius: Annotated[float, Length(least=0), "Largest distance in metres."]
     angle: Annotated[float, Angle(least=0, most=np.pi), "Largest angle in radians."] = 0.0
-    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    about: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         distances, angles = np.array([0.0, self.radius]), np.array([0.0, self.angle])
-        return _sample_about_pose(self.about or reach.goal, distances, angles, share)
+        return _sample_about_pose(_get_reference(self.about, reach), distances, angles, share)
 
 
 @register("start", "about")
@@ -204,9 +237,11 @@ class Within(Start):
 class About(Start):
     """Poses in a box about a reference pose: offsets and rotations are bounded along each axis.
 
-    Offsets are along the axes of the reference pose, and rotations are roll, pitch and yaw. The
-    reference `pose` is in the world; the default is the goal.
+    Offsets are along the axes of the reference pose, and rotations are roll, pitch and yaw. Each is
+    uniform between -bound and bound. The reference `pose` is in the world; the default is the goal.
 
+    Examples
+    --------
     >>> About(position=[0.1, 0.1, 0.3], rpy=[0.0, 0.0, 1.0]).rpy
     array([0., 0., 1.])
     """
@@ -214,18 +249,23 @@ class About(Start):
     numbers: ClassVar[int] = 6
 
     position: Annotated[
-        Any, Numbers(item=Length(least=0), shape=(3,)), "Largest offset along each axis in metres."
+        ArrayLike,
+        Numbers(item=Length(least=0), shape=(3,)),
+        "Largest offset along each axis in metres.",
     ] = (0.0, 0.0, 0.0)
     rpy: Annotated[
-        Any, Numbers(item=Angle(least=0), shape=(3,)), "Largest roll, pitch and yaw in radians."
+        ArrayLike,
+        Numbers(item=Angle(least=0), shape=(3,)),
+        "Largest roll, pitch and yaw in radians.",
     ] = (0.0, 0.0, 0.0)
-    pose: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    pose: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         signed = 2.0 * share - 1.0
-        offsets = Pose.at(*(signed[:, :3] * self.position).T, rpy=signed[:, 3:] * self.rpy)
-        return np.asarray(((self.pose or reach.goal) @ offsets).matrix)
+        position, rpy = cast(Array, self.position), cast(Array, self.rpy)
+        offsets = Pose.at(*(signed[:, :3] * position).T, rpy=signed[:, 3:] * rpy)
+        return np.asarray((_get_reference(self.pose, reach) @ offsets).matrix)
 
 
 @register("start", "anywhere")
@@ -233,27 +273,33 @@ class About(Start):
 class Anywhere(Start):
     """Coordinates uniform between `low` and `high`; the defaults are the joint limits.
 
+    A study raises InputError if `low` or `high` is not finite, has another number of coordinates
+    than the scene, or if `low` is above `high`.
+
+    Examples
+    --------
     >>> Anywhere(visible=False).low is None
     True
     """
 
-    low: Annotated[Any, COORDINATES, "Lowest coordinates, (nq,)."] = None
-    high: Annotated[Any, COORDINATES, "Highest coordinates, (nq,)."] = None
+    low: Annotated[ArrayLike | None, COORDINATES, "Lowest coordinates, (nq,)."] = None
+    high: Annotated[ArrayLike | None, COORDINATES, "Highest coordinates, (nq,)."] = None
 
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), all of them reached."""
+        """Return coordinates (draws, nq), which the robot always reaches."""
         scene = reach.scene
         low, high = (
-            limits if own is None else own
+            limits if own is None else np.asarray(own)
             for own, limits in zip((self.low, self.high), scene.limits.T, strict=True)
         )
         for name, end in (("low", low), ("high", high)):
             if end.shape not in ((), (scene.nq,)) or not np.isfinite(end).all():
                 raise InputError(
                     f"Anywhere.{name}: expected {scene.nq} finite coordinates, got "
-                    f"{format_value(end.tolist())}; joints without limits need these"
+                    f"{format_value(end.tolist())}; give low and high if joints have no "
+                    "limits"
                 )
         if (low > high).any():
             raise InputError(f"Anywhere: low {format_value(low.tolist())} is above high")

@@ -33,8 +33,8 @@ def spearman(x: Array, y: Array, level: float = 0.95) -> Estimate:
     - 3)) (Bonett and Wright 2000, "Sample size requirements for estimating Pearson, Kendall and
     Spearman correlations", Psychometrika 65, 23), or the standard deviation of the delta method,
     sd(a b - rho (a^2 + b^2) / 2) / ((1 - rho^2) sqrt(n)) for standardised ranks a and b, if it is
-    larger. The first holds for elliptic distributions, and is too small for curved ones. Neither x
-    nor y may be constant.
+    larger. The former holds for elliptic distributions and is too small for curved dependences.
+    Neither x nor y may be constant.
 
     >>> spearman(np.arange(20.0), np.arange(20.0) ** 2).value
     1.0
@@ -75,11 +75,11 @@ def correlation_ratio(groups: NDArray[np.intp], y: Array, level: float = 0.95) -
 
         eta^2 = 1 - (1 - H / (n - 1)) (n - 1) / (n - k)
 
-    or 0 if this is negative. The interval holds every eta that makes the share likely:
-    artanh^2(sqrt(H / (n - 1))) / s^2 is taken as a noncentral chi squared with k - 1 degrees of
-    freedom, like H (Andrews 1954), on the scale of Fisher's z. s is the larger of the standard
-    deviations of `spearman` and of the delta method, which accounts for the scatter of the ranks
-    within the groups. y may not be constant.
+    or 0 if this is negative. The interval contains every eta under which the raw share is likely. H
+    has a noncentral chi-squared distribution with k - 1 degrees of freedom (Andrews 1954); here
+    artanh^2(sqrt(H / (n - 1))) / s^2 has this distribution, on the scale of Fisher's z. s is the
+    larger of the standard deviations of `spearman` and of the delta method, which accounts for the
+    scatter of the ranks within the groups. y may not be constant.
 
     >>> correlation_ratio(np.arange(40) % 2, np.arange(40.0) % 2).value
     1.0
@@ -115,9 +115,10 @@ def _variance_between_groups(groups: NDArray[np.intp], values: Array) -> tuple[i
 
 
 def _noncentrality(statistic: float, freedom: int, share: float) -> float:
-    """Return the noncentrality of a chi squared below `statistic` with probability `share`.
+    """Return the noncentrality of a chi-squared variable that is below `statistic`.
 
-    The result is 0 if the central chi squared is below it with a smaller probability.
+    The variable is below it with probability `share`. The result is 0 if a central variable is
+    below it with a smaller probability.
     """
     z = NormalDist().inv_cdf(share)
     low, high = 0.0, (math.sqrt(statistic) + abs(z) + freedom + 3) ** 2
@@ -131,7 +132,7 @@ def _noncentrality(statistic: float, freedom: int, share: float) -> float:
 
 
 def _normal_score(statistic: float, freedom: int, noncentrality: float) -> float:
-    """Return the normal number with the same probability as this noncentral chi squared.
+    """Return the standard normal quantile with the probability of a noncentral chi squared.
 
     Sankaran 1963, "Approximations to the non-central chi-square distribution", Biometrika 50, 199:
     the h-th power of the number is nearly normal.

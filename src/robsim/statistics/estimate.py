@@ -10,9 +10,11 @@ from dataclasses import dataclass
 class Estimate:
     """A number estimated from `of` values, with the ends of its interval.
 
-    The number is NaN if no value determines it, and an end is infinite if too few values determine
-    it. A share has the unit "%" and is printed in percent.
+    The number is NaN without values. An end of the interval is infinite if there are too few
+    values. A share has the unit "%" and is printed in percent.
 
+    Examples
+    --------
     >>> print(Estimate(0.8, 0.49, 0.943, 10, "%"))
     80.0 % [49.0, 94.3]
     """
@@ -30,7 +32,7 @@ class Estimate:
 
     @property
     def count(self) -> int:
-        """The count of a share: the number of hits among the `of` values."""
+        """The count of a share: the number of successes among the `of` values."""
         return round(self.value * self.of) if self.of else 0
 
     def text(self, form: str = "+z.3g", scale: float = 1.0) -> str:

@@ -6,8 +6,8 @@ import math
 
 from robsim.statistics.proportions import check_level
 
-MOST_FREEDOM = 1e6  # above it the variance counts as known: chi-square to 1e-6
-TERMS = 10_000
+MOST_FREEDOM = 1e6  # larger denominators give chi square, to 1e-6
+TERMS = 10_000  # most terms of the continued fraction
 
 
 def fisher_quantile(level: float, numerator: int, denominator: float) -> float:

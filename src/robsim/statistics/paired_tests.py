@@ -14,8 +14,8 @@ from robsim.statistics.proportions import check_level, estimate_share
 def half_binomial(n: int) -> Array:
     """Return P(X <= k) (n // 2 + 1,) for k = 0 ... n // 2, of X ~ Bin(n, 1/2).
 
-    The probabilities are multiples of the middle one, which needs no logarithm and loses no digits
-    for any n; values below 1e-308 become 0.
+    The probabilities are computed as multiples of the middle probability, without logarithms and
+    without loss of digits for large n; values below 1e-308 become 0.
 
     >>> half_binomial(4)
     array([0.0625, 0.3125, 0.6875])
@@ -31,10 +31,13 @@ def half_binomial(n: int) -> Array:
 def mcnemar(first: int, second: int) -> float:
     """Return the two-sided p-value of McNemar's exact test.
 
-    `first` and `second` count the discordant pairs, with a single success. Under equal success
-    rates each discordant pair falls to either side with probability 1/2: p = min(1, 2 P(X <=
-    min(first, second))), X ~ Bin(first + second, 1/2) (McNemar 1947, "Note on the sampling error of
-    the difference between correlated proportions or percentages").
+    `first` and `second` count the discordant pairs, with a single success of the first or of the
+    second. Under equal success rates both kinds have probability 1/2, so that
+
+        p = min(1, 2 P(X <= min(first, second))), X ~ Bin(first + second, 1/2)
+
+    (McNemar 1947, "Note on the sampling error of the difference between correlated proportions or
+    percentages").
 
     >>> round(mcnemar(12, 2), 4)
     0.0129

@@ -52,8 +52,7 @@ def estimate_clustered_share(
     over draws, sum_d (x_d - p n_d)^2 m / (m - 1) / n^2, with x_d successes of n_d runs in m draws
     (Kish 1965, "Survey sampling"; Korn and Graubard 1998, "Confidence intervals for proportions
     with small expected number of positive counts estimated from survey data"). This number is at
-    least the number of draws minus one and at most n; it is the number of draws if all or none
-    succeed.
+    least 1 and at most n; it is the number of draws if all runs or none succeed.
 
     >>> str(estimate_clustered_share(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
     '50.0 % [5.5, 94.5]'
@@ -72,7 +71,7 @@ def estimate_clustered_share(
 
 
 def normal_quantile(level: float) -> float:
-    """Return z such that a standard normal number is within -z and z with probability `level`."""
+    """Return z such that a standard normal number is between -z and z with probability `level`."""
     return NormalDist().inv_cdf(0.5 + check_level(level) / 2)
 
 

@@ -1,6 +1,7 @@
 """Counter-based random numbers (Philox), determined by a seed, a name and a row.
 
-Rows can be computed in any order and in any parts. Streams below 16 belong to the sensors of runs.
+Rows can be computed in any order and in any parts. Streams below 16 belong to the sensor noise of
+runs.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: i
 
 @dataclass(frozen=True)
 class RandomNumbers:
-    """The random numbers of one name for some draws, given by their numbers.
+    """The random numbers of one name in some draws of a study.
 
-    `attempt` counts the repetitions of a draw. `evenly` holds the dimension of the study's Sobol
-    sequence, and the first dimension of this name.
+    `numbers` are the numbers of the draws, and `attempt` counts the repetitions of a draw. `evenly`
+    holds the dimension of the study's Sobol sequence, and the first dimension of this name.
     """
 
     seed: int

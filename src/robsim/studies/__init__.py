@@ -1,4 +1,4 @@
-"""Studies: an experiment run many times with other numbers and starts, stored as tables."""
+"""Studies: many simulations of an experiment with varied numbers and starts, as tables."""
 
 from robsim.base.lazy_names import attach_names
 

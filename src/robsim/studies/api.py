@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from robsim.base import interrupt
 from robsim.base.arrays import as_bool, as_integer
@@ -13,8 +16,11 @@ from robsim.base.errors import InputError, Interrupted, format_value
 from robsim.base.folder_lock import lock_folder
 from robsim.engine.workers import check_progress
 from robsim.run.experiment import Experiment
+from robsim.starts.start_samplers import Start
 from robsim.studies import dask_cluster
-from robsim.studies.plan_execution import MemorySink, Progress, check_plan, simulate_plan
+from robsim.studies.dask_cluster import ClusterClient
+from robsim.studies.plan_execution import MemorySink, Progress, StudySink, check_plan, simulate_plan
+from robsim.studies.samplers import Uniform
 from robsim.studies.study_plan import Plan, make_plan
 from robsim.studies.study_result import StudyResult
 from robsim.studies.study_store import StudyStore
@@ -23,7 +29,7 @@ from robsim.studies.trajectory_store import count_trajectory_bytes, import_zarr
 
 CHUNK = 4000  # runs that are simulated together and stored in one file
 MOST_CHUNK = 1_000_000
-MOST_BYTES = 1e8  # most memory for the instants of a chunk
+MOST_BYTES = 1e8  # most memory for the stored instants of a chunk
 
 
 def study(
@@ -31,31 +37,32 @@ def study(
     runs: int | None = None,
     *,
     seed: int | None = None,
-    start: Any = None,
-    vary: Any = None,
+    start: Start | Uniform | ArrayLike | Mapping[str, ArrayLike] | None = None,
+    vary: Mapping[str, object] | None = None,
     measures: bool = False,
     trajectories: int | None = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
-    client: Any = None,
+    client: ClusterClient | None = None,
     threads: int | None = None,
     chunk: int = CHUNK,
     progress: Progress | None = None,
 ) -> StudyResult:
     """Simulate an experiment many times with varied numbers, choices and starts.
 
-    A study consists of draws. Each draw has a random start and random numbers, and is simulated
-    with every combination of the enumerated values (lists and grids). All results have the same
-    bits for any `threads`, `chunk` and `client`. A sampled focal length below 10 is a factor of the
-    focal length of the experiment, as in `Scene.believe`.
+    A study consists of draws. A draw is a random start with a sample of every random number; it is
+    simulated with each combination of the enumerated values (lists and grids). All results have the
+    same bits for any `threads`, `chunk` and `client`. A sampled focal length below 10 is a factor
+    of the focal length of the experiment, as in `Scene.believe`.
 
     Parameters
     ----------
     experiment : Experiment
         Experiment with a single start.
     runs : int, optional
-        Number of draws. If this and all other parameters of the plan are omitted, the table [study]
-        of the experiment's file is used.
+        Number of draws. Default: the number of given starts. If `runs`, `seed`, `start`, `vary`,
+        `measures` and `trajectories` are omitted, the table [study] of the experiment's file is the
+        plan.
     seed : int, optional
         Seed of the samples and of the noise. Default: the seed of the experiment.
     start : sampler, array_like of shape (nq,) or (B, nq), optional
@@ -63,7 +70,7 @@ def study(
         draw. Default: the start of the experiment.
     vary : mapping of str to object, optional
         Varied values by the dotted names of `Experiment.at`. A sampler (`Uniform`, `Normal`,
-        `LogUniform`, `Sobol`, `Choice`, or `Sum` and `Product` of these) gives each draw a new
+        `LogUniform`, `Sobol`, `Choice`, or `Sum` and `Product` of a sampler) gives each draw a new
         value. A list, a mapping {label: value} or a `Grid` is enumerated: every draw is simulated
         with each of its values.
     measures : bool, default False
@@ -91,7 +98,7 @@ def study(
     Raises
     ------
     InputError
-        If the study cannot be run; nothing has run then.
+        If the study cannot be simulated. The plan is checked before the first simulation.
     FileError
         If `store` cannot be written, or holds another study.
     Interrupted
@@ -130,22 +137,23 @@ def run_plan(
     plan: Plan,
     folder: Path | None,
     resume: bool,
-    client: Any,
+    client: ClusterClient | None,
     threads: int | None,
     chunk: int,
     progress: Progress | None,
 ) -> StudyResult:
-    """Run a plan into a claimed folder, or into memory; see `study`."""
+    """Simulate a plan, with its results in a locked folder or in memory; see `study`."""
     check_progress(progress)
     size = _choose_chunk_size(plan, chunk)
     threads = None if threads is None else as_integer(threads, "threads", 1, 1025)
     if client is not None:
         dask_cluster.check_client(client)
-    sink: Any = MemorySink(plan.runs, plan.measures) if folder is None else StudyStore(folder)
+    store = None if folder is None else StudyStore(folder)
+    sink: StudySink = store or MemorySink(plan.runs, plan.measures)
     with interrupt.defer_stops(begun=False):
         check_plan(plan)
-        if folder is not None:
-            sink.begin(plan, resume)
+        if store is not None:
+            store.begin(plan, resume)
         if client is None:
             complete = simulate_plan(plan, sink, size, threads, progress)
         else:
@@ -158,7 +166,7 @@ def run_plan(
 
 
 def _choose_chunk_size(plan: Plan, chunk: int) -> int:
-    """Return the number of runs per chunk, smaller if all their instants are stored."""
+    """Return the number of runs per chunk, fewer if their instants are stored."""
     size = as_integer(chunk, "chunk", 1, MOST_CHUNK + 1)
     if plan.trajectories:
         import_zarr()

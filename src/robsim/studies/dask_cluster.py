@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pickle
 import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, format_value
@@ -18,6 +19,22 @@ from robsim.studies.study_store import VERSIONS
 PATIENCE = 10.0  # time limit for the answer of a scheduler, in seconds
 POLL_INTERVAL = 0.02  # time between checks for a stop, in seconds
 CHUNKS_AHEAD = 2  # pending chunks for each thread of the cluster
+
+
+class ClusterClient(Protocol):
+    """The methods of `dask.distributed.Client` that a study uses."""
+
+    def ncores(self) -> Mapping[str, int]:
+        """Return the number of threads of each worker."""
+        ...
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
+        """Submit a call to the cluster, and return its future."""
+        ...
+
+    def cancel(self, futures: Any, /) -> Any:
+        """Cancel the calls of some futures."""
+        ...
 
 
 def connect_client(address: str) -> Any:
@@ -41,14 +58,15 @@ def connect_client(address: str) -> Any:
 
 
 async def _check_identity(distributed: Any, address: str) -> None:
-    """Request the identity of a scheduler without a client, because a client has no time limit."""
+    """Request the identity of a scheduler, without a client: a client would wait without end."""
     arguments = distributed.Security().get_connection_args("client")
-    async with distributed.rpc(address, connection_args=arguments, timeout=PATIENCE / 2) as there:
-        await there.identity()
+    options = {"connection_args": arguments, "timeout": PATIENCE / 2}
+    async with distributed.rpc(address, **options) as scheduler:
+        await scheduler.identity()
 
 
 def simulate_on_cluster(
-    plan: Plan, sink: StudySink, size: int, client: Any, progress: Progress | None
+    plan: Plan, sink: StudySink, size: int, client: ClusterClient, progress: Progress | None
 ) -> bool:
     """Simulate the missing runs on a cluster; return False after a stop.
 
@@ -56,38 +74,39 @@ def simulate_on_cluster(
     """
     at_once = CHUNKS_AHEAD * int(sum(client.ncores().values()))
     work, finished = pickle.dumps(plan), count_done(sink, plan)
-    remaining, going = generate_chunks(sink, plan, size), dict[Any, Chunk]()
+    remaining, pending = generate_chunks(sink, plan, size), dict[Any, Chunk]()
     with interrupt.defer_stops() as stops:
         try:
             while not stops:
-                _submit_chunks(client, work, remaining, going, at_once)
-                if not going:
+                _submit_chunks(client, work, remaining, pending, at_once)
+                if not pending:
                     return True
-                for future in _collect_finished(going):
-                    first, last = going.pop(future)
+                for future in _collect_finished(pending):
+                    first, last = pending.pop(future)
                     sink.put(plan, first, last, _get_result(future))
                     finished += last - first
                     if progress:
                         progress(finished / plan.runs)
         finally:
             with suppress(Exception):  # the cluster may be lost
-                client.cancel(list(going))
+                client.cancel(list(pending))
     return False
 
 
 def _submit_chunks(
-    client: Any, work: bytes, remaining: Any, going: dict[Any, Chunk], at_once: int
+    client: ClusterClient, work: bytes, remaining: Any, pending: dict[Any, Chunk], at_once: int
 ) -> None:
     """Submit chunks until `at_once` are pending."""
     for first, last in remaining:
-        going[client.submit(simulate_chunk, work, VERSIONS, first, last, pure=False)] = first, last
-        if len(going) >= at_once:
+        future = client.submit(simulate_chunk, work, VERSIONS, first, last, pure=False)
+        pending[future] = first, last
+        if len(pending) >= at_once:
             return
 
 
-def _collect_finished(going: dict[Any, Chunk]) -> list[Any]:
+def _collect_finished(pending: dict[Any, Chunk]) -> list[Any]:
     """Return the finished chunks, after a short wait if there are none."""
-    finished = [future for future in going if future.done()]
+    finished = [future for future in pending if future.done()]
     if not finished:
         time.sleep(POLL_INTERVAL)
     return finished

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,7 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.paired_tests import mcnemar, median_interval, paired_difference
 from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
+from robsim.studies.table_columns import StudyData
 
 MOST_COMPARED = 20  # values, with 190 pairs
 
@@ -26,9 +27,9 @@ MOST_COMPARED = 20  # values, with 190 pairs
 class PairCounts(NamedTuple):
     """Numbers of draws by the outcomes of two runs.
 
-    `both`, `only_first`, `only_second` and `neither` count the draws with converged runs, among the
-    draws with two runs that could begin. `apart` counts draws with a run that could not begin, and
-    `missing` draws without one of the two runs.
+    Among the draws with two runs that could begin, `both`, `only_first`, `only_second` and
+    `neither` count the draws by the runs that converged. `apart` counts draws with a run that could
+    not begin, and `missing` draws that lack one of the two runs.
     """
 
     both: int
@@ -160,7 +161,7 @@ def _format_p_value(p: float) -> str:
 
 
 def compare_paired(
-    study: Any, by: str = "task", measure: str | None = "end_time", *, level: float = 0.95
+    study: StudyData, by: str = "task", measure: str | None = "end_time", *, level: float = 0.95
 ) -> PairedComparison:
     """Compare the values of a column, such as tasks, on the same draws of a study.
 
@@ -169,8 +170,8 @@ def compare_paired(
     method 10; and the median difference of the measure with a distribution-free interval (see
     `robsim.statistics.paired_tests`). For several pairs the p-values are also corrected by the
     method of Holm (1979, "A simple sequentially rejective multiple test procedure"). Comparison on
-    the same draws is more sensitive than on independent draws, because a difficult draw is
-    difficult for both.
+    the same draws is more sensitive than comparison on independent draws: a draw that is difficult
+    for one value is usually difficult for the other.
 
     Parameters
     ----------
@@ -245,21 +246,21 @@ def _arrange_by_draw(table: pd.DataFrame, by: str) -> tuple[tuple[str, ...], NDA
 def _count_pair(
     first: NDArray[np.intp],
     second: NDArray[np.intp],
-    started: NDArray[np.bool_],
-    arrived: NDArray[np.bool_],
+    began: NDArray[np.bool_],
+    converged: NDArray[np.bool_],
     values: Array | None,
 ) -> tuple[PairCounts, Array]:
     """Return the counts of draws and the differences of the measure.
 
-    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 if missing.
+    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for a missing run.
     """
     complete = (first >= 0) & (second >= 0)
     missing = int(((first >= 0) | (second >= 0)).sum() - complete.sum())
     one, two = first[complete], second[complete]
-    begun = started[one] & started[two]
-    one, two = one[begun], two[begun]
-    a, b = arrived[one], arrived[two]
-    kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
+    both_began = began[one] & began[two]
+    one, two = one[both_began], two[both_began]
+    a, b = converged[one], converged[two]
+    kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~both_began)
     counts = PairCounts._make([*(int(each.sum()) for each in kinds), missing])
     differences = np.empty(0) if values is None else (values[one] - values[two])[a & b]
     return counts, differences[np.isfinite(differences)]
@@ -268,8 +269,8 @@ def _count_pair(
 def _correct_by_holm(pairs: list[Pair]) -> list[Pair]:
     """Return the pairs with p-values corrected by the step-down method of Holm."""
     order = np.argsort([pair.p for pair in pairs], kind="stable")
-    raised = np.array([pairs[i].p for i in order]) * np.arange(len(pairs), 0, -1)
-    corrected = np.minimum(np.maximum.accumulate(raised), 1.0)
+    multiplied = np.array([pairs[i].p for i in order]) * np.arange(len(pairs), 0, -1)
+    corrected = np.minimum(np.maximum.accumulate(multiplied), 1.0)
     result = list(pairs)
     for i, p in zip(order, corrected, strict=True):
         result[i] = replace(pairs[i], p_holm=float(p))

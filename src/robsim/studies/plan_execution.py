@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.free_memory import get_free_memory
 from robsim.studies.result_columns import MEASURE_BYTES, RUN_BYTES, Columns, empty_columns
 from robsim.studies.row_simulator import ChunkResult, RowSimulator, StopRequest
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_store import StudyStore
 
 Progress = Callable[[float], None]
-CHECKED_STARTS = 32  # draws and combinations of values that are checked before anything runs
+CHECKED_STARTS = 32  # draws and combinations of values that are checked before the simulation
 Chunk = tuple[int, int]  # first run, and last run (exclusive)
 
 
@@ -27,7 +27,7 @@ class MemorySink:
 
     runs: int
     measures: bool = False
-    done: Any = field(init=False)
+    done: NDArray[np.bool_] = field(init=False)
     columns: Columns = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class MemorySink:
             self.columns[name][first:last] = values
         self.done[first:last] = True
 
-    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+    def facts(self, plan: Plan) -> tuple[Codes, Columns]:
         """Return the numbers of the finished runs, and their columns."""
         if self.done.all():
             return np.arange(self.runs), self.columns
@@ -95,10 +95,7 @@ def count_done(sink: StudySink, plan: Plan) -> int:
 
 
 def check_plan(plan: Plan) -> None:
-    """Check a plan before it runs.
-
-    Raises InputError if an enumerated value is invalid, or no start of the first draws is accepted.
-    """
+    """Raise InputError if an enumerated value is invalid, or all first starts are rejected."""
     rows = RowSimulator(plan)
     cells = [plan.cells_of([axis.name])[:CHECKED_STARTS] for axis in plan.in_turn]
     for part in rows.parts(np.unique(np.concatenate([plan.cells_of([]), *cells]))):

@@ -42,13 +42,8 @@ RUN_BYTES = 120  # memory of the results of a run
 MEASURE_BYTES = 104  # memory of the standard measures of a run
 TABLE_BYTES = 400  # memory of a run while the table is made
 Columns = dict[str, Any]
-COMMON_MEASURES = (
-    "time",
-    "pixel_error",
-    "distance_to_goal",
-    "angle_to_goal",
-    "path_length",
-)  # measures in all tables
+# measures in all tables
+COMMON_MEASURES = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length")
 
 
 def varied_columns(plan: Plan, runs: Codes) -> Columns:
@@ -69,11 +64,11 @@ def varied_columns(plan: Plan, runs: Codes) -> Columns:
 
 
 def empty_columns(plan: Plan) -> Columns:
-    """Return the columns of no runs."""
+    """Return the result columns of a study without finished runs."""
     kinds = {"outcome": np.int8, "began": np.bool_, "start_tries": np.int64}
-    gone = {"run", "draw", *(() if plan.start else ("start_tries",))}
+    absent = {"run", "draw", *(() if plan.start else ("start_tries",))}
     return {
-        n: np.empty(0, dtype=kinds.get(n, np.float64)) for n in COLUMN_MEANINGS if n not in gone
+        n: np.empty(0, dtype=kinds.get(n, np.float64)) for n in COLUMN_MEANINGS if n not in absent
     }
 
 
@@ -96,7 +91,7 @@ def make_table(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
 
 
 def collect_facts(loop: Loop) -> Columns:
-    """Return the results (runs,) of runs: quantities of their start and of their end."""
+    """Return the results (runs,) of a simulation: quantities of the starts and of the ends."""
     results, controller = end_variables.make_end_variables(loop), loop.controller
     q0, s_goal = move_runs_last(loop.q0, 1), controller.s_goal.T[:, None]
     with np.errstate(all="ignore"):  # failed runs

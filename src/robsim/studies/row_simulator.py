@@ -34,7 +34,7 @@ CACHE_SIZE = 100  # most cached variants
 
 
 class StopRequest(Exception):
-    """A stop during a simulation of runs; these runs have no results."""
+    """The user stopped a simulation; its runs have no results."""
 
 
 class ChunkResult(NamedTuple):
@@ -64,7 +64,7 @@ class RowSimulator:
     def simulate(self, first: int, last: int) -> ChunkResult:
         """Simulate the runs from `first` to `last` (exclusive), and return their results.
 
-        Raises Stopped after a stop.
+        Raises StopRequest after a stop.
         """
         runs = np.arange(first, last)
         draws = np.unique(runs // self.plan.cells)
@@ -96,9 +96,10 @@ class RowSimulator:
     def _with_numbers(
         self, variant: Experiment, runs: Codes, at: Codes
     ) -> Iterator[ExperimentPart]:
-        """Yield the variant with varied numbers, or one experiment for each number.
+        """Yield the variant with the numbers of the runs.
 
-        Numbers that one experiment cannot vary from run to run get an experiment of their own.
+        One experiment varies its numbers from run to run if it can. Each value of the other numbers
+        has a separate experiment.
         """
         numbers = {a.name: self._numbers(a, runs[at]) for a in self.plan.axes if a.is_number}
         per_run = {name: x for name, x in numbers.items() if is_batchable(variant, name, x)}
@@ -147,8 +148,7 @@ class RowSimulator:
     def begin(self, draws: Codes, q0: Array) -> NDArray[np.bool_]:
         """Return whether starts (draws, nq) see their target and are within the limits.
 
-        Starts are checked with the samples of their draw, in every true scene of the enumerated
-        values.
+        A start is checked in the scenes of its draw, for every enumerated value of the true scene.
         """
         accepted = np.ones(len(draws), dtype=bool)
         for cell in self.plan.true_scene_cells:
@@ -190,7 +190,7 @@ class RowSimulator:
         return loop
 
     def _template(self, experiment: Experiment) -> BatchTemplate | None:
-        """Return the parts that all experiments of a variant share, made once."""
+        """Return the parts that all experiments of a variant share, from the cache."""
         if not experiment.varied:
             return None
         parts = experiment.sensing, experiment.actuation
@@ -198,17 +198,17 @@ class RowSimulator:
         return _get_cached(self._templates, key, lambda: (BatchTemplate(experiment), experiment))[0]
 
 
-def _get_cached(known: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
-    """Return the cached value of a key, which is made on first use."""
-    if key not in known:
-        if len(known) >= CACHE_SIZE:
-            known.clear()
-        known[key] = make()
-    return known[key]
+def _get_cached(cache: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
+    """Return the cached value of a key; `make` computes it on first use."""
+    if key not in cache:
+        if len(cache) >= CACHE_SIZE:
+            cache.clear()
+        cache[key] = make()
+    return cache[key]
 
 
 def _apply_values(base: Experiment, values: dict[str, Any]) -> Experiment:
-    """Return an experiment with other values under some names, in the order of their depth."""
+    """Return an experiment with other values under some names; outer names are set first."""
     ordered = sorted(values.items(), key=lambda each: each[0].count("."))
     return base.at(dict(ordered)) if values else base
 
@@ -236,7 +236,7 @@ def _to_number_or_array(value: Any) -> Any:
 
 
 class _IgnoreRankWarnings(warnings.catch_warnings):
-    """Context that ignores rank warnings, which were given when the study was planned."""
+    """Context that ignores rank warnings; the check of the plan gives them."""
 
     def __enter__(self) -> None:
         super().__enter__()

@@ -19,7 +19,7 @@ from robsim.statistics.association import correlation_ratio, ranks, spearman
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
-from robsim.studies.table_columns import Among
+from robsim.studies.table_columns import Among, StudyData
 
 FEWEST_RUNS = 20  # least number of runs
 MOST_BINS, RUNS_PER_BIN = 10, 10  # most bins of a number, and least runs in each
@@ -46,7 +46,7 @@ class Effect:
     """
 
     name: str
-    kind: str  # "number" or "choice"
+    kind: str
     groups: int
     eta: Estimate
     rho: Estimate
@@ -109,7 +109,7 @@ class Sensitivity(TabularValue):
 
 
 def compute_sensitivity(
-    study: Any,
+    study: StudyData,
     of: str = "converged",
     names: Sequence[str] | str | None = None,
     *,
@@ -120,9 +120,9 @@ def compute_sensitivity(
 
     Each column has a correlation ratio, which detects dependences of any shape. Columns of numbers
     also have Spearman's rank correlation, which shows the direction (see
-    `robsim.statistics.association`). Each column is examined alone: effects of combinations are not
-    detected. Runs of the same draw are not independent; for a column that is constant within each
-    draw, the draws are counted.
+    `robsim.statistics.association`). Each column is examined alone; interactions between columns
+    are not detected. Runs of the same draw are not independent; for a column that is constant
+    within each draw, the draws are counted.
 
     Parameters
     ----------
@@ -249,8 +249,9 @@ def _average_by_draw(
 ) -> tuple[NDArray[Any], Array]:
     """Return a column and the dependent values of independent rows.
 
-    If the column is constant within each draw, both are averaged over the runs of a draw: otherwise
-    the variation by enumerated values would hide its effect. Other columns keep all rows.
+    If the column is constant within each draw, both are averaged over the runs of a draw. Otherwise
+    the enumerated values would scatter the results and hide the effect of the column. Other columns
+    keep all rows.
     """
     here, depends = column[rows], values[rows]
     if not len(here):

@@ -22,7 +22,7 @@ FOCAL_FACTOR = 10.0  # a focal length below this number is a factor, as in `Scen
 
 @dataclass(frozen=True, eq=False)
 class StudyAxis:
-    """A varied name with its values, enumerated or random, or with a sampler of numbers."""
+    """A varied name with its enumerated values, its random choice of values, or its sampler."""
 
     name: str
     values: dict[str, Any] | None
@@ -59,7 +59,7 @@ class StudyAxis:
         return np.asarray(self.nominal * sampled if self.factor else self.nominal + sampled)
 
     def check(self, experiment: Experiment, numbers: Array) -> StudyAxis:
-        """Check the least and the largest of some numbers, and return the axis that stores them.
+        """Check the smallest and the largest of some numbers, and store them in the returned axis.
 
         Raises InputError or FileError with the invalid number.
         """
@@ -82,13 +82,15 @@ def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
     unit = get_unit_at(experiment, name)
     subject = f"vary: {name}"
     sampler = value if isinstance(value, Choice) else None
-    values = assign_labels(value.values, subject) if sampler else parse_value_list(value, subject)
+    values = (
+        assign_labels(tuple(value.values), subject) if sampler else parse_value_list(value, subject)
+    )
     if values is not None:
         return _make_value_axis(experiment, StudyAxis(name, None, sampler, unit=unit), *values)
     if not isinstance(value, Sampler) or isinstance(value, type):
         raise InputError(
-            f"{subject}: expected a sampler such as rs.samplers.Uniform(low, high), or a list of values, "
-            f"got {format_value(value)}"
+            f"{subject}: expected a sampler such as rs.samplers.Uniform(low, high), or a list of "
+            f"values, got {format_value(value)}"
         )
     try:
         return _make_number_axis(experiment, StudyAxis(name, None, value, unit=unit))
@@ -101,7 +103,7 @@ def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
 
 
 def _make_value_axis(
-    experiment: Experiment, axis: StudyAxis, values: dict[str, Any], named: bool
+    experiment: Experiment, axis: StudyAxis, values: dict[str, Any], has_labels: bool
 ) -> StudyAxis:
     """Return an axis of values that are all valid; numbers are converted to SI units."""
     numeric = axis.name.endswith(".focal") and all(map(_is_real_number, values.values()))
@@ -114,7 +116,7 @@ def _make_value_axis(
         numbers = [get_number_at(experiment.at(axis.name, x), axis.name) for x in values.values()]
         if all(x.ndim == 0 for x in numbers):
             values = dict(zip(values, map(float, numbers), strict=True))
-    return replace(axis, values=values, has_labels=named)
+    return replace(axis, values=values, has_labels=has_labels)
 
 
 def _check_own_belief(
@@ -151,7 +153,7 @@ def _is_real_number(value: Any) -> bool:
 
 
 def _draws_factors(sampler: Any) -> bool:
-    """Return whether the samples of a focal length are too small for pixels."""
+    """Return whether samples of a focal length are factors: they are too small for pixels."""
     shape = tuple(sampler.shape)
     probe = RandomNumbers(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
     return bool(np.abs(sampler.drawn(probe, shape)).max() < FOCAL_FACTOR)

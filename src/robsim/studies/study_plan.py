@@ -1,4 +1,4 @@
-"""The plan of a study: its runs, and the differences between them."""
+"""The plan of a study: the draws, the varied names and their values for each run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robsim.studies.samplers import Uniform, count_given_values, is_sobol
 from robsim.studies.study_axes import StudyAxis, make_axis
 
 MOST_RUNS = 10**12
-CHECKED_DRAWS = 200_000  # draws with samples that are checked before anything runs
+CHECKED_DRAWS = 200_000  # draws with samples that are checked before the simulation
 MOST_CELLS = 100_000  # combinations of enumerated values
 Codes = NDArray[np.int64]
 START_NAME = "start"  # name of the random numbers of starts
@@ -59,7 +59,7 @@ class Plan:
         return math.prod(len(axis.values or ()) for axis in self.in_turn)
 
     def cells_of(self, names: Iterable[str]) -> Codes:
-        """Return the combinations with the first value for all other names."""
+        """Return the combinations of the named values, with the first value for all other names."""
         cells = np.arange(self.cells)
         for axis in self.in_turn:
             if axis.name not in names:
@@ -194,8 +194,8 @@ def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None
         return base.with_(start=None), start, None
     if isinstance(start, type) or hasattr(start, "drawn"):
         raise InputError(
-            "start: expected starts (nq,) or (B, nq), rs.samplers.Uniform(low, high), or a sampler of poses "
-            f"such as rs.starts.LookAt(...), got {format_value(start)}"
+            "start: expected starts (nq,) or (B, nq), rs.samplers.Uniform(low, high), or a sampler "
+            f"of poses such as rs.starts.LookAt(...), got {format_value(start)}"
         )
     q0 = base.start if start is None else check_starts(base.scene, start, "start")
     if np.ndim(q0) > 1:

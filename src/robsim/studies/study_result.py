@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -28,10 +28,10 @@ from robsim.studies.paired_comparison import PairedComparison, compare_paired
 from robsim.studies.result_columns import TABLE_BYTES, Columns, make_table
 from robsim.studies.row_simulator import RowSimulator
 from robsim.studies.sensitivity import Sensitivity, compute_sensitivity
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_store import TRACKS, encode_parquet
 from robsim.studies.study_text import format_plan
-from robsim.studies.table_columns import get_column, group_column, read_numbers
+from robsim.studies.table_columns import Among, get_column, group_column, read_numbers
 from robsim.studies.trajectory_store import TrajectoryStore
 
 
@@ -49,8 +49,8 @@ class StudyResult:
         Folder of the store, if any.
     table : DataFrame
         Number of the run and of its draw, varied values, start (m, rad), and results; see
-        `robsim.studies.result_columns.COLUMN_MEANINGS`. Runs with `began` false are not counted:
-        their start does not see the target, or exceeds a joint limit.
+        `robsim.studies.result_columns.COLUMN_MEANINGS`. Runs with `began` false are not counted: at
+        their start the target is not seen, or a joint is beyond its limits.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class StudyResult:
     """
 
     plan: Plan
-    _read: Any = field(repr=False)  # returns (runs, columns)
+    _read: Callable[[], tuple[Codes, Columns]] = field(repr=False)
     folder: Path | None = None
 
     @property
@@ -76,13 +76,12 @@ class StudyResult:
         return len(self.runs) == self.plan.runs
 
     @cached_property
-    def _facts(self) -> tuple[Any, Columns]:
+    def _facts(self) -> tuple[Codes, Columns]:
         """The numbers of the finished runs, and their columns."""
-        result: tuple[Any, Columns] = self._read()
-        return result
+        return self._read()
 
     @property
-    def runs(self) -> Any:
+    def runs(self) -> Codes:
         """The numbers (n,) of the finished runs."""
         return self._facts[0]
 
@@ -98,7 +97,7 @@ class StudyResult:
         return make_table(self.plan, *self._facts)
 
     def counts(self, by: str | None = None) -> OutcomeCounts:
-        """Return the counted outcomes with intervals, in total or by the values of a column.
+        """Return the counted outcomes with intervals, in total or for each value of a column.
 
         Parameters
         ----------
@@ -132,7 +131,7 @@ class StudyResult:
 
     @property
     def visible(self) -> Estimate | None:
-        """The share of the random starts that were accepted; None if no starts were drawn."""
+        """The share of accepted random starts; None if the study has no random starts."""
         tries = self._tries()
         return None if tries is None else estimate_share(*tries)
 
@@ -142,10 +141,10 @@ class StudyResult:
         if "start_tries" not in facts:
             return None
         _, draw, count = np.unique(runs // self.plan.cells, return_inverse=True, return_counts=True)
-        will_do = np.bincount(draw, facts["began"].astype(float)) == count
+        accepted = np.bincount(draw, facts["began"].astype(float)) == count
         tries = np.zeros(len(count), dtype=np.int64)
         tries[draw] = facts["start_tries"]
-        return int(will_do.sum()), int(tries.sum())
+        return int(accepted.sum()), int(tries.sum())
 
     def of_run(self, number: int) -> Experiment:
         """Return the experiment of one run, with its start and its noise.
@@ -189,7 +188,7 @@ class StudyResult:
         Warns
         -----
         ReplayWarning
-            If the run ends otherwise than before.
+            If the new run has another outcome, end time, final distance or path length.
         """
         one = self.of_run(number)
         run: xr.Dataset = one.run()
@@ -225,13 +224,13 @@ class StudyResult:
         by: str = "task",
         measure: str | None = "end_time",
         *,
-        where: Mapping[str, Any] | None = None,
+        where: Mapping[str, object] | None = None,
         level: float = 0.95,
     ) -> PairedComparison:
         """Compare the values of a column on the same draws; see `robsim.studies.paired_comparison`.
 
-        For each pair of values: McNemar's exact test, the difference of the shares that converged,
-        and the median difference of a measure, with intervals.
+        Each pair of values has McNemar's exact test, the difference of the converged shares, and
+        the median difference of a measure, with intervals.
 
         Parameters
         ----------
@@ -252,9 +251,15 @@ class StudyResult:
         return compare_paired(self.rows(where), by, measure, level=level)
 
     def sensitivity(
-        self, of: str = "converged", *, where: Mapping[str, Any] | None = None, **how: Any
+        self,
+        of: str = "converged",
+        *,
+        where: Mapping[str, object] | None = None,
+        names: Sequence[str] | str | None = None,
+        among: Among | None = None,
+        level: float = 0.95,
     ) -> Sensitivity:
-        """Return how much convergence or a measure depends on each varied number and choice.
+        """Return the dependence of convergence or of a measure on each varied number and choice.
 
         Parameters
         ----------
@@ -262,17 +267,22 @@ class StudyResult:
             "converged", or a column of numbers.
         where : mapping of str to object, optional
             Values of other columns that select runs.
-        **how
-            Further arguments of `robsim.studies.sensitivity.compute_sensitivity`.
+        names : str or sequence of str, optional
+            Columns to examine. Default: the varied names, and the start's distance and angle from
+            the goal.
+        among : {"converged", "began"}, optional
+            Runs that count. Default for measures: the converged runs.
+        level : float, default 0.95
+            Level of the intervals.
 
         Returns
         -------
         Sensitivity
             Correlation measures, largest first; printed as a table.
         """
-        return compute_sensitivity(self.rows(where), of, **how)
+        return compute_sensitivity(self.rows(where), of, names, among=among, level=level)
 
-    def rows(self, where: Mapping[str, Any] | None = None) -> pd.DataFrame:
+    def rows(self, where: Mapping[str, object] | None = None) -> pd.DataFrame:
         """Return the rows of the table with the given values in other columns.
 
         Parameters
@@ -353,7 +363,10 @@ class StudyResult:
 
     @property
     def text(self) -> str:
-        """The TOML text of the study for `robsim study`; InputError if it contains Python code."""
+        """The TOML text of the study, for `robsim study`.
+
+        Raises InputError if the study contains Python code.
+        """
         return format_plan(self.plan)
 
     @property
@@ -369,8 +382,8 @@ class StudyResult:
     def converged(self) -> Estimate:
         """Return the share of converged runs among the runs that began."""
         runs, facts = self._facts
-        began, arrived = facts["began"], facts["outcome"] == Outcome.CONVERGED
-        return estimate_clustered_share(arrived[began], runs[began] // self.plan.cells)
+        began, has_converged = facts["began"], facts["outcome"] == Outcome.CONVERGED
+        return estimate_clustered_share(has_converged[began], runs[began] // self.plan.cells)
 
 
 def _format_fact(name: str, value: Any) -> str:

@@ -23,7 +23,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import VERSION
 from robsim.studies.result_columns import Columns, empty_columns, make_table
 from robsim.studies.row_simulator import ChunkResult
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_text import format_plan, read_plan
 from robsim.studies.trajectory_store import TrajectoryStore, count_trajectory_bytes
 
@@ -50,7 +50,10 @@ class StudyStore:
     folder: Path
 
     def begin(self, plan: Plan, resume: bool) -> None:
-        """Write the description of the study; FileError or InputError if another is there."""
+        """Write the description of the study.
+
+        Raises FileError or InputError if the folder holds another study or has too little space.
+        """
         import_pyarrow()
         text = make_exact_text(plan)
         if not self.is_there and self.parts():
@@ -123,17 +126,17 @@ class StudyStore:
     def put(self, plan: Plan, first: int, last: int, result: ChunkResult) -> None:
         """Write the rows of some runs; raise FileError and leave no file if that fails.
 
-        Instants are written first: without its rows they are not read.
+        Instants are written first: a reader ignores instants without rows.
         """
         if plan.trajectories:
             TrajectoryStore(self.folder / TRACKS).put(plan, first, result.tracks)
         rows = encode_parquet(make_table(plan, np.arange(first, last), result.facts))
         write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
 
-    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+    def facts(self, plan: Plan) -> tuple[Codes, Columns]:
         """Return the numbers of the finished runs, and their columns."""
         pa, pq = import_pyarrow()
-        runs: list[Any] = []
+        runs: list[Codes] = []
         parts: list[Columns] = []
         for part in self.parts():
             with convert_os_errors(part.path, "read"):
@@ -189,7 +192,8 @@ def make_exact_text(plan: Plan) -> str:
     again = read_plan(Experiment.from_text(text))
     if again.experiment != plan.experiment or format_plan(again) != text:
         raise InputError(
-            "no text describes this study exactly, which a store needs: run it without a store"
+            "no text describes this study exactly, and a store needs such a text: run it without a "
+            "store"
         )
     for axis, other in zip(plan.axes, again.axes, strict=True):
         pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
@@ -234,6 +238,6 @@ def import_pyarrow() -> tuple[Any, Any]:
         import pyarrow.parquet
     except ImportError:
         raise InputError(
-            "a store, and Parquet, need PyArrow: pip install 'robsim[store]'"
+            "stores and Parquet files need PyArrow: pip install 'robsim[store]'"
         ) from None
     return pyarrow, pyarrow.parquet

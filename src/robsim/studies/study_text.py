@@ -66,7 +66,7 @@ def is_sampler_table(raw: Raw) -> bool:
 
 
 def _flatten_names(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return dotted names as single keys; names without quotes are nested tables."""
+    """Return dotted names as single keys; names without quotes are nested tables in TOML."""
     names: dict[str, Any] = {}
     for key, value in raw.items():
         name = f"{prefix}{key}"
@@ -145,7 +145,7 @@ def format_plan(plan: Plan) -> str:
 
 
 def _write_axis(experiment: Experiment, axis: StudyAxis, c: Context) -> Any:
-    """Return an axis in the form of a text: objects as tables, with their labels."""
+    """Return the values of an axis as in a TOML text: objects as tables, with their labels."""
     if axis.values is None:
         return axis.sampler
     raw = [_write_axis_value(experiment, axis.name, value, c) for value in axis.values.values()]
@@ -155,7 +155,7 @@ def _write_axis(experiment: Experiment, axis: StudyAxis, c: Context) -> Any:
 
 
 def _write_axis_value(experiment: Experiment, name: str, value: Any, c: Context) -> Raw:
-    """Return a value at a name in the form of a text."""
+    """Return a value at a name as in a TOML text."""
     if is_toml_value(value):
         return value
     if isinstance(value, np.ndarray | tuple | list):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -30,6 +30,18 @@ MOST_GROUPS = 30  # most distinct values of a choice
 Among = Literal["converged", "began"]
 
 
+class TabularStudy(Protocol):
+    """Protocol of a study: an object with a table of its runs."""
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The table with a row for each run."""
+        ...
+
+
+StudyData: TypeAlias = TabularStudy | pd.DataFrame  # a study, or its table
+
+
 class ColumnGroups(NamedTuple):
     """The distinct values of a column as texts, and the index of each row; -1 for none."""
 
@@ -37,7 +49,7 @@ class ColumnGroups(NamedTuple):
     which: NDArray[np.intp]
 
 
-def get_table(study: Any) -> pd.DataFrame:
+def get_table(study: StudyData) -> pd.DataFrame:
     """Return the table of a study, or a table itself, with one row for each run.
 
     Raises InputError if it is neither, lacks a required column, or has no rows.
@@ -93,9 +105,8 @@ def read_numbers(table: pd.DataFrame, name: str) -> Array:
 def group_column(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> ColumnGroups:
     """Return the distinct values of a column, numbers in ascending order.
 
-    Other values keep the order of their first appearance.
-
-    Raises InputError if the column does not exist, is empty, or has more than `most` values.
+    Other values keep the order of their first appearance. Raises InputError if the column does not
+    exist, is empty, or has more than `most` values.
     """
     try:
         index, values = pd.factorize(get_column(table, name), sort=is_number_column(table, name))
@@ -134,7 +145,7 @@ def read_outcomes(table: pd.DataFrame) -> NDArray[np.int64]:
                 f"column 'outcome': no outcome {label!r}; {suggest_names(label, known, '')}"
             )
     if (index < 0).any():
-        raise InputError("column 'outcome' has gaps: every run has an outcome")
+        raise InputError("column 'outcome' has missing values: expected an outcome in every row")
     return np.array([int(known[label]) for label in labels])[index]
 
 
@@ -200,7 +211,7 @@ def get_unit(table: pd.DataFrame, name: str) -> str:
 
 
 def check_column_names(names: Any, subject: str) -> Sequence[str]:
-    """Return names of columns as a sequence; a single text is one name. Or InputError."""
+    """Return names of columns as a sequence; raise InputError if there are none."""
     sequence = [names] if isinstance(names, str) else names
     if not isinstance(sequence, list | tuple) or not sequence:
         raise InputError(f"{subject}: expected names of columns, got {format_value(names)}")

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from robsim.base.arrays import Array
 from robsim.base.atomic_files import convert_os_errors, make_draft_path
 from robsim.base.errors import InputError
 from robsim.run.run_checks import count_periods
 from robsim.studies.result_columns import Columns
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 
 CHUNK_RUNS = 256  # runs in one chunk of an array
 DIMENSIONS = {"q": ("run", "time", "coordinate"), "qd": ("run", "time", "velocity")}
@@ -33,7 +34,7 @@ class TrajectoryStore:
             for name, values in arrays.items():
                 group[name][first : first + len(values)] = values
 
-    def open(self, runs: Any) -> xr.Dataset:
+    def open(self, runs: Codes) -> xr.Dataset:
         """Return the instants of the runs with rows, read on demand."""
         import_zarr()
         with convert_os_errors(self.path, "read"):
@@ -41,7 +42,7 @@ class TrajectoryStore:
         return data.isel(run=runs).assign_coords(run=runs)
 
     def _group(self, plan: Plan, arrays: Columns) -> Any:
-        """Return the group, which is created atomically with all its arrays."""
+        """Return the group; the first call creates it atomically, with all its arrays."""
         zarr_module = import_zarr()
         if not self.path.exists():
             draft = make_draft_path(self.path)
@@ -66,10 +67,11 @@ class TrajectoryStore:
         group.create_array("time", shape=time.shape, **options)[:] = time
 
 
-def list_kept_times(plan: Plan) -> Any:
+def list_kept_times(plan: Plan) -> Array:
     """Return the times (s) of the stored instants."""
     one, every = plan.experiment, plan.trajectories or 1
-    return np.arange(0, count_periods(one.dt, one.duration) + 1, every) * one.dt
+    steps = np.arange(0, count_periods(one.dt, one.duration) + 1, every)
+    return np.asarray(steps * one.dt, dtype=np.float64)
 
 
 def count_trajectory_bytes(plan: Plan) -> int:
@@ -81,7 +83,7 @@ def count_trajectory_bytes(plan: Plan) -> int:
 def import_zarr() -> Any:
     """Import Zarr; raise InputError if it is not installed."""
     try:
-        import zarr as found
+        import zarr
     except ImportError:
         raise InputError("trajectories need Zarr: pip install 'robsim[store]'") from None
-    return found
+    return zarr

@@ -21,8 +21,18 @@ LabelledValues = tuple[dict[str, Any], bool]  # values by label, and whether the
 class Grid(RangeSampler):
     """Evenly spaced numbers from low to high, each combined with every draw.
 
+    Raises
+    ------
+    InputError
+        If `low` or `high` is no single number, `low` is above `high`, or `low` is not positive with
+        `log`.
+
+    Examples
+    --------
     >>> Grid(0.0, 1.0, 5).values
     (0.0, 0.25, 0.5, 0.75, 1.0)
+    >>> Grid(1.0, 100.0, 3, log=True).values
+    (1.0, 10.0, 100.0)
     """
 
     count: Annotated[int, Integer(1, MOST_VALUES), "Number of values."] = 10
@@ -31,15 +41,16 @@ class Grid(RangeSampler):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.shape:
-            raise InputError("Grid: low and high are one number each")
-        if self.log and self.low <= 0:
-            raise InputError(f"Grid: with log, low is above 0, got {float(self.low):g}")
+            raise InputError("Grid: expected one number for low and one for high")
+        low, _ = self._bounds
+        if self.log and low <= 0:
+            raise InputError(f"Grid: with log, expected low above 0, got {float(low):g}")
 
     @property
     def values(self) -> tuple[float, ...]:
         """The numbers."""
-        space = np.geomspace if self.log else np.linspace
-        return tuple(space(self.low, self.high, self.count).tolist())
+        space, (low, high) = np.geomspace if self.log else np.linspace, self._bounds
+        return tuple(space(low, high, self.count).tolist())
 
 
 def parse_value_list(axis: Any, subject: str) -> LabelledValues | None:
@@ -74,7 +85,7 @@ def _check_labels(values: dict[Any, Any], subject: str) -> dict[str, Any]:
 
 
 def generate_labels(values: tuple[Any, ...]) -> dict[str, Any]:
-    """Return values by generated labels, as short as distinguishes them.
+    """Return values by generated labels, the shortest that distinguish them.
 
     >>> list(generate_labels(({"kind": "ibvs"}, {"kind": "ibvs", "gain": 2.0}, {"kind": "pbvs"})))
     ['ibvs', 'ibvs gain=2', 'pbvs']

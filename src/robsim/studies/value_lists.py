@@ -1,12 +1,13 @@
-"""Lists of values of a varied name: numbers, texts as in a file, tables, or objects."""
+"""Lists of values of a varied name: numbers, TOML texts, tables, or objects."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import has_items
 from robsim.base.errors import InputError, format_value
@@ -14,6 +15,9 @@ from robsim.base.value import make_hashable
 from robsim.declare.spec import Context, Raw, Spec
 
 MOST_VALUES = 10_000
+
+# values of a varied name, or values by label
+Values = Sequence[object] | Mapping[str, object] | NDArray[np.generic]
 
 
 def check_values(value: Any, subject: str, *, twice: bool = False) -> tuple[Any, ...]:

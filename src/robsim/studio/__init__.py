@@ -1,1 +1,1 @@
-"""The studio: a live simulation that browser pages show and change."""
+"""The studio: a live simulation that pages in a browser show and change."""

@@ -10,9 +10,9 @@ from robsim.declare.controls import Control
 
 
 def check_control_value(control: Control, value: Any) -> Any:
-    """Return a value that fits the form of a control; raise InputError for other values.
+    """Return a value from a page; raise InputError unless it has the form of the control.
 
-    The declaration of the control checks the bounds later.
+    The bounds of the value are checked later, by the declaration of the control.
     """
     fits, words = _FORMS[control.form]
     if not fits(control, value):
@@ -32,8 +32,8 @@ def is_json_integer(value: Any) -> bool:
 
 def _is_number_row(control: Control, value: Any) -> bool:
     """Return whether a value is a list with one number for each name of the control."""
-    listed = isinstance(value, list) and len(value) == len(control.names)
-    return listed and all(map(is_json_number, value))
+    is_list = isinstance(value, list) and len(value) == len(control.names)
+    return is_list and all(map(is_json_number, value))
 
 
 _FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
@@ -41,5 +41,5 @@ _FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
     "whole": (lambda control, value: is_json_integer(value), "a whole number"),
     "flag": (lambda control, value: isinstance(value, bool), "true or false"),
     "choice": (lambda control, value: is_known_name(value, control.options), "one of its options"),
-    "numbers": (_is_number_row, "as many numbers as it has names"),
+    "numbers": (_is_number_row, "one number for each of its names"),
 }

@@ -20,8 +20,8 @@ def build_download(
 ) -> tuple[str, bytes] | None:
     """Return media type and content of a file, or None if there is no such file.
 
-    The files are experiment.toml, experiment.py, run.nc and run.html. The run is the run of the
-    experiment with all changes, from its start.
+    The files are experiment.toml, experiment.py, run.nc and run.html. The run is simulated from the
+    start of the experiment, with all changes.
     """
     if name == "experiment.toml":
         return "application/toml", experiment.text.encode()
@@ -57,11 +57,11 @@ def format_python_code(experiment: Experiment, changes: Mapping[str, Any]) -> st
 
 
 def _format_loading_code(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
-    """Return lines that load the experiment from its file; none if the file differs."""
+    """Return lines of code that load the experiment from its file; none if the file differs."""
     path = Path(experiment.source).resolve()
     try:
-        read = load_scenario(path) if experiment.source else None
-        if read is None or (read.at(changes) if changes else read) != experiment:
+        loaded = load_scenario(path) if experiment.source else None
+        if loaded is None or (loaded.at(changes) if changes else loaded) != experiment:
             return []
     except RobSimError:
         return []
@@ -72,7 +72,7 @@ def _format_loading_code(experiment: Experiment, changes: Mapping[str, Any]) -> 
 
 
 def _format_text_literal(experiment: Experiment) -> str:
-    """Return the text as a Python literal, one line of code for each line."""
+    """Return the text of an experiment as a Python literal, one line of code for each line."""
     lines = experiment.text.splitlines(keepends=True)
     return "\n".join(["(", *(f"    {line!r}" for line in lines), ")"])
 

@@ -1,4 +1,4 @@
-"""Handles: poses that a user may drag in the scene, and the resulting changes."""
+"""Handles: poses that a user can drag in the scene, and the resulting changes."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from robsim.base.errors import InputError, format_value
 from robsim.declare.controls import Control
 from robsim.geometry.pose import Pose
 from robsim.page.recording_frames import convert_poses_to_numbers
+from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
 from robsim.studio.control_values import is_json_number
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,14 +30,14 @@ RESTARTS = 8  # of inverse kinematics; few, for a quick response
 
 @dataclass(frozen=True)
 class Handle:
-    """A pose that a user may drag, relative to the frame of the figures.
+    """A pose that a user can drag, relative to the frame of the figures.
 
     Attributes
     ----------
     name : str
         "start", "goal", or the dotted name of a fixed body, such as "objects.plate".
     frame : str
-        Frame of the scene that is placed.
+        Frame of the scene at this pose.
     pose : list of 7 float
         Position and quaternion (x, y, z, w).
     """
@@ -47,14 +50,14 @@ class Handle:
 def list_handles(
     experiment: Experiment, controls: Mapping[str, Control], template: xr.Dataset
 ) -> list[Handle]:
-    """Return the handles of the fixed bodies, and of start and goal of the moving frame.
+    """Return the handles of the fixed bodies, and of the start and the goal of the moving frame.
 
-    `template` is a run of the experiment with its goal pose.
+    `template` is a run of the experiment; it stores the goal pose.
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
     handles = [
-        _build_handle(scene, name, thing.name, scene.pose(thing.name, q))
-        for name, thing in _list_fixed_bodies(scene)
+        _build_handle(scene, name, body.name, scene.pose(body.name, q))
+        for name, body in _list_fixed_bodies(scene)
     ]
     frame = str(template["goal_pose"].attrs.get("frame", "")) if "goal_pose" in template else ""
     if not frame or not _is_reachable_frame(scene, frame, q):
@@ -76,8 +79,8 @@ def compute_drag_changes(
     scene, q = experiment.scene, _read_start_configuration(experiment)
     T = scene.display.inv() @ _parse_dragged_pose(pose)
     if handle.name not in ("start", "goal"):
-        thing = dict(_list_fixed_bodies(scene))[handle.name]
-        return _build_pose_changes(controls, handle.name, scene.pose(thing.on, q).inv() @ T)
+        body = dict(_list_fixed_bodies(scene))[handle.name]
+        return _build_pose_changes(controls, handle.name, scene.pose(body.on, q).inv() @ T)
     goal = getattr(experiment.task, "goal", None)
     if handle.name == "goal" and isinstance(goal, GoalPose):
         return _build_pose_changes(
@@ -104,25 +107,25 @@ def _read_start_configuration(experiment: Experiment) -> Array:
     return np.asarray(np.atleast_2d(start)[0])
 
 
-def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Any]]:
-    """Yield dotted name and body of the objects and cameras that no robot moves."""
+def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCamera]]:
+    """Yield the dotted name and the body of each object and camera that no robot moves."""
     for kind in ("objects", "cameras"):
-        for thing in getattr(scene, kind):
-            if not scene.tree.carried(thing.name).any():
-                yield f"{kind}.{thing.name}", thing
+        for body in getattr(scene, kind):
+            if not scene.tree.carried(body.name).any():
+                yield f"{kind}.{body.name}", body
 
 
 def _parse_dragged_pose(value: Any) -> Pose:
-    """Return a pose given as a list of 7 numbers; raise InputError unless it is valid."""
-    listed = isinstance(value, list) and len(value) == 7 and all(map(is_json_number, value))
-    if not listed or max(map(abs, value)) > FAR:
+    """Return the pose of a list of 7 numbers; raise InputError unless it is valid."""
+    is_list = isinstance(value, list) and len(value) == 7 and all(map(is_json_number, value))
+    if not is_list or max(map(abs, value)) > FAR:
         raise InputError(
-            f"a drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(value)}"
+            f"drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(value)}"
         )
     numbers = np.array(value, dtype=float)
     size = np.linalg.norm(numbers[3:])
     if not 0.5 < size < 2.0:
-        raise InputError("a drag: the quaternion (x, y, z, w) must have length 1")
+        raise InputError("drag: the quaternion (x, y, z, w) must have length 1")
     return Pose.from_quaternion(numbers[:3], numbers[3:] / size)
 
 
@@ -133,7 +136,7 @@ def _build_pose_changes(controls: Mapping[str, Control], root: str, T: Pose) -> 
 
 
 def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:
-    """Return the pose T_c_o of the target in the camera if the moving frame is at T."""
+    """Return the pose T_c_o of the target in the camera when the moving frame is at T."""
     scene, task = experiment.scene, experiment.task
     eye, target = scene.camera(task.camera).name, scene.object(task.target).name
     T_w_c = T if frame == eye else scene.pose(eye, q)
@@ -141,12 +144,12 @@ def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Ar
     return T_w_c.inv() @ T_w_o
 
 
-def _find_carrier(scene: Scene, frame: str) -> tuple[Any, str]:
-    """Return the robot and the link that carry a frame; raise InputError if none does."""
-    things = {thing.name: thing.on for thing in scene.objects}
-    things |= {eye.name: eye.on for eye in scene.cameras}
-    while frame in things:
-        frame = things[frame]
+def _find_carrier(scene: Scene, frame: str) -> tuple[Robot, str]:
+    """Return the robot and the link that carry a frame; raise InputError without such a robot."""
+    carriers = {obj.name: obj.on for obj in scene.objects}
+    carriers |= {eye.name: eye.on for eye in scene.cameras}
+    while frame in carriers:
+        frame = carriers[frame]
     owner, _, link = frame.partition(".")
     robot = next((each for each in scene.robots if each.name == owner), None)
     if robot is None:
@@ -155,7 +158,7 @@ def _find_carrier(scene: Scene, frame: str) -> tuple[Any, str]:
 
 
 def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
-    """Return whether inverse kinematics can place a frame; it cannot place a vehicle."""
+    """Return whether inverse kinematics can place a frame; it cannot for a vehicle."""
     try:
         _solve_frame_pose(scene, frame, scene.pose(frame, q), q)
     except InputError:
@@ -166,8 +169,8 @@ def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
 def _solve_frame_pose(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
     """Return coordinates (nq,), near q, that place a frame at a pose in the world.
 
-    If the arm has too few joints for the pose, only the position is reached. Raise InputError if
-    the frame does not reach the pose.
+    If the pose is not reachable, the position alone is used, because the arm may have fewer than
+    six joints. Raise InputError if the position is not reachable either.
     """
     robot, link = _find_carrier(scene, frame)
     name = f"{robot.name}.{link}"
@@ -177,8 +180,8 @@ def _solve_frame_pose(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
     own = slice(first, first + robot.nq)
     T_b_l = T_w_b.inv() @ T_w_f @ T_l_f.inv()
     result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS)
-    if not result.success:  # an arm with fewer joints: reach the position alone
+    if not result.success:  # an arm with fewer joints: solve for the position alone
         result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS, mask="position")
     if not result.success:
-        raise InputError(f"{frame} does not reach there")
+        raise InputError(f"{frame} does not reach this pose")
     return np.concatenate([q[: own.start], result.q, q[own.stop :]])

@@ -1,10 +1,10 @@
-"""A run in progress, of an experiment that may be changed while it runs."""
+"""A run in progress of an experiment, which can be changed during the run."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,28 +17,28 @@ from robsim.run.simulation_dataset import compute_frame_motion
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 100_000  # stored instants
+MOST = 100_000  # largest number of stored instants
 
 
 class LiveRun:
-    """The instants of an experiment so far, and the simulation that continues them.
+    """The recorded instants of an experiment, and the simulation that continues them.
 
-    `past` are the instants of a run that is continued from its last one. Raise InputError if the
-    experiment cannot run from there, or is a mission.
+    If `past` are the instants of another run, the run continues from the last of them. Raise
+    InputError if the experiment cannot run from there, or is a mission.
 
     Attributes
     ----------
     segment : Experiment
-        The experiment that runs since `start_time` seconds, from the end of the past.
+        The experiment that has been running since `start_time` seconds, from the last past instant.
     template : xarray.Dataset
-        A run of one instant, with the variables of all instants.
+        A run with one instant, which has the variables of all instants.
     restarted : bool
-        Whether instants before the last one are no longer valid.
+        Whether the past instants were deleted.
     """
 
     def __init__(self, experiment: Experiment, past: Sequence[Instant] = (), segments: int = 0):
         start = {"start": past[-1].q} if past else {}
-        seed = (experiment.seed + segments) % 2**64  # each segment has other noise
+        seed = (experiment.seed + segments) % 2**64  # each segment has different noise
         self.segment = experiment.with_(**start, record="all", seed=seed)
         self._steps, self._segments = self.segment.steps(), segments
         self.start_time = past[-1].time if past else 0.0
@@ -64,7 +64,7 @@ class LiveRun:
 
     @property
     def full(self) -> bool:
-        """Whether no more instants are stored."""
+        """Whether the largest number of instants is stored."""
         return len(self.instants) >= MOST
 
     @property
@@ -73,7 +73,7 @@ class LiveRun:
         return self.now.outcome != Outcome.RUNNING or self.full
 
     def step(self) -> None:
-        """Store the next instant; after the end everything stands still while time goes on."""
+        """Store the next instant; after the end, store instants without motion."""
         if not self.ended:
             instant = next(self._steps)
             self.instants.append(replace(instant, time=self.start_time + instant.time))
@@ -85,8 +85,8 @@ class LiveRun:
     def continue_with(self, experiment: Experiment) -> LiveRun:
         """Return a run of another experiment that continues this one.
 
-        Filters, lags and delayed images start again. Past instants are kept if they have the same
-        variables. Raise InputError if the experiment cannot run from here.
+        Filters, lags and image delays start anew. The past instants are kept if both runs have the
+        same variables. Raise InputError if the experiment cannot run from here.
         """
         live = LiveRun(experiment, self.instants, self._segments + 1)
         if _list_table_columns(live.template) != _list_table_columns(self.template):
@@ -114,7 +114,7 @@ class LiveRun:
         return many.assign_coords(time=("time", np.array([each.time for each in instants])))
 
 
-def _list_table_columns(template: xr.Dataset) -> Any:
-    """Return the coordinates that must agree for instants of two experiments to share a table."""
+def _list_table_columns(template: xr.Dataset) -> list[list[str]]:
+    """Return the coordinates that must be equal in two runs to join their instants."""
     names = ("coordinate", "velocity", "feature_unit", "mark_camera", "mark_target")
     return [template[name].values.tolist() for name in names]

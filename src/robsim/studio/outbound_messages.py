@@ -2,14 +2,14 @@
 
 The messages, by type:
 
-* study: {"recording"}, the map of a study. It is sent first and never changes.
+* study: {"recording"}, the map of a study. It is sent first and does not change.
 * recording: {"recording", "live"}, all instants so far, as in a file.
-* rows: {"from", "recording"}, further instants from number "from" on.
-* controls: {"controls"}, the values that may be changed, with their declarations.
+* rows: {"from", "recording"}, the instants from number "from" on.
+* controls: {"controls"}, the values that a page can change, with their declarations.
 * gallery: {"entries"}, experiments to choose from.
-* texts: {"texts"}.
-* state: playing, speed, factor, outcome, ending, note, second, changes, handles, and the number of
-  the open run of the study.
+* texts: {"texts"}, texts by heading.
+* state: playing, speed, factor, outcome, ending, note, second, changes, handles, and run (the
+  number of the open run of the study).
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from robsim.studio.workbench import Workbench
 
 AFTER = ("texts", "state")  # types that are sent after the recording
-GOAL = ".goal"  # suffix of the names of goal arrays, which have no rows
+GOAL = ".goal"  # suffix of the names of goal arrays, which do not have a row for each instant
 FAST = 1  # compression level of a map; its numbers hardly repeat
-LONGEST = 300  # messages for a new page; more are joined into one
+LONGEST = 300  # largest number of messages for a new page; more are joined into one
 
 
 class OutboundMessages:
@@ -47,15 +47,15 @@ class OutboundMessages:
         if study:
             recording = encode_recording_text(study.header, study.arrays, set(), FAST)
             self._study.append(_encode_message("study", recording=recording))
-        self._kept: dict[str, str] = {}
+        self._latest: dict[str, str] = {}  # by type
         self._log: list[str] = []  # the message of the recording and of its further rows
-        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # their numbers and arrays
+        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first number, and arrays
         self._count = 0  # number of sent instants
-        self._revision = -1  # revision of the bench when they were sent
+        self._revision = -1  # revision of the bench when the last instants were sent
 
     def present(self) -> list[str | bytes]:
         """Return the messages that bring a page up to date."""
-        latest, log = self._kept, self._log
+        latest, log = self._latest, self._log
         late = [latest[kind] for kind in AFTER if kind in latest]
         early = [latest[kind] for kind in latest if kind not in AFTER]
         return [*self._study, *early, *log, *late]
@@ -63,18 +63,18 @@ class OutboundMessages:
     def news(
         self, session: Session, bench: Workbench | None, shelf: ScenarioShelf
     ) -> Iterator[str]:
-        """Yield the messages that pages lack."""
+        """Yield the messages that have not been sent yet."""
         if bench is not None:
             yield from self._list_bench_news(bench)
         yield from self._encode_if_new("gallery", entries=shelf.entries)
         yield from self._encode_if_new("state", **_build_session_state(session, bench))
 
     def _list_bench_news(self, bench: Workbench) -> Iterator[str]:
-        """Yield the messages about the experiment that pages lack."""
+        """Yield the messages about the experiment that have not been sent yet."""
         news, bench.news = bench.news, set()
         if "controls" in news:
-            listed = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
-            yield from self._encode_if_new("controls", controls=listed)
+            controls = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
+            yield from self._encode_if_new("controls", controls=controls)
         if "recording" in news:
             yield self._encode_whole(bench)
         elif bench.pair is not None:
@@ -89,7 +89,7 @@ class OutboundMessages:
         self._rows = [(0, recording.arrays)]
         self._count = len(bench.pair.live.instants) if bench.pair else 0
         self._revision = bench.revision
-        self._kept.pop("texts", None)  # a page drops the texts with the old recording
+        self._latest.pop("texts", None)  # pages delete the texts with the old recording
         return self._join_log()
 
     def _join_log(self) -> str:
@@ -101,13 +101,13 @@ class OutboundMessages:
         return message
 
     def _encode_further_rows(self, bench: Workbench, pair: RunPair) -> Iterator[str]:
-        """Yield a message of the new instants; after a change, of the last sent instant as well."""
-        assert bench.film is not None
+        """Yield a message of the new instants; after a change, repeat the last sent instant."""
+        assert bench.builder is not None
         count, changed = len(pair.live.instants), bench.revision != self._revision
         start = min(self._count, count) - (1 if changed else 0)
         if count == start:
             return
-        arrays = bench.film.arrays(pair.instants(start))
+        arrays = bench.builder.collect_arrays(pair.instants(start))
         recording = encode_recording_text({}, arrays, set())
         message = _encode_message("rows", recording=recording, **{"from": start})
         self._count, self._revision = count, bench.revision
@@ -121,17 +121,17 @@ class OutboundMessages:
     def _encode_if_new(self, kind: str, **content: Any) -> Iterator[str]:
         """Yield a message, unless it equals the last one of its type."""
         message = _encode_message(kind, **content)
-        if self._kept.get(kind) != message:
-            self._kept = {**self._kept, kind: message}
+        if self._latest.get(kind) != message:
+            self._latest = {**self._latest, kind: message}
             yield message
 
 
 def _join_recording_rows(
     rows: list[tuple[int, dict[str, NDArray[Any]]]],
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a recording with all further rows; arrays without rows as last sent."""
+    """Return the arrays of a recording with all further rows, and the last arrays without rows."""
     (_, whole), (end, last) = rows[0], rows[-1]
-    parts = [last]  # from the last message on, each up to the first row of a later one
+    parts = [last]  # from the last message back; each ends at the first row of the later ones
     for start, arrays in reversed(rows[:-1]):
         count, end = max(end - start, 0), min(start, end)
         parts.append({name: arrays[name][:count] for name in last})

@@ -1,4 +1,4 @@
-"""A run in progress, and the run of a second scheme beside it."""
+"""A run in progress, and a run of a second scheme for comparison."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from robsim.plot.scene_motion import SceneMotion
 from robsim.run.experiment import Experiment
 from robsim.studio.live_run import LiveRun
 
-AHEAD = 2000  # steps simulated in advance, to determine the moving frames
+AHEAD = 2000  # steps that are simulated in advance to determine the moving frames
 
 
 class RunPair:
-    """The run of an experiment, and the run of a second scheme, instant by instant.
+    """The run of an experiment, and the run of a second scheme if there is one.
 
-    Both advance together; otherwise a pair does not change.
+    Both runs advance together, and have equally many instants.
     """
 
     def __init__(self, live: LiveRun, other: LiveRun | None = None) -> None:
@@ -33,14 +33,14 @@ class RunPair:
 
     @classmethod
     def of(cls, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return both runs at the start; `second` is the differing value of the second scheme."""
+        """Return both runs at the start; the second scheme differs in `second` {name: value}."""
         return cls(
             LiveRun(experiment),
             LiveRun(build_second_experiment(experiment, second)) if second else None,
         )
 
     def continue_with(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return runs of another experiment that continue these; raise InputError if impossible."""
+        """Return runs of another experiment that continue these runs, or raise InputError."""
         other = self.other and self.other.continue_with(build_second_experiment(experiment, second))
         return RunPair(self.live.continue_with(experiment), other)
 
@@ -79,8 +79,11 @@ class RunPair:
             table, scene, (self.other.table(start), self.other.experiment.scene)
         )
 
-    def build_film(self, depth: float | None = None) -> RecordingBuilder:
-        """Return the film of both runs; a simulation in advance determines the moving frames."""
+    def create_recording_builder(self, depth: float | None = None) -> RecordingBuilder:
+        """Return the builder of recordings of both runs, after a simulation in advance.
+
+        The simulation determines the moving frames.
+        """
         experiment, second = self.live.experiment, None
         q = _simulate_ahead(experiment)
         if self.other is not None:
@@ -91,7 +94,7 @@ class RunPair:
 
 
 def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:
-    """Return the experiment of the second scheme; raise InputError if it has no such value."""
+    """Return the experiment of the second scheme; raise InputError if it lacks the varied value."""
     controls = {each.path: each for each in experiment.controls()}
     (name, value), *_ = second.items()
     if name not in controls:
@@ -107,6 +110,6 @@ def _simulate_ahead(experiment: Experiment) -> Array:
 
 
 def _pad_to_equal_length(*each: Array) -> list[Array]:
-    """Return arrays (T, n) of the same T; the last row of shorter ones is repeated."""
+    """Return arrays (T, n) with equal T; the last row of a shorter array is repeated."""
     most = max(map(len, each))
     return [np.concatenate([q, np.repeat(q[-1:], most - len(q), axis=0)]) for q in each]

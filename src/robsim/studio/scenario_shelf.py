@@ -1,4 +1,4 @@
-"""Shelves of scenarios: experiments to choose from, with their remarks."""
+"""Collections of scenarios to choose from, with their remarks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import tomllib
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
 
 from robsim.base.errors import FileError, check_known
 from robsim.files import examples
@@ -23,7 +22,7 @@ class ScenarioShelf:
 
     @classmethod
     def shipped(cls) -> ScenarioShelf:
-        """Return the shipped experiments."""
+        """Return the shipped scenarios."""
         return cls([Path(examples.path(name)) for name in examples.names()])
 
     @classmethod
@@ -44,8 +43,8 @@ class ScenarioShelf:
                 problems.append(error)
         raise problems[0]
 
-    def experiment(self, name: Any) -> Experiment:
-        """Return the experiment of a name; raise InputError if it is missing or invalid."""
+    def experiment(self, name: str) -> Experiment:
+        """Return the experiment of a name; raise InputError if it is unknown or invalid."""
         check_known(name, self._paths, "no experiment {}", "experiments")
         return load_scenario(self._paths[name])
 
@@ -72,7 +71,7 @@ def read_experiment_remark(experiment: Experiment) -> str:
 
 
 def extract_remark(text: str) -> str:
-    """Return the remark at the head of a scenario file; indented lines stay separate lines.
+    """Return the remark at the head of a scenario file; only indented lines remain separate.
 
     >>> extract_remark("# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no")
     'A square. Watch it.\\nrobsim run x.toml'

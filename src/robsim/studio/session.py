@@ -1,4 +1,4 @@
-"""The session of a studio: an experiment that runs, and that all pages show and may change."""
+"""The session of a studio: a running experiment that all pages show and can change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.workbench import Workbench, explain_live_run
 
 TICK = 1 / 30  # seconds between messages
-BUSY = 0.025  # seconds of a tick for simulation steps
+BUSY = 0.025  # seconds for simulation steps in a tick
 PACE = 1.0  # interval for measuring the speed, seconds
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the maximum speed
 
@@ -30,16 +30,16 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the 
 class Session:
     """A simulation in its own thread, and its communication with pages.
 
-    A session is the `App` of a server, and `broadcast` is set to the function of this server. The
+    A session is the `App` of a server; `broadcast` must be set to the method of this server. The
     thread of the simulation handles the requests of pages between two steps, and sends the results
     to all pages.
 
     Attributes
     ----------
-    open_bench : Bench or None
-        The experiment. None until a run of the study is opened.
-    study : Study or None
-        Study with runs that pages may open.
+    open_bench : Workbench or None
+        The experiment; None until a run of the study is opened.
+    study : StudyResult or None
+        Study with runs that pages can open.
     run : int or None
         Number of the open run of the study.
     """
@@ -57,7 +57,7 @@ class Session:
         self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
         self._explanations: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
+        self._thread = threading.Thread(target=self._simulate, name="robsim-session", daemon=True)
 
     @property
     def bench(self) -> Workbench:
@@ -85,7 +85,7 @@ class Session:
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of a file of the experiment, or None.
 
-        Raise Unavailable if this experiment does not have the file.
+        Raise UnavailableDownload if this experiment does not have the file.
         """
         try:
             return downloads.build_download(*self.bench.current, name)
@@ -97,14 +97,14 @@ class Session:
         return self.outgoing.present()
 
     def receive(self, message: dict[str, Any]) -> str | None:
-        """Store a request of a page."""
+        """Store a request of a page for the simulation thread."""
         with suppress(queue.Full):  # a page that sends too many requests loses some
             self._requests.put_nowait(message)
         return None
 
     # methods of the simulation thread
 
-    def _run(self) -> None:
+    def _simulate(self) -> None:
         """Advance the simulation, handle requests and send news until the session is closed."""
         due = time.monotonic()
         while not self._over.is_set():
@@ -120,7 +120,7 @@ class Session:
                 self.note = f"the simulation stopped: {type(error).__name__}: {error}"
 
     def _collect_requests(self, due: float) -> list[dict[str, Any]]:
-        """Return the requests that arrive until a time; of equal keys, the last request only."""
+        """Return the requests that arrive until a time, only the last one of each key."""
         requests: dict[Any, dict[str, Any]] = {}
         with suppress(queue.Empty):
             while not self._over.is_set():
@@ -132,7 +132,7 @@ class Session:
         return list(requests.values())
 
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
-        """Handle the requests of pages, and note their errors for all pages."""
+        """Handle the requests of pages, and store their error messages for all pages."""
         notes = [self.do(request) for request in requests if not self._over.is_set()]
         if requests:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
@@ -158,7 +158,7 @@ class Session:
     def _play(self, value: Any) -> None:
         """Play or pause; start again after the end."""
         if value is True and self.bench.full:
-            raise InputError("no more instants can be stored: go back to the start")
+            raise InputError("no more instants can be stored: reset the run")
         self.playing = value is True
         if self.playing and self.bench.ended:
             self.bench.reset()
@@ -193,7 +193,7 @@ class Session:
         self.run, self.playing = run, True
 
     def _advance(self) -> None:
-        """Take the steps that are due, as far as time permits, and measure the speed."""
+        """Simulate the steps that are due, as far as time permits, and measure the speed."""
         began = time.monotonic()
         wall, start = self._since or (began, self.bench.time)
         until = start + (began - wall + TICK) * self.speed if self.speed else float("inf")
@@ -211,7 +211,7 @@ class Session:
             self._explain()
 
     def _explain(self) -> None:
-        """Explain why the run ended: at once from its data, later with trials."""
+        """Explain why the run ended: immediately from its data, later with trials in a thread."""
         bench = self.bench
         if bench.pair is None:
             return
@@ -238,7 +238,7 @@ class Session:
 
 
 def _parse_name_value_pair(value: Any, request: str) -> list[Any]:
-    """Return a list of two elements, name and value; raise InputError for other values."""
+    """Return [name, value] of a request; raise InputError unless it is such a list."""
     if not isinstance(value, list) or len(value) != 2:
         raise InputError(f"{request}: expected [name, value], got {format_value(value)}")
     return value

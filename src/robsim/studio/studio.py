@@ -1,4 +1,4 @@
-"""The studio: a session behind a server."""
+"""The studio: a session and the server of its pages."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def studio(
 
     Parameters
     ----------
-    shown : Experiment or Study
+    shown : Experiment or StudyResult
         Experiment or study to show.
-    shelf : Shelf, optional
+    shelf : ScenarioShelf, optional
         Experiments to choose from. Default: the shipped experiments.
     host : str, default "127.0.0.1"
         Address of the server.

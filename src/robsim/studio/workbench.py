@@ -1,4 +1,4 @@
-"""The edited experiment of a session, its run, and the second scheme beside it."""
+"""The edited experiment of a session, its run, and a second scheme for comparison."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
-RESTARTING = ("start", "run")  # a change of these tables restarts the run
+RESTARTING = ("start", "run")  # changes in these tables restart the run
 
 
 class Workbench:
-    """An experiment with its changes, its run so far, and a second scheme beside it, if any.
+    """An experiment with its changes, its run so far, and a second scheme if there is one.
 
-    A mission cannot be changed while it runs: it is simulated as a whole, and pages play the
-    result. A change that raises an error has no effect.
+    A mission cannot be changed during its run: it is simulated as a whole, and pages show the
+    recording. A change that raises an error has no effect.
 
     Attributes
     ----------
     current : (Experiment, dict)
         The experiment, and {dotted name: value} of its changes since it was opened.
     second : dict
-        {dotted name: value}, the one value that differs in the second scheme; empty without it.
+        {dotted name: value} of the value that differs in the second scheme; empty without it.
     revision : int
         Number of changes.
     news : set of {"recording", "controls", "texts"}
-        Data that has changed since it was last sent to the pages.
+        Kinds of data that have changed since they were sent to the pages.
     """
 
     def __init__(self, experiment: Experiment) -> None:
         self.news: set[str] = set()
         self.revision = 0
-        self.film: RecordingBuilder | None = None
+        self.builder: RecordingBuilder | None = None
         self.open(experiment)
 
     def open(self, experiment: Experiment) -> None:
@@ -87,33 +87,33 @@ class Workbench:
         """Restart the run."""
         self._adopt(*self.current, self.second, None, self._remark)
 
-    def set(self, name: Any, value: Any) -> None:
-        """Change a value of the experiment; raise InputError if this is impossible."""
-        control = self._control(name)
-        self._change(control.changes(check_control_value(control, value)))
+    def set(self, name: object, value: object) -> None:
+        """Change a value of the experiment; raise InputError if the name or value is invalid."""
+        control = self._get_control(name)
+        self._apply_changes(control.changes(check_control_value(control, value)))
 
-    def drag(self, name: Any, pose: Any) -> None:
-        """Place the body of a handle at a pose; raise InputError if this is impossible."""
+    def drag(self, name: object, pose: object) -> None:
+        """Place the body of a handle at a pose; raise InputError if the pose is not reachable."""
         handle = next((each for each in self.handles if each.name == name), None)
         if handle is None:
             names = ", ".join(each.name for each in self.handles)
             raise InputError(f"no handle {format_value(name)}; handles: {names or 'none'}")
-        self._change(compute_drag_changes(self.experiment, self.controls, handle, pose))
+        self._apply_changes(compute_drag_changes(self.experiment, self.controls, handle, pose))
 
-    def compare(self, second: Any) -> None:
-        """Run a second scheme beside the first, which differs in `second` = [name, value].
+    def compare(self, second: object) -> None:
+        """Run a second scheme beside the first; it differs in `second` = [name, value].
 
-        None ends the second scheme. Raise InputError if the value is impossible.
+        None ends the second scheme. Raise InputError if the value is invalid.
         """
         difference: dict[str, Any] = {}
         if second is not None:
             if not isinstance(second, list) or len(second) != 2:
                 raise InputError("second: expected [name, value]")
-            control = self._control(second[0])
+            control = self._get_control(second[0])
             if self.pair is None or control.path.partition(".")[0] == "run":
                 raise InputError(
                     "a second scheme runs step by step beside the first: "
-                    "it needs the same values of run, and no mission"
+                    "it must have the same values of run, and must not be a mission"
                 )
             difference = {control.path: check_control_value(control, second[1])}
         self._adopt(*self.current, difference, None, self._remark)
@@ -128,11 +128,11 @@ class Workbench:
         if self.pair is None:
             assert self._mission_recording is not None
             return self._mission_recording
-        assert self.film is not None
+        assert self.builder is not None
         title = self.experiment.title or "experiment"
-        return self.film.recording(title, self.pair.instants(), texts=self.texts)
+        return self.builder.build_recording(title, self.pair.instants(), texts=self.texts)
 
-    def _control(self, name: Any) -> Control:
+    def _get_control(self, name: object) -> Control:
         """Return the control of a dotted name; raise InputError if there is none."""
         if not isinstance(name, str) or name not in self.controls:
             guess = (
@@ -143,7 +143,7 @@ class Workbench:
             raise InputError(f"no control {format_value(name)}; {guess}")
         return self.controls[name]
 
-    def _change(self, changes: Mapping[str, Any]) -> None:
+    def _apply_changes(self, changes: Mapping[str, Any]) -> None:
         """Apply changes and continue the run from here, or restart it if the start has changed."""
         experiment = self.experiment.at(changes)
         restarts = any(name.partition(".")[0] in RESTARTING for name in changes)
@@ -160,21 +160,21 @@ class Workbench:
         pair: RunPair | None,
         remark: str,
     ) -> None:
-        """Build the run, handles and film of an experiment, and adopt them if no error was raised.
+        """Build run, handles and recording builder of an experiment; then store them all.
 
-        `pair` continues a run; None starts it.
+        `pair` continues a run; None starts a run. If an error is raised, nothing changes.
         """
         controls = {each.path: each for each in experiment.controls()}
-        before = self.film if pair else None
+        before = self.builder if pair else None
         handles: list[Handle] = []
-        film = mission_recording = None
+        builder = mission_recording = None
         if isinstance(experiment.task, SelfSimulatingTask):
             mission_recording = build_recording(experiment.run())
         else:
             pair = pair or RunPair.of(experiment, second)
             handles = list_handles(experiment, controls, pair.live.template)
-            film = pair.build_film(before.depth if before else None)
-            if before is None or not film.like(before):
+            builder = pair.create_recording_builder(before.depth if before else None)
+            if before is None or not builder.has_same_entries(before):
                 pair.forget()
                 before = None
         self.current, self.second, self._remark = (experiment, changes), second, remark
@@ -182,21 +182,21 @@ class Workbench:
         self.news |= {"controls", "texts"}
         if before is None or pair is None or pair.live.restarted:
             self.news.add("recording")
-        self.pair, self.film, self._mission_recording = pair, film, mission_recording
+        self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
         self.texts = {
             **self._initial_texts(),
             **(mission_recording.header["texts"] if mission_recording else {}),
         }
 
     def _initial_texts(self) -> dict[str, str]:
-        """Return the texts at the start: the remark of the experiment, if any."""
+        """Return the texts before the run has ended: the remark of the experiment, if any."""
         return {"watch for": self._remark} if self._remark else {}
 
 
 def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dict[str, str]:
     """Return the explanation of a run and the text of its experiment.
 
-    With `trials` the explanation includes changes that would have helped, found by simulation.
+    If `trials`, the explanation includes changes that improve the run, found by simulation.
     """
     collected = collect_run_texts(live.segment.run(), live.segment, trials)
     if live.start_time:

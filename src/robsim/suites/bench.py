@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robsim.analysis.compared_scheme import run_steps
 from robsim.base.arrays import as_bool, has_items
 from robsim.base.errors import InputError, format_value
 from robsim.engine.workers import Progress, check_progress
+from robsim.servo.tasks.task import Task
 from robsim.suites.benchmark import Benchmark, assemble_benchmark
 from robsim.suites.builtin_schemes import check_user_schemes, make_task
 from robsim.suites.reproduction import Reproduction, run_reproduction
@@ -17,10 +18,13 @@ from robsim.suites.suite import Suite
 from robsim.suites.suite_registry import list_suites, load_suite
 from robsim.suites.suite_trial import Trial
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 def bench(
     suites: str | Suite | Reproduction | Sequence[str | Suite | Reproduction] | None = None,
-    schemes: Mapping[str, Any] | None = None,
+    schemes: Mapping[str, Task | Callable[..., Task]] | None = None,
     *,
     builtin: bool = True,
     progress: Progress | None = None,
@@ -35,8 +39,8 @@ def bench(
         Names of suites, or user-defined suites. Default: all suites of RobSim. The suite "gallery",
         which reproduces published numbers, has schemes of its own.
     schemes : mapping of str to Task or callable, optional
-        User schemes by name: a task, which receives the goal and the gain of the suite, or a class
-        or function that returns a task for scheme(goal, gain=2.0).
+        User schemes by name. A scheme is a task, which receives the goal and the gain of the suite,
+        or a class or function that returns a task, as in scheme(goal, gain=2.0).
     builtin : bool, default True
         Whether to include the schemes of the suite, mostly textbook schemes.
     progress : callable, optional
@@ -54,7 +58,8 @@ def bench(
     Raises
     ------
     InputError
-        If an argument is invalid (nothing has run then), or a scheme raises an error in a run.
+        If an argument is invalid, which is checked before the first simulation, or if a scheme
+        raises an error in a run.
     Interrupted
         After Ctrl-C; its `run` is the Benchmark of the finished runs.
 
@@ -69,13 +74,13 @@ def bench(
     chosen = _select_suites(suites)
     own = check_user_schemes({} if schemes is None else schemes)
     if not as_bool(builtin, "builtin") and not own:
-        raise InputError("no scheme to compare: give some, or builtin=True")
+        raise InputError("no scheme to compare: give schemes, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
     steps = [step for suite in chosen for step in _make_steps(suite, own, builtin, how)]
     return run_steps(steps, partial(assemble_benchmark, chosen), progress)
 
 
-def _select_suites(suites: Any) -> list[Any]:
+def _select_suites(suites: Any) -> list[Suite | Reproduction]:
     """Return the suites, loaded by name if necessary; raise InputError for other values."""
     listed = list_suites() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
@@ -93,9 +98,9 @@ def _select_suites(suites: Any) -> list[Any]:
 
 
 def _make_steps(
-    suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
-) -> list[Any]:
-    """Check the schemes of a suite, and return a function for each that gives its rows."""
+    suite: Suite | Reproduction, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
+) -> list[Callable[[Progress | None], pd.DataFrame]]:
+    """Check the schemes of a suite, and return a function for each scheme that returns its rows."""
     if isinstance(suite, Reproduction):
         return [partial(run_reproduction, suite, how)]  # checked by the tests of RobSim
     goal, gain = suite.task_goal, suite.gain

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
@@ -77,7 +76,9 @@ class Benchmark:
         return [SuiteTable(suite, every[every["suite"] == suite.name]) for suite in self.suites]
 
 
-def assemble_benchmark(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
+def assemble_benchmark(
+    suites: Sequence[Suite | Reproduction], parts: Sequence[pd.DataFrame]
+) -> Benchmark:
     """Return the benchmark of suites from the rows of all trials; empty suites are dropped."""
     filled = [part for part in parts if len(part)]
     data = pd.concat(filled or parts[:1], ignore_index=True)

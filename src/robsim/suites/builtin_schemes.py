@@ -44,11 +44,11 @@ def check_user_schemes(schemes: Any) -> dict[str, Any]:
     return dict(schemes)
 
 
-def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Any:
+def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Task:
     """Return the task of a scheme for a goal and a gain; InputError names the scheme."""
     with convert_user_errors(f"scheme '{name}'"):
         if isinstance(scheme, ServoTask):
-            return replace(cast(Any, scheme), goal=goal, gain=gain)
+            return cast(Task, replace(cast(Any, scheme), goal=goal, gain=gain))
         result = scheme(goal, gain=gain)
     if isinstance(result, type) or not isinstance(result, Task):
         raise InputError(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import (
     Array,
@@ -24,7 +24,7 @@ from robsim.run.end_variables import measure_pose_difference
 from robsim.run.experiment import Experiment
 from robsim.run.run_checks import check_instance, check_starts
 from robsim.servo.goals.goal import GoalPose, TaughtGoal
-from robsim.servo.tasks.task import ServoTask
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -44,7 +44,7 @@ class Suite:
     name : str
         Name of the suite.
     version : int
-        Version. Results of the same name and version are comparable.
+        Version of the suite. Results with the same name and version are comparable.
     title, source : str
         Title of the suite, and its source.
     criterion : str
@@ -68,8 +68,8 @@ class Suite:
     crossed : bool, default False
         Whether to count every pair of labels of two groupings, instead of each label alone.
     computed : bool, default False
-        Whether the controller computes the goal from its pose by its beliefs, instead of being
-        taught.
+        Whether the controller computes the goal from its pose and its beliefs. Default: the goal is
+        shown.
     sensing : Sensing, optional
         Imperfections of the images of all runs.
     seed : int, default 0
@@ -96,15 +96,15 @@ class Suite:
     title: str
     source: str
     criterion: str
-    succeeds: Callable[[pd.DataFrame], Any]
+    succeeds: Callable[[pd.DataFrame], ArrayLike]
     scene: Scene
-    goal: Any
-    starts: Any
+    goal: ArrayLike
+    starts: ArrayLike
     _: KW_ONLY
     gain: float = 1.0
     dt: float = 0.02
     duration: float = 10.0
-    varied: Mapping[str, Any] = field(default_factory=dict)
+    varied: Mapping[str, ArrayLike] = field(default_factory=dict)
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
     crossed: bool = False
     computed: bool = False
@@ -172,7 +172,7 @@ class Suite:
     @property
     def runs(self) -> int:
         """The number of runs of a scheme."""
-        return len(self.starts)
+        return len(np.asarray(self.starts))
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:
@@ -183,8 +183,19 @@ class Suite:
         T_w_o = self.scene.pose(self.scene.object().name, self.goal)
         return GoalPose(Pose((T_w_c.inv() @ T_w_o).matrix))
 
-    def experiment(self, task: Any) -> Experiment:
-        """Return the experiment of all runs of a task, without the varied values."""
+    def experiment(self, task: Task) -> Experiment:
+        """Return the experiment of all runs of a task, without the varied values.
+
+        Parameters
+        ----------
+        task : Task
+            Task with its goal and gain.
+
+        Returns
+        -------
+        Experiment
+            Experiment with all starts of the suite.
+        """
         return Experiment(
             self.scene,
             task,
@@ -197,7 +208,18 @@ class Suite:
         )
 
     def off_goal(self, q: Array) -> tuple[Array, Array]:
-        """Return distances (m) and angles (rad) (runs,) of the true camera at q from the goal."""
+        """Return distances and angles of the true camera from its goal pose.
+
+        Parameters
+        ----------
+        q : ndarray of shape (runs, nq)
+            Coordinates.
+
+        Returns
+        -------
+        distances, angles : ndarray of shape (runs,)
+            Distances in metres and angles in radians.
+        """
         name = self.scene.camera().name
         goal_matrices = np.broadcast_to(self.scene.pose(name, self.goal).matrix, (len(q), 4, 4))
         matrices = self.scene.pose(name, q).matrix

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from typing import Any
 
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.suites import published
+from robsim.suites.reproduction import Reproduction
+from robsim.suites.suite import Suite
 
 
 def list_suites() -> tuple[str, ...]:
@@ -19,10 +20,11 @@ def list_suites() -> tuple[str, ...]:
     return tuple(sorted(each.name for each in pkgutil.iter_modules(published.__path__)))
 
 
-def load_suite(name: str) -> Any:
+def load_suite(name: str) -> Suite | Reproduction:
     """Return a suite by its name; raise InputError with the nearest name if it does not exist."""
     if not is_known_name(name, list_suites()):
         raise InputError(
             f"no suite {format_value(name)}; {suggest_names(name, list_suites(), 'suites')}"
         )
-    return importlib.import_module(f"{published.__name__}.{name}").suite()
+    suite: Suite | Reproduction = importlib.import_module(f"{published.__name__}.{name}").suite()
+    return suite

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from robsim.analysis.compared_scheme import scale_progress
 from robsim.base.errors import InputError, Interrupted, RankWarning
@@ -18,6 +19,7 @@ from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress
 from robsim.run.end_variables import is_valid_start
 from robsim.run.experiment import Experiment
+from robsim.servo.tasks.task import Task
 from robsim.suites.builtin_schemes import convert_user_errors
 from robsim.suites.suite import Suite
 
@@ -30,7 +32,7 @@ class Trial:
 
     suite: Suite
     scheme: str
-    task: Any
+    task: Task
     how: Mapping[str, Any]
 
     @property
@@ -40,7 +42,7 @@ class Trial:
 
     @cached_property
     def experiments(self) -> list[Experiment]:
-        """The experiment of all runs, or of each run if the task cannot be bound for all."""
+        """The experiment of all runs, or of each run if one experiment cannot vary the numbers."""
         whole = self.suite.experiment(self.task)
         if not self.varied:
             return [whole]
@@ -51,7 +53,7 @@ class Trial:
 
     def _single(self, whole: Experiment, i: int) -> Experiment:
         """Return the experiment of one run."""
-        one = whole.with_(start=self.suite.starts[i : i + 1], first_run=i)
+        one = whole.with_(start=np.asarray(self.suite.starts)[i : i + 1], first_run=i)
         return one.at({name: np.asarray(values[i]) for name, values in self.varied.items()})
 
     @property
@@ -102,7 +104,7 @@ class Trial:
         finished = ends["outcome"] != Outcome.RUNNING
         return rows[finished].reset_index(drop=True)
 
-    def _successes(self, rows: pd.DataFrame) -> Any:
+    def _successes(self, rows: pd.DataFrame) -> NDArray[np.bool_]:
         """Return which runs began and succeeded; InputError if the criterion is invalid."""
         with convert_user_errors(f"succeeds of suite '{self.suite.name}'"):
             succeeded = np.asarray(self.suite.succeeds(rows))
@@ -111,7 +113,7 @@ class Trial:
                 f"succeeds of suite '{self.suite.name}': expected truth values of shape "
                 f"({len(rows)},), got {succeeded.dtype} of shape {succeeded.shape}"
             )
-        return succeeded & rows["began"].to_numpy()
+        return np.asarray(succeeded & rows["began"].to_numpy())
 
 
 def _select_kept(run: xr.Dataset) -> dict[str, Any]:

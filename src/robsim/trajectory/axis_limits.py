@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_one_or_each
 from robsim.base.errors import InputError
@@ -14,14 +15,16 @@ from robsim.declare.joint_numbers import OneOrEach, PerJoint, get_followed_axes
 PerAxis = float | tuple[float, ...]  # one number for all axes, or one for each axis
 SPEEDS = OneOrEach(get_followed_axes, "/s")
 ACCELERATIONS = OneOrEach(get_followed_axes, "/s^2")
-AxisSpeed = Annotated[Any, SPEEDS, "Largest speed of each axis."]
-AxisAcceleration = Annotated[Any, ACCELERATIONS, "Largest acceleration of each axis."]
+AxisSpeed = Annotated[PerAxis | None, SPEEDS, "Largest speed of each axis."]
+AxisAcceleration = Annotated[PerAxis | None, ACCELERATIONS, "Largest acceleration of each axis."]
 AXIS_COORDINATES = PerJoint(get_followed_axes)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of speed and acceleration: one positive number for all axes, or one for each axis.
+    """Limits of the speed and the acceleration of axes.
+
+    A limit is one positive number for all axes, or one number for each axis.
 
     Attributes
     ----------
@@ -36,8 +39,12 @@ class Limits:
     (array([1., 1.]), array([2., 3.]))
     """
 
-    speed: AxisSpeed
-    acceleration: AxisAcceleration
+    speed: Annotated[PerAxis, SPEEDS, "Largest speed of each axis."]
+    acceleration: Annotated[PerAxis, ACCELERATIONS, "Largest acceleration of each axis."]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, speed: ArrayLike | None, acceleration: ArrayLike | None) -> None: ...
 
     def __post_init__(self) -> None:
         for name in ("speed", "acceleration"):
@@ -50,8 +57,8 @@ class Limits:
         )
 
 
-def check_per_axis(value: Any, what: str) -> PerAxis:
-    """Return one positive number or several; raise an InputError that names `what`."""
+def check_per_axis(value: ArrayLike | None, what: str) -> PerAxis:
+    """Return one or several positive numbers; raise an InputError that names `what` for others."""
     if value is None:
         raise InputError(f"{what}: expected a positive number, or one for each axis, got None")
     return as_one_or_each(value, what, "axis")

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
@@ -25,14 +26,12 @@ from robsim.trajectory.axis_limits import (
 )
 from robsim.trajectory.time_law import check_times
 
-STRETCH_ROUNDS, FIT_FACTOR = (
-    200,
-    1.0 + 1e-9,
-)  # largest number of stretching rounds; factor that ends them
+STRETCH_ROUNDS = 200  # largest number of rounds that stretch segments
+FIT_FACTOR = 1.0 + 1e-9  # segments fit if no longer duration by more than this factor is needed
 
 
 class BlendPlan(NamedTuple):
-    """Blends at m points, and thereby the segments between them."""
+    """Blends at m points, which also determine the segments between the points."""
 
     change: Array  # (m, n) change of velocity at each point
     seconds: Array  # (m,) duration of each blend
@@ -47,11 +46,7 @@ CORNER_DISTANCES = OneOrEach(get_followed_axes)
 class BlendsTable:
     """Text form of a trajectory through points."""
 
-    points: Annotated[
-        Any,
-        VIA_POINTS,
-        "Two or more points, expand_per_axis with one number for expand_per_axis axis.",
-    ]
+    points: Annotated[ArrayLike, VIA_POINTS, "Two or more points, with a number for each axis."]
     speed: AxisSpeed
     acceleration: AxisAcceleration
     corner: Annotated[
@@ -76,7 +71,7 @@ class Blends(Value):
     """Straight segments between points, joined by parabolic blends, with rest at both ends.
 
     On a segment the velocity is constant. At each point it changes by dw at constant acceleration
-    for a time tau, half before and half after the point, so the path passes the point at the
+    for a time tau, half before and half after the point, so the path misses the point by the
     distance |dw| tau / 8 (linear segments with parabolic blends: Craig 2005, section 7.3; Siciliano
     et al. 2009, section 4.2.3). Each blend takes the least time that the acceleration allows, and
     each segment about the least time that the speed, its two blends and `corner` allow: segments
@@ -121,12 +116,19 @@ class Blends(Value):
     array([0.5, 0.5])
     """
 
-    points: Any
+    points: Array
     limits: Limits
     corner: PerAxis | None
     text_form: ClassVar[type[Any]] = BlendsTable
 
-    def __init__(self, points: Any, *, speed: Any, acceleration: Any, corner: Any = None):
+    def __init__(
+        self,
+        points: ArrayLike,
+        *,
+        speed: ArrayLike,
+        acceleration: ArrayLike,
+        corner: ArrayLike | None = None,
+    ):
         array = as_floats(points, "points", ("m", "n"))
         if array.ndim != 2 or len(array) < 2 or not array.shape[1]:
             raise InputError(f"points: expected shape (m, n) with m > 1, got {array.shape}")
@@ -156,7 +158,7 @@ class Blends(Value):
         distances[[0, -1]] = 0.0
         return distances
 
-    def at(self, t: Any) -> Array:
+    def at(self, t: ArrayLike) -> Array:
         """Return the positions (..., n) of the axes at times t (...) in seconds."""
         times = check_times(t)
         T, (change, tau, _) = self.duration, self._plan
@@ -168,14 +170,14 @@ class Blends(Value):
         rest: Array = np.where((times >= T)[..., None], self.points[-1], self.points[0])
         return np.where(inside[..., None], moving, rest)
 
-    def velocity(self, t: Any) -> Array:
+    def velocity(self, t: ArrayLike) -> Array:
         """Return the velocities (..., n) in rad/s or m/s at times t (...) in seconds."""
         times, (change, tau, _) = check_times(t), self._plan
         share = np.clip(self._since(times) / np.where(tau > 0, tau, 1.0) + 0.5, 0.0, 1.0)
         inside = (times > 0.0) & (times < self.duration)
         return np.where(inside[..., None], _sum_over_points(share, change), 0.0)
 
-    def acceleration(self, t: Any) -> Array:
+    def acceleration(self, t: ArrayLike) -> Array:
         """Return the accelerations (..., n) in rad/s^2 or m/s^2 at times t (...) in seconds."""
         times, (change, tau, _) = check_times(t), self._plan
         rate = (np.abs(self._since(times)) < 0.5 * tau) / np.where(tau > 0, tau, 1.0)
@@ -208,17 +210,17 @@ class Blends(Value):
 
 
 def _plan_blends(sides: Array, seconds: Array, acceleration: Array) -> tuple[Array, Array]:
-    """Return the velocity change (m, n) at each point, and the least duration (m,) of it."""
+    """Return the change of velocity (m, n) at each point, and its least duration (m,)."""
     rest = np.zeros((1, sides.shape[1]))
     change = np.diff(np.concatenate([rest, sides / seconds[:, None], rest]), axis=0)
     return change, (np.abs(change) / acceleration).max(axis=1)
 
 
 def _compute_shortages(sides: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
-    """Return the square of the factor (m - 1,) >= 1 by which each segment is too short.
+    """Return the squared factor (m - 1,), at least 1, to stretch the time of each segment.
 
-    If blends do not fit into a segment, its neighbours are stretched as well. If all times grow by
-    a factor, the blends shrink by this factor, and their share of a segment by its square.
+    If blends do not fit into a segment, its neighbours are stretched as well. A factor on all times
+    divides the duration of the blends by the factor, and their fraction of a segment by its square.
     """
     change, tau = _plan_blends(sides, seconds, acceleration)
     need = np.concatenate([[1.0], 0.5 * (tau[:-1] + tau[1:]) / seconds, [1.0]])

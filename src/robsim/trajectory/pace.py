@@ -32,8 +32,8 @@ TurnAcceleration = Annotated[
 class Pace:
     """Duration of a minimum-jerk motion, or limits of the fastest motion.
 
-    Give either `duration`, or a pair of limits for the origin, for the orientation, or for both.
-    Without a pair of limits, the position or the orientation does not restrict the motion.
+    Give either `duration`, or limits: a speed with an acceleration for the origin, for the
+    orientation, or for both. With one pair of limits, this pair alone determines the duration.
 
     Attributes
     ----------
@@ -81,18 +81,18 @@ class Pace:
         limits = (self.speed, self.turn), (self.acceleration, self.turn_acceleration)
         return np.array([[math.inf if x is None else x for x in each] for each in limits])
 
-    def timing(self, way: Array, angle: Array) -> Timing:
+    def timing(self, distance: Array, angle: Array) -> Timing:
         """Return the timing of distances (...) in metres and angles (...) in radians.
 
-        Raise InputError if no limit applies to a motion that has a distance or an angle.
+        Raise InputError if a distance or an angle is not zero and has no limits.
         """
         if self.duration is not None:
             return Timing(np.asarray(self.duration))
-        displacements = np.stack([way, angle], axis=-1)
+        displacements = np.stack([distance, angle], axis=-1)
         timing = Timing.shortest(displacements, *self.limits)
         if ((timing.seconds == 0) & (displacements > 0).any(axis=-1)).any():
             missing = (
                 "speed and acceleration" if self.speed is None else "turn and turn_acceleration"
             )
-            raise InputError(f"this motion would take no time: give {missing} as well")
+            raise InputError(f"the duration of this motion is undefined: give {missing} as well")
         return timing

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import Value
+from robsim.geometry.pose import Pose
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.time_law import check_times
 
@@ -33,7 +36,7 @@ class Path(Value):
     Raises
     ------
     InputError
-        If a part is no single `Straight`, or does not start at the end of the previous part.
+        If a part is not a single `Straight`, or does not start at the end of the previous part.
 
     Examples
     --------
@@ -44,7 +47,11 @@ class Path(Value):
     (3.0, array([1. , 0.5, 0. ]))
     """
 
-    parts: Any
+    parts: tuple[Straight, ...]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, parts: Sequence[Straight]) -> None: ...
 
     def __post_init__(self) -> None:
         parts = tuple(self.parts) if isinstance(self.parts, list | tuple) else ()
@@ -68,24 +75,24 @@ class Path(Value):
         return float(self._starts[-1])
 
     @property
-    def start(self) -> Any:
+    def start(self) -> Pose:
         """First pose."""
         return self.parts[0].start
 
     @property
-    def end(self) -> Any:
+    def end(self) -> Pose:
         """Last pose."""
         return self.parts[-1].end
 
-    def at(self, t: Any) -> Array:
+    def at(self, t: ArrayLike) -> Array:
         """Return poses (..., 4, 4) in the base frame at times t (...) in seconds."""
         return self._evaluate(t, "at", (4, 4))
 
-    def twist(self, t: Any) -> Array:
+    def twist(self, t: ArrayLike) -> Array:
         """Return twists (..., 6) = (v, omega) in m/s and rad/s, in base axes, at times t (...)."""
         return self._evaluate(t, "twist", (6,))
 
-    def _evaluate(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
+    def _evaluate(self, t: ArrayLike, name: str, tail: tuple[int, ...]) -> Array:
         """Return the values (..., *tail) of the method `name` of the parts at times t (...)."""
         times, starts = check_times(t), self._starts
         index = np.clip(np.searchsorted(starts, times, "right") - 1, 0, len(self.parts) - 1)

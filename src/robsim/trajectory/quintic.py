@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.declare import Time, check_fields, register
 from robsim.trajectory.rest_to_rest import RestToRest
@@ -26,9 +27,11 @@ class Quintic(RestToRest):
     The largest speed of an axis is 15/8 of its mean speed, halfway. The largest acceleration is
     10/sqrt(3) |end - start| / duration^2. Use it for smooth motions of known duration, and
     `Trapezoid` for fast motions within limits. Before and after the motion the axes rest at `start`
-    and `end`. Leading dimensions (...) of `start` and `end` are several motions at once, and times
-    are broadcast against them.
+    and `end`. Leading axes (...) of `start` and `end` describe several motions at once, which are
+    broadcast against the times.
 
+    Examples
+    --------
     >>> move = Quintic([0.0, 1.0], [2.0, 1.0], duration=4.0)
     >>> move.at([1.0, 2.0, 9.0])
     array([[0.20703125, 1.        ],
@@ -39,6 +42,10 @@ class Quintic(RestToRest):
     """
 
     duration: Annotated[float, Time(above=0), "Duration of the motion."]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, start: ArrayLike, end: ArrayLike, duration: float) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,9 +5,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
@@ -19,7 +20,7 @@ from robsim.trajectory.time_law import Timing, check_times
 
 @dataclass(frozen=True)
 class EndCoordinates(PerJoint):
-    """Declaration of coordinates of the axes; in Python also of several motions at once."""
+    """Declaration of the coordinates of axes; in Python, an array may describe several motions."""
 
     def check(self, value: Any, what: str) -> Array:
         return make_read_only(as_floats(value, what, ("n",)))
@@ -30,17 +31,23 @@ END_COORDINATES = EndCoordinates(get_followed_axes)
 
 @dataclass(frozen=True, eq=False)
 class RestToRest(Value, ABC):
-    """Axes that start and stop together, and rest at `start` before and at `end` after the motion.
+    """Base class of motions of axes that start and stop together.
+
+    The axes rest at `start` before the motion and at `end` after it. A subclass defines `timing`.
 
     Attributes
     ----------
     start, end : ndarray of shape (..., n)
-        Coordinates of n axes in rad or m. Leading dimensions are several motions at once, and times
-        are broadcast against them.
+        Coordinates of n axes in rad or m. Leading axes describe several motions at once, which are
+        broadcast against the times.
     """
 
-    start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
-    end: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the end."]
+    start: Annotated[Array, END_COORDINATES, "Coordinates of the axes at the start."]
+    end: Annotated[Array, END_COORDINATES, "Coordinates of the axes at the end."]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, start: ArrayLike, end: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         start, end = as_floats(self.start, "start", ("n",)), as_floats(self.end, "end", ("n",))
@@ -55,17 +62,17 @@ class RestToRest(Value, ABC):
     def timing(self) -> Timing:
         """Timing of the motion."""
 
-    def at(self, t: Any) -> Array:
+    def at(self, t: ArrayLike) -> Array:
         """Return the positions (..., n) of the axes, in rad or m, at times t (...) in seconds."""
         share = self.timing.at(check_times(t)).s
         position: Array = np.where(share < 1.0, self.start + share * self._displacement, self.end)
         return position
 
-    def velocity(self, t: Any) -> Array:
+    def velocity(self, t: ArrayLike) -> Array:
         """Return the velocities (..., n) in rad/s or m/s at times t (...) in seconds."""
         return self.timing.at(check_times(t)).rate * self._displacement
 
-    def acceleration(self, t: Any) -> Array:
+    def acceleration(self, t: ArrayLike) -> Array:
         """Return the accelerations (..., n) in rad/s^2 or m/s^2 at times t (...) in seconds."""
         return self.timing.at(check_times(t)).acceleration * self._displacement
 

@@ -7,12 +7,19 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_first, move_runs_last
 from robsim.base.errors import InputError
 from robsim.base.value import Value
 from robsim.declare.spec import Context
-from robsim.geometry.pose import Pose, as_pose, broadcast_leading_shape, homogeneous_matrix
+from robsim.geometry.pose import (
+    Pose,
+    PoseLike,
+    as_pose,
+    broadcast_leading_shape,
+    homogeneous_matrix,
+)
 from robsim.geometry.pose_table import POSE
 from robsim.kernels.formulas import pose_interpolation as kernels
 from robsim.trajectory.pace import (
@@ -52,11 +59,13 @@ class StraightTable:
 class Straight(Value):
     """Straight motion of a frame from one pose to another, with rotation about a fixed axis.
 
-    With the fraction s of the motion from 0 to 1, the origin is at (1 - s) p_start + s p_end, and
-    the orientation is R_start exp(s [theta u]) for the rotation vector theta u from start to end,
-    in axes of the start: spherical linear interpolation (Shoemake 1985; Siciliano et al. 2009,
-    section 4.3.3). For a rotation by half a turn both directions are equally short, and one of them
-    is chosen.
+    While the fraction s of the motion grows from 0 to 1, the origin p and the orientation R are
+
+        p = (1 - s) p_start + s p_end,    R = R_start exp(s [theta u]),
+
+    with the rotation vector theta u from start to end, in axes of the start (spherical linear
+    interpolation: Shoemake 1985; Siciliano et al. 2009, section 4.3.3). For a rotation by half a
+    turn, both directions are equally short, and one of them is chosen.
 
     Give either the duration, for a minimum-jerk motion as in `Quintic`, or limits, for the fastest
     motion within them as in `Trapezoid`. The speed and acceleration limit the origin, the turn rate
@@ -65,8 +74,8 @@ class Straight(Value):
     Parameters
     ----------
     start, end : Pose or array_like of shape (..., 4, 4)
-        Poses in one base frame. Batches are several motions at once, and times are broadcast
-        against them.
+        Poses in one base frame. Batches describe several motions at once, which are broadcast
+        against the times.
     duration : float, optional
         Duration in seconds.
     speed, acceleration : float, optional
@@ -103,14 +112,14 @@ class Straight(Value):
 
     def __init__(
         self,
-        start: Any,
-        end: Any,
-        duration: Any = None,
+        start: PoseLike,
+        end: PoseLike,
+        duration: float | None = None,
         *,
-        speed: Any = None,
-        acceleration: Any = None,
-        turn: Any = None,
-        turn_acceleration: Any = None,
+        speed: float | None = None,
+        acceleration: float | None = None,
+        turn: float | None = None,
+        turn_acceleration: float | None = None,
     ):
         put = object.__setattr__
         put(self, "start", _check_end_pose(start, "start"))
@@ -122,12 +131,12 @@ class Straight(Value):
         _ = self._timing  # raises if a limit is missing
 
     @property
-    def duration(self) -> Any:
+    def duration(self) -> float | Array:
         """Duration in seconds, (...) for several motions."""
         seconds = self._timing.seconds
         return seconds if seconds.ndim else float(seconds)
 
-    def at(self, t: Any) -> Array:
+    def at(self, t: ArrayLike) -> Array:
         """Return poses (..., 4, 4) in the base frame at times t (...) in seconds."""
         s = self._shares(t).s
         T, displacement, turn, end = self._wide(
@@ -138,7 +147,7 @@ class Straight(Value):
         kernels.interpolate_pose(T, displacement, turn, move_runs_last(s, 1), end, twist, step, out)
         return homogeneous_matrix(out, s.shape[:-1])
 
-    def twist(self, t: Any) -> Array:
+    def twist(self, t: ArrayLike) -> Array:
         """Return twists (..., 6) = (v, omega) in m/s and rad/s, in base axes, at times t (...)."""
         rate = self._shares(t).rate
         T, displacement, turn = self._wide(rate, self._start, self._displacement, self._turn)
@@ -150,7 +159,7 @@ class Straight(Value):
         out[3:] *= share[1]
         return move_runs_first(out, rate.shape[:-1])
 
-    def _shares(self, t: Any) -> TimeLawShares:
+    def _shares(self, t: ArrayLike) -> TimeLawShares:
         """Return the fractions (..., 2) of distance and angle, for all times and motions."""
         shares, lead = self._timing.at(check_times(t)), self._lead
         shape = (*np.broadcast_shapes(shares.s.shape[:-1], lead), 2)
@@ -201,7 +210,7 @@ class Straight(Value):
         return self.pace.timing(*lengths)
 
 
-def _check_end_pose(value: Any, what: str) -> Pose:
+def _check_end_pose(value: PoseLike, what: str) -> Pose:
     """Return poses without frame names; raise an InputError that names `what` for other values."""
     try:
         return Pose(as_pose(value).matrix)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
@@ -26,7 +27,7 @@ class TimeLawShares(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """Time law of axes that start and stop together, broadcast against times.
+    """Time law of axes that start and stop together.
 
     Attributes
     ----------
@@ -41,14 +42,15 @@ class Timing:
     ramp: Array | None = None
 
     @classmethod
-    def shortest(cls, way: Array, speed: Any, acceleration: Any) -> Timing:
+    def shortest(cls, distance: Array, speed: Array, acceleration: Array) -> Timing:
         """Return the shortest timing of distances (..., n) >= 0, set by the slowest axis."""
-        flat = [np.broadcast_to(x, way.shape).ravel() for x in (way, speed, acceleration)]
-        seconds, ramp = np.empty((2, *way.shape))
+        numbers = distance, speed, acceleration
+        flat = [np.broadcast_to(x, distance.shape).ravel() for x in numbers]
+        seconds, ramp = np.empty((2, *distance.shape))
         kernels.compute_shortest_times(*flat, seconds.reshape(-1), ramp.reshape(-1))
         return cls(np.asarray(seconds.max(axis=-1)), ramp)
 
-    def at(self, t: Any) -> TimeLawShares:
+    def at(self, t: ArrayLike) -> TimeLawShares:
         """Return fractions (..., n) at times t (...), or (..., 1) if all axes have one time law."""
         ramp = np.array([QUINTIC_RAMP]) if self.ramp is None else self.ramp
         times, seconds = np.asarray(t, dtype=float)[..., None], self.seconds[..., None]
@@ -59,8 +61,8 @@ class Timing:
         return TimeLawShares(*(np.array(each).reshape(shape) for each in shares.T))
 
 
-def check_times(t: Any) -> Array:
-    """Return times of any shape in seconds, also infinite times; raise InputError for others."""
+def check_times(t: ArrayLike) -> Array:
+    """Return times (...) in seconds, which may be infinite; raise InputError for other values."""
     try:
         times = np.asarray(t, dtype=float)
     except (TypeError, ValueError):

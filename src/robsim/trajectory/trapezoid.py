@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
@@ -20,8 +21,8 @@ from robsim.trajectory.time_law import Timing
 class TrapezoidTable:
     """Text form of a motion within limits."""
 
-    start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
-    end: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the end."]
+    start: Annotated[Array, END_COORDINATES, "Coordinates of the axes at the start."]
+    end: Annotated[Array, END_COORDINATES, "Coordinates of the axes at the end."]
     speed: AxisSpeed
     acceleration: AxisAcceleration
 
@@ -45,11 +46,23 @@ class Trapezoid(RestToRest):
     duration, and all other axes are slowed down to this duration. Use it for fast motions, and
     `Quintic` for smooth motions of a given duration.
 
-    The keyword arguments `speed` in rad/s or m/s and `acceleration` in rad/s^2 or m/s^2 are the
-    limits: one number for all axes, or (n,). Leading dimensions (...) of `start` and `end` are
-    several motions at once, and times are broadcast against them. InputError is raised if the
-    number of limits differs from n.
+    The keyword arguments `speed` (rad/s or m/s) and `acceleration` (rad/s^2 or m/s^2) are the
+    limits: a number for all axes, or an array (n,). Leading axes (...) of `start` and `end`
+    describe several motions at once, which are broadcast against the times.
 
+    Attributes
+    ----------
+    limits : Limits
+        Limits of speed and acceleration.
+
+    Raises
+    ------
+    InputError
+        If `start` and `end` do not have the same number of axes, or a limit is not positive or does
+        not have one number for each axis.
+
+    Examples
+    --------
     >>> move = Trapezoid([0.0, 0.0], [2.0, 0.1], speed=1.0, acceleration=2.0)
     >>> move.duration, move.at(0.5).round(12), move.velocity(1.0).round(12)
     (2.5, array([0.25 , 0.008]), array([1.   , 0.064]))
@@ -58,7 +71,9 @@ class Trapezoid(RestToRest):
     limits: Limits
     text_form: ClassVar[type[Any]] = TrapezoidTable
 
-    def __init__(self, start: Any, end: Any, *, speed: Any, acceleration: Any):
+    def __init__(
+        self, start: ArrayLike, end: ArrayLike, *, speed: ArrayLike, acceleration: ArrayLike
+    ):
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "end", end)
         object.__setattr__(self, "limits", Limits(speed, acceleration))
@@ -66,7 +81,7 @@ class Trapezoid(RestToRest):
         self.limits.of(self.start.shape[-1])
 
     @property
-    def duration(self) -> Any:
+    def duration(self) -> float | Array:
         """Duration in seconds, (...) for several motions."""
         seconds = self.timing.seconds
         return seconds if seconds.ndim else float(seconds)

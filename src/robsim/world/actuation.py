@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from typing import TYPE_CHECKING
 
 from robsim.base.errors import prefix_errors
 from robsim.declare import DeclaredValue, described
@@ -16,11 +17,13 @@ from robsim.world.imperfections.joint_effect import (
     JointEffectList,
     JointEffectStage,
     JointResponse,
+    OwnJointEffect,
 )
 from robsim.world.imperfections.lag import Lag, LagTime
 from robsim.world.imperfections.rate_limits import (
     AccelerationBound,
     AccelerationLimit,
+    PerJointLimit,
     VelocityBound,
     VelocityLimit,
 )
@@ -41,6 +44,8 @@ class Actuation(DeclaredValue):
     joints, planar joints and unicycles move with their mean velocity over each period; all other
     joints are integrated exactly.
 
+    Examples
+    --------
     >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
     """
@@ -50,6 +55,17 @@ class Actuation(DeclaredValue):
     acceleration: AccelerationBound = None
     encoder: EncoderSteps = 0.0
     effects: JointEffectList = ()
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            lag: float = 0.0,
+            velocity: PerJointLimit | None = None,
+            acceleration: PerJointLimit | None = None,
+            encoder: PerJointLimit = 0.0,
+            effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
+        ) -> None: ...
 
     def acting(self) -> list[ActiveImperfection[JointEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import as_floats, as_positive
 from robsim.base.errors import InputError, format_value, suggest_names
-from robsim.geometry.pose import Pose, check_single_pose
+from robsim.geometry.pose import Pose, PoseLike, check_single_pose
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint
 from robsim.robot.link import Link
@@ -22,30 +23,40 @@ from robsim.world.object import Object
 DH_ERRORS = ("theta", "d", "a", "alpha")
 
 
-def is_not_default(value: Any, right: float | tuple[float, float]) -> bool:
-    """Return whether a value is not its default; a wrong type counts and is rejected later."""
-    return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
+def is_not_default(value: object, default: float | tuple[float, float]) -> bool:
+    """Return whether a value is not its default. A value of a wrong type is rejected later."""
+    is_number = isinstance(value, float | int | tuple) and not isinstance(value, bool)
+    return not is_number or value != default
 
 
 def perturb_camera(
-    eye: MountedCamera, focal: Any, center: Any, distortion: Any, hand_eye: Any
+    eye: MountedCamera,
+    focal: ArrayLike,
+    center: ArrayLike,
+    distortion: ArrayLike | None,
+    hand_eye: PoseLike | None,
 ) -> MountedCamera:
     """Return a camera with wrong intrinsics and a wrong mount, see `Scene.believe`."""
     K, factor = np.array(eye.camera.K), as_floats(focal, "focal (a factor)", ())
     if factor.shape not in ((), (2,)) or not (factor > 0).all():
         raise InputError(f"focal: expected one factor above 0, or two, got {format_value(focal)}")
-    with np.errstate(over="ignore"):  # the camera refuses numbers that are not finite
+    with np.errstate(over="ignore"):  # Camera rejects numbers that are not finite
         K[[0, 1], [0, 1]] *= factor
     shift = as_floats(center, "center (pixels)", (2,))
     if shift.ndim != 1:
         raise InputError(f"center (pixels): expected (column, row), got {format_value(center)}")
     K[:2, 2] += shift
-    lens = eye.camera.distortion if distortion is None else distortion
+    lens = cast(tuple[float, ...], eye.camera.distortion if distortion is None else distortion)
     believed = Camera(K, eye.camera.size, body=eye.camera.body, distortion=lens)
     return replace(eye, camera=believed, pose=_apply_pose_error(eye.pose, hand_eye, "hand_eye"))
 
 
-def perturb_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
+def perturb_robot(
+    robot: Robot,
+    dh: Mapping[str, Mapping[str, float]] | None,
+    convention: str,
+    base: PoseLike | None,
+) -> Robot:
     """Return a robot with wrong link parameters and a wrong base, see `Scene.believe`."""
     dh = {} if dh is None else dh
     if not isinstance(dh, Mapping):
@@ -72,7 +83,8 @@ def _perturb_joint(link: Link, errors: Any, convention: str) -> Joint:
     """
     if not isinstance(errors, Mapping) or not set(errors) <= set(DH_ERRORS):
         raise InputError(
-            f"dh of '{link.name}': expected errors of {', '.join(DH_ERRORS)}, got {format_value(errors)}"
+            f"dh of '{link.name}': expected errors of {', '.join(DH_ERRORS)}, "
+            f"got {format_value(errors)}"
         )
     theta, d, a, alpha = (
         _check_dh_error(errors.get(name, 0.0), f"{link.name}.{name}") for name in DH_ERRORS
@@ -89,19 +101,21 @@ def _perturb_joint(link: Link, errors: Any, convention: str) -> Joint:
     return joint.with_constants(across @ joint.place, along @ joint.tail)
 
 
-def perturb_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
+def perturb_target(
+    thing: Object, size: float, marks: ArrayLike | None, place: PoseLike | None
+) -> Object:
     """Return an object with wrong marks and a wrong pose, see `Scene.believe`."""
     believed = thing.marks if marks is None else as_floats(marks, "marks (metres)", ("N", 3))
     if believed.shape != thing.marks.shape:
         raise InputError(
             f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
         )
-    with np.errstate(over="ignore"):  # the object refuses numbers that are not finite
+    with np.errstate(over="ignore"):  # Object rejects numbers that are not finite
         believed = as_positive(size, "size (a factor)") * believed
     return replace(thing, marks=believed, pose=_apply_pose_error(thing.pose, place, "place"))
 
 
-def _apply_pose_error(pose: Pose, error: Any, what: str) -> Pose:
+def _apply_pose_error(pose: Pose, error: PoseLike | None, what: str) -> Pose:
     """Return a pose with an error, pose @ error, or the pose if there is no error."""
     return pose if error is None else pose @ check_single_pose(error, f"{what} (an error)")
 

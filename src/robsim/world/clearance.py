@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value, suggest_names
@@ -14,9 +15,11 @@ from robsim.geometry.hull import Hull
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
 from robsim.world.scene import Scene
+from robsim.world.scene_parts import Configuration
 
 BATCH_SIZE = 256  # configurations in a batch, so that they fit into the cache
-PARALLEL = 1e-9  # sine of the angle below which two edges count as parallel
+PARALLEL = 1e-9  # two edges count as parallel if the sine of their angle is below this number
+Names = str | Sequence[str]  # names of robots, links, objects or cameras
 
 
 class PosedHull(NamedTuple):
@@ -34,7 +37,7 @@ class PosedHull(NamedTuple):
         return centres
 
 
-def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
+def clearance(scene: Scene, q: Configuration, one: Names, other: Names) -> Array:
     """Return a lower bound of the distance between two things of a scene.
 
     Two convex polytopes are disjoint if and only if their projections are disjoint on the normal of
@@ -43,29 +46,29 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     the distance if faces or crossing edges are nearest, and between capsules and balls in any pose;
     it is smaller if a corner faces a corner or the side of an edge.
 
-    Every shape counts as its convex hull, and a wheel or tapered cylinder as a prism around it, so
-    that the bound holds.
+    Every shape is replaced by its convex hull, and a wheel or a tapered cylinder by a prism around
+    it. These are not smaller than the shapes, so the bound holds for the shapes as well.
 
     Parameters
     ----------
     scene : Scene
         Scene that contains both things.
-    q : array_like of shape (..., nq)
-        Coordinates of the scene.
+    q : array_like of shape (..., nq), or mapping of str to array_like
+        Coordinates of the scene, or the coordinates of each robot by its name.
     one, other : str or list of str
-        A robot "crawler", one of its links "crawler.arm", an object, a camera with a body, or
-        several such names.
+        Name of a robot such as "crawler", of one of its links such as "crawler.arm", of an object,
+        or of a camera with a body; or several such names.
 
     Returns
     -------
     ndarray of shape (...)
-        Lower bound of the distance in metres. The value 0 means contact; a negative value is minus
-        the length of a translation that separates the things.
+        Lower bound of the distance in metres. If the hulls overlap, the value is not above zero,
+        and a translation by its magnitude separates them.
 
     Raises
     ------
     InputError
-        If a name does not exist, has no shapes, or is on both sides, or if a shape is a mesh, as
+        If a name does not exist, has no shapes, or is in both arguments, or if a shape is a mesh:
         only figures load meshes.
 
     References
@@ -87,7 +90,7 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     mine, theirs = _select_hulls(scene, one), _select_hulls(scene, other)
     shared = sorted(set(mine) & set(theirs))
     if shared:
-        raise InputError(f"'{shared[0]}' is on both sides: nothing is apart from itself")
+        raise InputError(f"'{shared[0]}' is on both sides: a thing has no distance from itself")
     least = np.full(len(rows), np.inf)
     for start in range(0, len(rows), BATCH_SIZE):
         batch = rows[start : start + BATCH_SIZE]
@@ -101,7 +104,7 @@ def _lower_clearances(firsts: list[PosedHull], seconds: list[PosedHull], least: 
     for a in firsts:
         for b in seconds:
             away = _vector_lengths(b.centres - a.centres) - a.radius - b.radius
-            near = np.flatnonzero(away < least)  # other configurations have a nearer pair
+            near = np.flatnonzero(away < least)  # elsewhere, another pair is known to be nearer
             if near.size:
                 gaps = _find_widest_gaps(
                     a.hull, b.hull, _relative_poses(a.pose[near], b.pose[near])
@@ -144,7 +147,7 @@ def _segment_vectors(a: Array, u: Array, b: Array, v: Array) -> Array:
     return vectors
 
 
-def _normalise_vectors(vectors: Array) -> tuple[Array, Any]:
+def _normalise_vectors(vectors: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Return unit vectors (..., 3), and whether each vector (...,) was long enough to normalise."""
     size = _vector_lengths(vectors)
     enough = size > PARALLEL
@@ -166,7 +169,7 @@ def _relative_poses(A: Array, B: Array) -> Array:
 # ---- selection of shapes ----
 
 
-def _select_hulls(scene: Scene, selection: Any) -> dict[str, list[Hull]]:
+def _select_hulls(scene: Scene, selection: Names) -> dict[str, list[Hull]]:
     """Return the hulls of named things by frame; raise InputError if there are none."""
     names = [selection] if isinstance(selection, str) else selection
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
@@ -184,7 +187,9 @@ def _select_hulls(scene: Scene, selection: Any) -> dict[str, list[Hull]]:
             hint = suggest_names(name, [*robots, *frames], "things")
             raise InputError(f"no robot, link or object {name!r} in the scene; {hint}")
     if not any(selected.values()):
-        raise InputError(f"{', '.join(names) or 'an empty list'}: no shapes, so nothing can touch")
+        raise InputError(
+            f"{', '.join(names) or 'an empty list'}: no shapes, so there is no distance"
+        )
     return {name: [shape.hull for shape in shapes] for name, shapes in selected.items()}
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
+
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value, suggest_names
@@ -31,21 +33,31 @@ def _velocity_axes(c: Context) -> Axes | None:
 class Motion(Value):
     """Prescribed velocities of a robot that no task commands.
 
-    Use a motion for a target that moves: a conveyor, a turntable or a second robot. `rates` are
-    velocities (nv,) in m/s and rad/s, or a function that returns them for a time in seconds. The
-    velocities are held constant for one control period.
+    Use a motion for a target that moves, such as a conveyor, a turntable or a second robot. The
+    velocities are held constant during a control period.
 
+    Raises
+    ------
+    InputError
+        If constant velocities do not have the shape (nv,).
+
+    Examples
+    --------
     >>> Motion("turntable", [0.2]).at(1.5)
     array([0.2])
     """
 
     robot: Annotated[str, FrameReference, "Name of the robot that moves."]
     rates: Annotated[
-        Array | Callable[[float], Any],
+        Array | Callable[[float], ArrayLike],
         PerJoint(_velocity_axes, "/s"),
         "Velocities (nv,) of the robot in m/s and rad/s: constant, or a function of the time in "
         "seconds.",
     ]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, robot: str, rates: ArrayLike | Callable[[float], ArrayLike]) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from robsim.declare.fields import is_identical
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context, NoTextError
 from robsim.declare.texts import FrameReference
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import CameraBody
 from robsim.vision.camera import Camera
@@ -56,9 +56,7 @@ class CameraTable:
         PerRun((3, 3)),
         "Matrix of intrinsics [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
     ] = None
-    focal: Annotated[
-        Any, FocalLengths(), PerRun((), (2,)), "FocalLengths lengths, instead of K."
-    ] = None
+    focal: Annotated[Any, FocalLengths(), PerRun((), (2,)), "Focal lengths, instead of K."] = None
     center: Annotated[
         Any, CENTER, PerRun((2,)), "Principal point, instead of K. None: the middle of the image."
     ] = None
@@ -98,11 +96,11 @@ class CameraTable:
 
 
 def _write_intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
-    """Return K, or in a short text its parts if they give the same matrix."""
+    """Return the keys of the intrinsics: K, or in a short text its parts if they are exact."""
     parts = split_intrinsics(lens.K)
     if c.facts.get("by_hand"):
         return parts
-    in_pixels = min(parts["focal"]) >= 1.0  # else the lens is of normalised coordinates
+    in_pixels = min(parts["focal"]) >= 1.0  # else the image has normalised coordinates
     if not (c.facts.get("short") and in_pixels) or not is_identical(
         lens.K, np.array(build_intrinsics(**parts, size=None))
     ):
@@ -125,8 +123,14 @@ class MountedCamera:
         Projection and distortion of the camera.
     on : str, default "world"
         Frame that carries the camera: "world", an object, or a link such as "arm.tool".
-    pose : Pose, default identity
-        Pose of the camera axes in the frame `on`, the hand-eye pose of a camera on a robot.
+    pose : pose_like, default the identity
+        Pose of the camera axes in the frame `on`. For a camera on a robot, this is the hand-eye
+        pose.
+
+    Raises
+    ------
+    InputError
+        If the name is not valid, or an argument has another type.
 
     Examples
     --------
@@ -140,6 +144,12 @@ class MountedCamera:
     pose: Pose = IDENTITY
     text_form: ClassVar[type[Any]] = CameraTable
 
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self, name: str, camera: Camera, on: str = "world", pose: PoseLike = IDENTITY
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         check_name(self.name, "camera")
         if not isinstance(self.camera, Camera):
@@ -150,13 +160,13 @@ class MountedCamera:
 
     @classmethod
     def rig_from_file(
-        cls, path: str | os.PathLike[str], on: str = "world", pose: Any = IDENTITY
+        cls, path: str | os.PathLike[str], on: str = "world", pose: PoseLike = IDENTITY
     ) -> tuple[MountedCamera, ...]:
         """Return the cameras of Kalibr's camchain.yaml, mounted on one frame.
 
-        The cameras keep their names of the file. The first camera, cam0, has the pose `pose` on the
-        frame `on`; the poses of the others follow from the chain. This method needs the extra
-        `vision`.
+        The cameras have the names in the file. The first camera, cam0, has the pose `pose` in the
+        frame `on`; the poses of the other cameras follow from the chain of the file. This method
+        needs the extra `vision`.
 
         Parameters
         ----------
@@ -164,13 +174,18 @@ class MountedCamera:
             File of Kalibr.
         on : str, default "world"
             Frame that carries all cameras.
-        pose : pose_like, default identity
+        pose : pose_like, default the identity
             Pose of cam0 in that frame.
+
+        Returns
+        -------
+        tuple of MountedCamera
+            The cameras, in the order of the file.
 
         Raises
         ------
         FileError
-            If the file has no poses of cameras, or a lens that is not modelled.
+            If the file has no poses of cameras, or a lens model that is not supported.
         """
         first = check_single_pose(pose, "pose of cam0")
         return tuple(

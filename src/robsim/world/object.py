@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
@@ -16,7 +17,7 @@ from robsim.declare import ListOf, Name, PerRun, Vector, described
 from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.texts import FrameReference
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import Primitive
 from robsim.robot.link import check_shapes
@@ -59,6 +60,13 @@ class Object(Value):
     "rhino_xr4.tool". Its `marks` (N, 3) are points in its own axes, in metres; features of a task
     are measured from their images. The default marks are the vertices of the shapes.
 
+    Raises
+    ------
+    InputError
+        If the name is not valid, or the marks do not have the shape (N, 3).
+
+    Examples
+    --------
     >>> from robsim.geometry.primitives import Block
     >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
     (8, 3)
@@ -66,24 +74,37 @@ class Object(Value):
 
     name: Annotated[str, Name(), "Name of the object."]
     shapes: Annotated[
-        Any, SHAPE_LIST, "Solids of the object, shown in figures and used by `clearance`."
+        tuple[Primitive, ...],
+        SHAPE_LIST,
+        "Solids of the object, shown in figures and used by `clearance`.",
     ] = ()
     marks: Annotated[
-        Any,
+        Array,
         MARKS,
         PerRun(("N", 3)),
         "Points (N, 3) that cameras see, in axes of the object, in metres. None: the vertices of "
         "its shapes.",
-    ] = None
+    ] = None  # type: ignore[assignment]  # converted by __post_init__
     pose: Annotated[
         Pose, FLAT_POSE, PerRun(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
     on: Annotated[str, FrameReference, "Frame that carries the object."] = "world"
 
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            name: str,
+            shapes: Primitive | Sequence[Primitive] = (),
+            marks: ArrayLike | None = None,
+            pose: PoseLike = IDENTITY,
+            on: str = "world",
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         check_name(self.name, "object")
         shapes = check_shapes(self.shapes, f"object '{self.name}'")
-        marks = self.marks
+        marks = cast(ArrayLike | None, self.marks)  # before its conversion
         if marks is None:
             marks = collect_vertices(shapes)
         marks = as_floats(marks, f"marks of '{self.name}'", ("N", 3))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, as_floats, has_items, move_runs_last
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name
@@ -15,7 +16,7 @@ from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose, homogeneous_matrix
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import POSE
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
@@ -28,7 +29,13 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import MOST_MARKS, Object
 from robsim.world.scene_coordinates import SceneCoordinates
 from robsim.world.scene_frames import check_attachment, list_scene_frames, report_unknown_frames
-from robsim.world.scene_parts import PART_TYPES, find_part, parse_coordinates, replace_part
+from robsim.world.scene_parts import (
+    PART_TYPES,
+    Configuration,
+    find_part,
+    parse_coordinates,
+    replace_part,
+)
 from robsim.world.view import View
 
 # cached properties that stay the same in a revised scene
@@ -43,14 +50,22 @@ KEPT_PROPERTIES = (
 class Scene(SceneCoordinates):
     """Robots, objects and cameras on one kinematic tree from the world frame.
 
-    A scene is the geometry of an experiment: `pose` returns the pose of a frame, `view` the image
-    of points in a camera. Frames are called "world", "robot.link", or by the name of an object or
-    camera. `motions` prescribe the velocities of robots that no task commands. `display` is the
-    pose of the world in the frame of the figures (gT0 of the chapter).
+    A scene is the geometry of an experiment: `pose` returns the pose of a frame, and `view` the
+    image of points in a camera. The names of frames are "world", "robot.link", and the names of
+    objects and cameras. The chapter denotes `display` by gT0.
 
     The coordinates q (nq,) of a scene are the coordinates of its robots, one robot after the other.
     A scene is immutable: `replacing`, `believe`, `attached` and `released` return changed copies.
 
+    Raises
+    ------
+    FrameError
+        If a part is on a frame that does not exist, or parts carry each other.
+    InputError
+        If two parts have the same name, or a motion does not fit its robot.
+
+    Examples
+    --------
     >>> from robsim import Camera
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
     >>> lens = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
@@ -82,13 +97,25 @@ class Scene(SceneCoordinates):
         Pose, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."
     ] = field(default=IDENTITY, kw_only=True)
 
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            robots: Robot | Sequence[Robot] = (),
+            objects: Object | Sequence[Object] = (),
+            cameras: MountedCamera | Sequence[MountedCamera] = (),
+            motions: Motion | Sequence[Motion] = (),
+            *,
+            display: PoseLike = IDENTITY,
+        ) -> None: ...
+
     @classmethod
-    def facts(cls, own: Any, c: Context) -> Context:
+    def facts(cls, own: object, c: Context) -> Context:
         """Return the context with the robots of the scene, which its motions need."""
         return c.knowing(parts=own)
 
     @classmethod
-    def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
+    def text_check(cls, raw: Mapping[str, object], c: Context) -> None:
         """Report frames that do not exist, each at its key in the text."""
         report_unknown_frames(raw, c.facts["own"], c)
         for thing in c.facts["own"].get("objects", ()):
@@ -120,10 +147,10 @@ class Scene(SceneCoordinates):
                     raise InputError("two motions for one robot")
             movers.add(motion.robot)
 
-    def revised(self, **changes: Any) -> Scene:
-        """Return a copy with other numbers, and keep cached properties that do not depend on them.
+    def revised(self, **changes: Any) -> Scene:  # Any: values of the fields named
+        """Return a copy with other numbers in the same parts, reusing unchanged results.
 
-        The names and numbers of coordinates are kept, and the tree if no frame moves.
+        The copy has the same names and numbers of coordinates, and the same tree if no frame moves.
         """
         copy = replace_unchecked(self, **changes)
         copy_cached(self, copy, KEPT_PROPERTIES)
@@ -194,23 +221,23 @@ class Scene(SceneCoordinates):
         self,
         *,
         camera: str | None = None,
-        focal: Any = 1.0,
-        center: Any = (0.0, 0.0),
-        distortion: Any = None,
-        hand_eye: Any = None,
+        focal: ArrayLike = 1.0,
+        center: ArrayLike = (0.0, 0.0),
+        distortion: ArrayLike | None = None,
+        hand_eye: PoseLike | None = None,
         robot: str | None = None,
         dh: Mapping[str, Mapping[str, float]] | None = None,
         convention: Literal["standard", "modified"] = "standard",
-        base: Any = None,
+        base: PoseLike | None = None,
         target: str | None = None,
         size: float = 1.0,
-        marks: Any = None,
-        place: Any = None,
+        marks: ArrayLike | None = None,
+        place: PoseLike | None = None,
     ) -> Scene:
-        """Return a copy with errors, for the `belief` of a task.
+        """Return a copy with wrong parameters, for the `belief` of a task.
 
-        A controller that believes the copy computes with wrong parameters, while the simulation
-        uses the true scene. Parameters that are not given are exact.
+        The controller of the task computes with the copy, while the simulation uses the true scene.
+        Parameters that are not given are exact.
 
         Parameters
         ----------
@@ -221,14 +248,15 @@ class Scene(SceneCoordinates):
         center : (float, float), default (0, 0)
             Error of the principal point, (column, row) in pixels.
         distortion : array_like, optional
-            Distortion coefficients that are believed instead of the true coefficients.
+            Distortion coefficients in place of the true coefficients.
         hand_eye : pose_like, optional
             Error of the mount: the believed pose is T_mount_camera @ hand_eye.
         robot : str, optional
             Name of the robot with errors. Default: the only robot.
         dh : mapping, optional
-            Errors {link: {"theta": rad, "d": m, "a": m, "alpha": rad}}, added to the rows of a
-            Denavit-Hartenberg table of this `convention`.
+            Errors {link: {"theta": rad, "d": m, "a": m, "alpha": rad}}, which are added to the
+            Denavit-Hartenberg rows of the links in this `convention`. Each link may have some of
+            them.
         convention : {"standard", "modified"}, default "standard"
             Convention of the Denavit-Hartenberg table.
         base : pose_like, optional
@@ -238,7 +266,7 @@ class Scene(SceneCoordinates):
         size : float, default 1
             Factor of the marks of the target.
         marks : array_like of shape (N, 3), optional
-            Marks of the target that are believed instead of the true marks, in its axes, in metres.
+            Marks of the target in place of the true marks, in its axes, in metres.
         place : pose_like, optional
             Error of the pose of the target: the believed pose is the true pose @ place.
 
@@ -283,11 +311,10 @@ class Scene(SceneCoordinates):
             wrong.append(perturb_target(self.object(target), size, marks, place))
         return self.replacing(*wrong)
 
-    def attached(self, name: str, to: str, q: Any = None) -> Scene:
+    def attached(self, name: str, to: str, q: Configuration | None = None) -> Scene:
         """Return a copy with an object on the frame `to`, at its present pose in the world.
 
-        The object then moves with that frame, for example in a gripper that has closed on it or on
-        a pallet.
+        The object then moves with that frame, such as a gripper or a pallet.
 
         Parameters
         ----------
@@ -297,6 +324,11 @@ class Scene(SceneCoordinates):
             Frame that carries the object from now on.
         q : array_like of shape (nq,), optional
             Coordinates of the scene when the object changes its frame. Default: `home`.
+
+        Returns
+        -------
+        Scene
+            Scene with the object on the frame `to`.
 
         Raises
         ------
@@ -323,7 +355,7 @@ class Scene(SceneCoordinates):
         pose = self.pose(to, values).inv() @ self.pose(thing.name, values)
         return self.replacing(replace(thing, pose=Pose(pose.matrix), on=to))
 
-    def released(self, name: str, q: Any = None) -> Scene:
+    def released(self, name: str, q: Configuration | None = None) -> Scene:
         """Return a copy with an object on the frame "world", at its present pose in the world.
 
         Parameters
@@ -332,6 +364,11 @@ class Scene(SceneCoordinates):
             Name of the object.
         q : array_like of shape (nq,), optional
             Coordinates of the scene when the object is released. Default: `home`.
+
+        Returns
+        -------
+        Scene
+            Scene with the object on the frame "world".
 
         Raises
         ------
@@ -347,7 +384,7 @@ class Scene(SceneCoordinates):
         """
         return self.attached(name, "world", q)
 
-    def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
+    def coordinates(self, q: Configuration, what: str = "q", limits: bool = True) -> Array:
         """Return checked coordinates of all robots.
 
         Parameters
@@ -369,13 +406,19 @@ class Scene(SceneCoordinates):
         ------
         InputError
             If the shape is wrong, a robot does not exist, or a coordinate is outside its limits.
+
+        Examples
+        --------
+        >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+        >>> Scene([arm, arm.named("other")]).coordinates({"other": [0.5]})
+        array([0. , 0.5])
         """
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
         return parse_coordinates(self.robots, q, what, as_bool(limits, "limits"))
 
-    def pose(self, frame: str, q: Any = None) -> Pose:
+    def pose(self, frame: str, q: Configuration | None = None) -> Pose:
         """Return the pose of a frame in the world.
 
         Parameters
@@ -394,12 +437,23 @@ class Scene(SceneCoordinates):
         ------
         FrameError
             If the frame does not exist.
+
+        Examples
+        --------
+        >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm").at(Pose.at(0, 0, 2))
+        >>> Scene([arm]).pose("arm.link1", [0.0]).position
+        array([1., 0., 2.])
         """
         values = self.coordinates(self.home if q is None else q, limits=False)
         T = self.tree.frame(self.tree.bodies(move_runs_last(values, 1)), frame)
         return Pose(homogeneous_matrix(T, values.shape[:-1]), ("world", frame))
 
-    def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
+    def view(
+        self,
+        q: Configuration | None = None,
+        camera: str | None = None,
+        points: str | ArrayLike | None = None,
+    ) -> View:
         """Return the image of an object's marks or of points in a camera.
 
         Parameters

@@ -13,7 +13,10 @@ from robsim.world.motion import Motion
 
 
 class SceneCoordinates:
-    """The coordinates and velocities of the robots of a scene; motions prescribe some."""
+    """The coordinates and velocities of the robots of a scene.
+
+    The velocities of a robot with a `Motion` are prescribed.
+    """
 
     robots: tuple[Robot, ...]
     motions: tuple[Motion, ...]

@@ -36,8 +36,8 @@ def list_scene_frames(
     return frames
 
 
-def check_attachment(frames: Sequence[Frame], thing: Object, to: Any) -> None:
-    """Raise FrameError if there is no frame `to`, or if the object itself carries it."""
+def check_attachment(frames: Sequence[Frame], thing: Object, to: object) -> None:
+    """Raise FrameError if the frame `to` does not exist, or if the object itself carries it."""
     above = {frame.name: frame.parent for frame in frames}
     known = ["world", *above]
     if not isinstance(to, str) or to not in known:
@@ -55,7 +55,7 @@ def _fixed_joint(pose: Pose) -> Joint:
     return replace_unchecked(FIXED, place=pose)
 
 
-def report_unknown_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
+def report_unknown_frames(raw: Mapping[str, object], parts: Mapping[str, Any], c: Context) -> None:
     """Report parts on a frame that does not exist, at their keys in the text."""
     if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
         return  # those parts are reported elsewhere

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.robot.robot import Robot
+from robsim.robot.robot_coordinates import Coordinates
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
 T = TypeVar("T", Robot, Object, MountedCamera, Motion)
+Configuration = Coordinates | Mapping[str, Coordinates]  # (..., nq), or {robot: its coordinates}
 PART_TYPES: dict[str, type[Any]] = {
     "robots": Robot,
     "objects": Object,
@@ -56,7 +59,7 @@ def replace_part(parts: dict[str, list[Any]], part: Any) -> None:
     parts[kind][known.index(part.name)] = part
 
 
-def parse_coordinates(robots: Sequence[Robot], q: Any, what: str, limits: bool) -> Array:
+def parse_coordinates(robots: Sequence[Robot], q: Configuration, what: str, limits: bool) -> Array:
     """Return checked coordinates (..., nq) of all robots, from an array or {robot: q}."""
     if isinstance(q, Mapping):
         return _concatenate_coordinates(
@@ -64,7 +67,7 @@ def parse_coordinates(robots: Sequence[Robot], q: Any, what: str, limits: bool) 
         )
     if len(robots) == 1:
         return robots[0].coordinates(q, what, limits)
-    values = as_floats(q, what, (sum(robot.nq for robot in robots),))
+    values = as_floats(cast(ArrayLike, q), what, (sum(robot.nq for robot in robots),))
     start = 0
     for robot in robots:
         robot.coordinates(values[..., start : start + robot.nq], what, limits)

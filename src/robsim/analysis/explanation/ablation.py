@@ -13,8 +13,8 @@ from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
 
-TRIAL_DURATION = 3.0  # duration of a changed run, in durations of the run
-LONGEST_TRIAL = 20.0  # longest duration of a changed run with a known arrival
+TRIAL_DURATION = 3.0  # duration of a trial run, in durations of the original run
+LONGEST_TRIAL = 20.0  # longest duration of a trial run with an estimated time of arrival
 
 ExperimentChange = Callable[[Experiment], Experiment]
 
@@ -38,7 +38,7 @@ class Ablation:
 
 @dataclass(frozen=True, eq=False)
 class AblationTrial:
-    """The end of a changed run, and its loop."""
+    """The result of a trial run: its outcome, its end in seconds, and its loop."""
 
     outcome: Outcome
     end_time: float
@@ -51,24 +51,24 @@ class AblationTrial:
 
     @property
     def clause(self) -> str:
-        """The clause for a run that converged, or that stayed at its goal until the end."""
+        """The clause for a run that converged or, with hold, is at its goal at its end."""
         if self.loop.hold:
             return "has converged at its end"
         return f"converges {self.end}"
 
     @property
     def converged(self) -> bool:
-        """Whether the changed run converged."""
+        """Whether the trial run converged."""
         return self.outcome is Outcome.CONVERGED
 
 
-def run_trial(case: Experiment, see: StepCallback | None = None) -> AblationTrial | None:
-    """Simulate a case and return its end; None if it cannot be simulated.
+def run_trial(case: Experiment, on_step: StepCallback | None = None) -> AblationTrial | None:
+    """Simulate a case and return its result; None if it cannot be simulated.
 
-    `see` is called after every step.
+    `on_step` is called after every step.
     """
     try:
-        loop = simulate_single(case, see)
+        loop = simulate_single(case, on_step)
     except InputError:
         return None
     seconds = float(loop.recorder.end_step[0]) * case.dt

@@ -17,9 +17,8 @@ from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.text_format import format_list
 from robsim.run.experiment import Experiment
 
-SuccessTest = Callable[
-    [Experiment], AblationTrial | None
-]  # returns the trial of a case, or None if it fails
+# returns the trial of a case, or None if the case fails
+SuccessTest = Callable[[Experiment], AblationTrial | None]
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Attribution:
 
     causes: tuple[Finding, ...] = ()
     harmless: tuple[Ablation, ...] = ()
-    one_too_many: tuple[Ablation, ...] = ()  # causes; removing any one is enough
+    alternatives: tuple[Ablation, ...] = ()  # causes of which any single removal is enough
 
 
 def format_convergence(trial: AblationTrial) -> str:
@@ -44,22 +43,22 @@ class SuccessCriterion:
     describe: Callable[[AblationTrial], str] = format_convergence
 
     def attribute(self, case: Experiment, wrong: Sequence[Ablation]) -> Attribution:
-        """Return the causes, by removing imperfections: all, one by one, and the smallest set.
+        """Return the causes: imperfections are removed together, one by one, and in minimal sets.
 
-        Trials have the duration of the run first, and then three times that duration, unless more
-        time alone is enough.
+        Trials have the duration of the run first, then three times this duration. A duration at
+        which the unchanged run succeeds is skipped.
         """
         cases = (case, extend_duration(case)) if wrong else ()
-        able = [
+        curable = [
             c
             for c in cases
             if not self.succeeds(c) and self.succeeds(remove_imperfections(c, wrong))
         ]
-        for changed in able:
-            alone = [(one, self.succeeds(one.change(changed))) for one in wrong]
+        for curable_case in curable:
+            alone = [(one, self.succeeds(one.change(curable_case))) for one in wrong]
             if any(trial for _, trial in alone):
                 return self._attribute_single(alone)
-        return self._attribute_set(able[0], wrong) if able else Attribution()
+        return self._attribute_set(curable[0], wrong) if curable else Attribution()
 
     def _attribute_single(
         self, alone: Sequence[tuple[Ablation, AblationTrial | None]]
@@ -75,10 +74,8 @@ class SuccessCriterion:
         needed = self._find_minimal_set(case, wrong)
         trial = self.succeeds(remove_imperfections(case, needed))
         assert trial is not None
-        end, ends = (
-            simulate_outcome(case),
-            {one: simulate_outcome(one.change(case)) for one in needed},
-        )
+        end = simulate_outcome(case)
+        ends = {one: simulate_outcome(one.change(case)) for one in needed}
         # first the imperfections that change the outcome when removed alone
         needed.sort(key=lambda one: ends[one] in (None, end))
         other = ends[needed[0]]

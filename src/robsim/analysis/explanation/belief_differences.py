@@ -139,7 +139,7 @@ def _make_belief_ablation(
     """Return the removal of a false belief, which sets the named fields to their true values."""
     name, values = f"the {noun} of '{true.name}'", {each: getattr(true, each) for each in fields}
 
-    def right(leaf: Any) -> Any:
+    def correct(leaf: Any) -> Any:
         if leaf.belief is None:
             return leaf
         known = *leaf.belief.robots, *leaf.belief.objects, *leaf.belief.cameras
@@ -147,6 +147,6 @@ def _make_belief_ablation(
         return replace(leaf, belief=leaf.belief.replacing(replace(wrong, **values)))
 
     def change(case: Experiment) -> Experiment:
-        return case.with_(task=map_servo_tasks(case.task, right))
+        return case.with_(task=map_servo_tasks(case.task, correct))
 
     return Ablation(about, name, sentence, change, evidence or {}, f"with {name} corrected")

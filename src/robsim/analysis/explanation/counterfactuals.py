@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from robsim.analysis.task_tree import list_servo_tasks, map_servo_tasks
+from robsim.analysis.task_tree import TaskChange, list_servo_tasks, map_servo_tasks
 from robsim.analysis.vector_fields import remove_image_borders
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -65,12 +65,15 @@ def replace_task_fields(case: Experiment, **values: Any) -> Experiment | None:
 
 def add_robust_weighting(case: Experiment) -> Experiment | None:
     """Return the case with robust weights in every servo task, in addition to its weightings."""
-    return _change_servo_tasks(
-        case, lambda leaf: replace(leaf, weighting=(*leaf.weighting, "tukey"))
-    )
+
+    def add(leaf: ServoTask) -> ServoTask:
+        weighting: dict[str, Any] = {"weighting": (*leaf.weighting, "tukey")}
+        return replace(leaf, **weighting)
+
+    return _change_servo_tasks(case, add)
 
 
-def _change_servo_tasks(case: Experiment, change: Any) -> Experiment | None:
+def _change_servo_tasks(case: Experiment, change: TaskChange) -> Experiment | None:
     """Return the case with `change` applied to every servo task; None if that is impossible."""
     if not list_servo_tasks(case.task):
         return None

@@ -34,15 +34,14 @@ from robsim.run.run_checks import check_instance
 if TYPE_CHECKING:
     import xarray as xr
 
-ExplanationParts = tuple[
-    tuple[Finding, ...], tuple[Finding, ...], tuple[str, ...]
-]  # see `Explanation`
+# causes, advice and remarks of an `Explanation`
+ExplanationParts = tuple[tuple[Finding, ...], tuple[Finding, ...], tuple[str, ...]]
 _NO_FAILURE = (Outcome.CONVERGED, Outcome.RUNNING, Outcome.ENDED)
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """Account of a run: its outcome and when it ended, the causes, and changes to try.
+    """Explanation of a run: its outcome and end, the causes, and changes that help.
 
     Attributes
     ----------
@@ -100,9 +99,10 @@ def explain(
     """Explain the outcome of a single run, by simulating it again with one change at a time.
 
     Imperfections of images, joints, depths and beliefs are removed, together and one by one. A
-    cause is an imperfection without which the run converges. If there is none, the causes come from
-    the `diagnose` of the run: null spaces, lost ranks, retreat, loop gain and limits. The advice
-    lists other gains, interaction matrices and laws that let the run converge from the same start.
+    cause is an imperfection without which the run converges. If there is no cause of this kind, the
+    causes come from the diagnosis of the run (see `diagnose`): null spaces, lost ranks, retreat,
+    loop gain and limits. The advice lists other gains, interaction matrices and laws that let the
+    run converge from the same start.
 
     For a recorded run (`read_bag`, `read_log`) the causes are its differences from its experiment:
     commands that differ from the controller's commands for the same images and joints, motion that
@@ -122,7 +122,7 @@ def explain(
     Returns
     -------
     Explanation
-        The account; `print` shows it.
+        Outcome, causes and advice; `print` shows them.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def _explain_failure(analysis: RunAnalysis) -> ExplanationParts:
 
 
 def _explain_log(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Explanation:
-    """Return the account of a recorded run."""
+    """Return the explanation of a recorded run."""
     case = (
         check_instance(experiment, Experiment, "experiment") if experiment else Experiment.of(run)
     )
@@ -185,7 +185,7 @@ def _explain_log(run: xr.Dataset, experiment: Experiment | None, trials: bool) -
 
 
 def _describe_ideal_run(case: Experiment, wrong: list[Ablation]) -> str:
-    """Return the end of a failed run without any imperfection, as a clause."""
+    """Return a clause on the end of a failed run if all imperfections are removed."""
     trial = run_trial(remove_imperfections(extend_duration(case), wrong))
     if trial is None:
         return "with all of it corrected the run cannot be simulated"
@@ -195,7 +195,7 @@ def _describe_ideal_run(case: Experiment, wrong: list[Ablation]) -> str:
 
 
 def _describe_harm(removals: Sequence[Ablation]) -> str:
-    """Return the adjective for imperfections: safety limits are in the way rather than wrong."""
+    """Return the adjective for imperfections: "in the way" for safety limits, else "wrong"."""
     limits = [one.about.startswith("safety.") for one in removals]
     if all(limits):
         return "in the way"
@@ -217,8 +217,8 @@ def _list_remarks(
             f"{adjective[0].upper()}{adjective[1:]}: {names}; {_describe_ideal_run(case, wrong)}.",
         )
     remarks = []
-    if attribution.one_too_many:
-        names = format_list([one.name for one in attribution.one_too_many])
+    if attribution.alternatives:
+        names = format_list([one.name for one in attribution.alternatives])
         remarks += [
             f"Only the combination of {names} is harmful: correcting one of them is enough."
         ]
@@ -231,7 +231,7 @@ def _list_remarks(
 
 
 def _describe_unstopped_run(analysis: RunAnalysis, run: xr.Dataset) -> tuple[str, ...]:
-    """Return how a stopped run would have ended."""
+    """Return a remark on the end of a stopped run without the stop."""
     if analysis.outcome is not Outcome.RUNNING or not analysis.trials:
         return ()
     duration = float(run.attrs["duration"]) - 0.5 * analysis.case.dt

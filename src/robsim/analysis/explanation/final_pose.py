@@ -25,7 +25,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.task_controller import TaskController
 
 FAR_METRES, FAR_RADIANS = 1e-3, 2e-3  # metres and radians above which an offset is reported
-NEAR_SHARE = 0.1  # share of the former offset below which the camera counts as at its goal
+NEAR_SHARE = 0.1  # offset below which the camera is at its goal, relative to the former offset
 
 
 def report_final_pose(analysis: RunAnalysis) -> list[Finding]:
@@ -99,14 +99,14 @@ def _suggest_features(analysis: RunAnalysis) -> str:
 
 
 def _explain_displacement(
-    analysis: RunAnalysis, cured: SuccessTest, wrong: bool
+    analysis: RunAnalysis, is_nearer: SuccessTest, wrong: bool
 ) -> Iterator[Finding]:
     """Report why a camera ends away from its goal pose without any imperfection."""
     finer = 1e-3 * analysis.tolerance
     case = replace_task_fields(extend_duration(analysis.case), tolerance=finer)
     if case is None or not run_converging_trial(case):
         return
-    if cured(case):
+    if is_nearer(case):
         yield Finding(
             "tolerance",
             f"The tolerance of {analysis.size(analysis.tolerance)} allows this: with "
@@ -116,8 +116,8 @@ def _explain_displacement(
     elif not wrong:
         yield Finding(
             "ambiguous features",
-            "The features have the same values at both poses; three marks, for one, look the same "
-            "from up to four. More marks distinguish the poses.",
+            "The features have the same values at both poses; three marks, for example, look the "
+            "same from up to four poses. More marks distinguish the poses.",
         )
 
 
@@ -129,19 +129,19 @@ def measure_final_offset(loop: Loop) -> tuple[float, float]:
 
 
 def _make_nearness_test(offset: tuple[float, float], depth: float) -> SuccessTest:
-    """Return the test whether a change brings the camera nearer to its goal pose.
+    """Return a test of trials: it succeeds if the camera ends nearer to its goal pose.
 
-    A translation counts as its visual angle.
+    A translation counts as the angle under which it appears at a depth (m).
     """
 
     def apparent(offset_of_run: tuple[float, float]) -> float:
         return max(offset_of_run[0] / depth, offset_of_run[1])
 
-    def cured(case: Experiment) -> AblationTrial | None:
+    def is_nearer(case: Experiment) -> AblationTrial | None:
         trial = run_converging_trial(case)
         if trial is None:
             return None
         value = apparent(measure_final_offset(trial.loop))
         return trial if value < max(FAR_RADIANS, NEAR_SHARE * apparent(offset)) else None
 
-    return cured
+    return is_nearer

@@ -44,8 +44,8 @@ def find_nearest_pose(
     """Return the nearest pose; None unless one camera regulates features given as numbers.
 
     The search starts from the poses T_c_o in `known_poses`, and from random poses around a target
-    at a depth (m). Damped steps V = -(L'L + mu D)^-1 L'e of the camera reduce the error while
-    possible (Levenberg 1944; Marquardt 1963).
+    at a depth (m). Damped steps V = -(L'L + mu I)^-1 L'e of the camera reduce the error, with
+    lengths in units of the depth (Levenberg 1944; Marquardt 1963).
     """
     if servo.regulated.given is None or len(servo.sights) != 1:
         return None
@@ -109,10 +109,10 @@ def _mean_depth(servo: ServoController, T: Array) -> Array:
 
 def _move_camera(T: Array, V: Array) -> Array:
     """Return T_c_o after a camera motion exp(V)."""
-    inverse, moved = np.empty(T.shape), np.empty(T.shape)
+    inverse, displaced = np.empty(T.shape), np.empty(T.shape)
     se3.exp_se3(np.ascontiguousarray(-V), inverse)
-    se3.compose(inverse, np.ascontiguousarray(T), moved)
-    return moved
+    se3.compose(inverse, np.ascontiguousarray(T), displaced)
+    return displaced
 
 
 def _levenberg_step(e: Array, L: Array, damping: Array, depth: Array) -> Array:

@@ -39,10 +39,10 @@ def _list_acting_effects(part: str, analysis: RunAnalysis) -> Iterator[Ablation]
     for each in getattr(analysis.case, part).acting():
         sentence, evidence = each.effect.stated(_make_run_facts(analysis))
 
-        def removed(case: Experiment, each: ActiveImperfection[Any] = each) -> Experiment:
+        def remove(case: Experiment, each: ActiveImperfection[Any] = each) -> Experiment:
             return case.with_(**{part: each.removed(getattr(case, part))})
 
-        yield Ablation(each.field, each.effect.title, sentence, removed, evidence)
+        yield Ablation(each.field, each.effect.title, sentence, remove, evidence)
 
 
 def _make_run_facts(analysis: RunAnalysis) -> RunFacts:
@@ -89,11 +89,12 @@ def list_own_motions(analysis: RunAnalysis) -> Iterator[Ablation]:
     stopped_motions = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
     evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
 
-    def stopped(case: Experiment) -> Experiment:
+    def stop_motions(case: Experiment) -> Experiment:
         return case.with_(scene=case.scene.replacing(*stopped_motions))
 
     undone = f"with {names} standing still"
-    yield Ablation("own motion", "the prescribed motion", f"{sentence}.", stopped, evidence, undone)
+    name = "the prescribed motion"
+    yield Ablation("own motion", name, f"{sentence}.", stop_motions, evidence, undone)
 
 
 def _largest_drift(analysis: RunAnalysis) -> float:

@@ -197,8 +197,8 @@ def _report_mark_offset(sight: CameraTarget, rms: float, mean: Array) -> Finding
     camera, target = sight.eye.name, sight.target.name
     offset = f"({format_number(mean[0])}, {format_number(mean[1])})"
     text = (
-        f"'{camera}' sees the marks of '{target}' {format_number(rms)} px from their projections in "
-        f"the scene at the recorded joints, on average {offset}: the lens, a pose or the target "
+        f"'{camera}' sees the marks of '{target}' {format_number(rms)} px from their projections "
+        f"in the scene at the recorded joints, on average {offset}: the lens, a pose or the target "
         "differs, or images are late."
     )
     return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})

@@ -14,7 +14,7 @@ from robsim.analysis.explanation.text_format import (
     format_number,
 )
 
-RETREAT_RATIO = 1.5  # least ratio of the farthest distance to the distances at start and goal
+RETREAT_RATIO = 1.5  # least ratio of the farthest depth to the depths at start and goal
 LARGE_ROLL = np.pi / 3  # least rotation about the optical axis that explains a retreat
 
 
@@ -48,11 +48,12 @@ def _is_position_based(analysis: RunAnalysis) -> bool:
 def report_retreat(analysis: RunAnalysis) -> Finding | None:
     """Report a camera that backed away, as it does for rotations about the optical axis."""
     depths, goal, turn = analysis.depths, analysis.goal_pose, analysis.start_rotation
-    here = float(depths[0])
+    reference = float(depths[0])
     if goal is not None:
-        here = max(here, float(np.asarray(goal @ analysis.sight.target.marks)[..., 2].mean()))
+        marks = np.asarray(goal @ analysis.sight.target.marks)
+        reference = max(reference, float(marks[..., 2].mean()))
     farthest = float(np.nanmax(depths))
-    if farthest < RETREAT_RATIO * here:
+    if farthest < RETREAT_RATIO * reference:
         return None
     evidence = {"from_m": float(depths[0]), "to_m": farthest}
     sentence = (

@@ -89,9 +89,9 @@ def find_lost_mark(analysis: RunAnalysis, flag: Visibility) -> tuple[CameraTarge
     """Return the camera-target pair and the mark that is lost at the end, and its pixel."""
     projections = analysis.snapshots[-1].projections
     for sight in analysis.controller.sights:
-        gone = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
-        if gone.size:
-            mark = int(gone[0])
+        lost = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
+        if lost.size:
+            mark = int(lost[0])
             return sight, mark, projections[sight.key].pixels[mark, :, 0]
     raise AssertionError(f"no mark is {flag.name}")
 

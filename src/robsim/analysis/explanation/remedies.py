@@ -31,7 +31,7 @@ LOWER_GAINS = {0.5: "half", 0.25: "a quarter of", 0.1: "a tenth of"}  # factors 
 HIGHER_GAINS = {2.0: "twice", 4.0: "four times", 10.0: "ten times"}
 OVERSHOOT = 1.0  # product of gain and period above which the loop overshoots
 
-Proposal = tuple[str, str, Experiment | None]  # subject, phrase such as "With L mean", and case
+Proposal = tuple[str, str, Experiment | None]  # subject, phrase such as "With L mean", case
 ProposalSource = Callable[[RunAnalysis], Iterator[Proposal]]
 NEAR_SHARE = 0.5  # largest ratio of the distances with and without advised robust weights
 
@@ -223,10 +223,10 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
 
 
 def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
-    """Yield robust weighting as advice, if there are outliers, no robust weights yet, and it helps.
+    """Yield the advice of robust weights if there are outliers, and robust weights help.
 
-    It helps if the run converges with it. If noise prevents convergence, it helps if it reduces the
-    mean distance to the goal over the second half of the run to less than half.
+    Robust weights help if the run converges with them. If noise prevents convergence, they help if
+    they halve the mean distance to the goal over the second half of the run, or reduce it further.
     """
     q: list[Array] = []
     case = (
@@ -243,21 +243,21 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
         sentence = f"{how} the same start {trial.clause}."
         yield Finding("weighting", sentence, {"converges_after_s": trial.end_time})
         return
-    was = _mean_goal_distance(analysis.loop, [snapshot.q for snapshot in analysis.snapshots])
-    now = _mean_goal_distance(trial.loop, q)
-    if trial.outcome is analysis.outcome and now < NEAR_SHARE * was:
+    before = _mean_goal_distance(analysis.loop, [snapshot.q for snapshot in analysis.snapshots])
+    after = _mean_goal_distance(trial.loop, q)
+    if trial.outcome is analysis.outcome and after < NEAR_SHARE * before:
         sentence = (
-            f"{how} the same run ends {format_length(now)} off its goal instead of "
-            f"{format_length(was)} (means over its second half)."
+            f"{how} the same run ends {format_length(after)} off its goal instead of "
+            f"{format_length(before)} (means over its second half)."
         )
-        yield Finding("weighting", sentence, {"off_m": now, "was_off_m": was})
+        yield Finding("weighting", sentence, {"off_m": after, "was_off_m": before})
 
 
 def _has_outliers(case: Experiment) -> bool:
     """Return whether the images have outliers and no weighting is robust."""
     effects = [each.effect for each in case.sensing.acting()]
-    strays = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
-    return strays and not has_robust_weighting(case.task)
+    has_outliers = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
+    return has_outliers and not has_robust_weighting(case.task)
 
 
 def _mean_goal_distance(loop: Loop, q: Sequence[Array]) -> float:

@@ -144,7 +144,7 @@ class RunAnalysis(Resimulation):
 
     @property
     def arrival_time(self) -> float:
-        """The estimated time in seconds until the error is below the tolerance; or NaN."""
+        """The estimated time in seconds of convergence; NaN if the error does not fall."""
         size = self.errors[-1]
         if not self.decay > 0 or not size > self.tolerance:
             return math.nan

@@ -84,16 +84,16 @@ def _state_acceleration_limit(analysis: RunAnalysis, safety: Safety) -> Statemen
 def _state_joint_margin(analysis: RunAnalysis, safety: Safety) -> Statement:
     """Return the statement on the margin of the joint limits."""
     scene, columns = analysis.case.scene, analysis.controller.columns
-    where, limits = find_coordinates(scene, columns)
-    q, margins = analysis.run["q_end"].values[where], safety.limits("margin", scene.nq)[where]
-    room = np.where(where >= 0, np.minimum(q - limits[:, 0], limits[:, 1] - q) - margins, np.inf)
+    rows, limits = find_coordinates(scene, columns)
+    q, margins = analysis.run["q_end"].values[rows], safety.limits("margin", scene.nq)[rows]
+    room = np.where(rows >= 0, np.minimum(q - limits[:, 0], limits[:, 1] - q) - margins, np.inf)
     least = int(np.argmin(room))
-    name, left = scene.velocity_names[columns[least]], float(room[least])
-    if left > NEAR:
+    name, distance = scene.velocity_names[columns[least]], float(room[least])
+    if distance > NEAR:
         return "The safety keeps the joints from their limits, but no joint is near one.", {
-            "room": left
+            "room": distance
         }
-    margin, unit = float(margins[least]), scene.coordinate_units[where[least]]
+    margin, unit = float(margins[least]), scene.coordinate_units[rows[least]]
     before = format_angle(margin) if unit == "rad" else format_length(margin)
     return f"The safety stops joint {name} {before} before its limit.", {"margin": margin}
 
@@ -106,26 +106,26 @@ def _state_fence(analysis: RunAnalysis, safety: Safety) -> Statement:
     room = np.minimum(at - np.array(fence.low), np.array(fence.high) - at)
     least = int(np.argmin(room))
     side = "low" if at[least] - fence.low[least] < fence.high[least] - at[least] else "high"
-    left = float(room[least])
+    distance = float(room[least])
     sentence = (
-        f"The fence of the safety is {format_number(max(left, 0.0))} m from '{fence.frame}' at the "
-        f"end of the run, on its {side} side along {'xyz'[least]}."
+        f"The fence of the safety is {format_number(max(distance, 0.0))} m from '{fence.frame}' at "
+        f"the end of the run, on its {side} side along {'xyz'[least]}."
     )
-    return sentence, {"room_m": left}
+    return sentence, {"room_m": distance}
 
 
 def _state_watchdog(analysis: RunAnalysis, safety: Safety) -> Statement:
     """Return the statement on the watchdog."""
-    dog = safety.watchdog
-    assert dog is not None
+    watchdog = safety.watchdog
+    assert watchdog is not None
     still = float((_commanded_velocities(analysis) == 0.0).all(axis=1).mean())
-    action = "holds" if dog.then == "hold" else "stops"
+    action = "holds" if watchdog.then == "hold" else "stops"
     sentence = (
         f"The watchdog of the safety {action} the robot when the last image is older than "
-        f"{format_number(dog.after)} s; it stands still in {format_number(100 * still)} percent of "
-        "the periods."
+        f"{format_number(watchdog.after)} s; it stands still in {format_number(100 * still)} "
+        "percent of the periods."
     )
-    return sentence, {"after_s": dog.after, "share": still}
+    return sentence, {"after_s": watchdog.after, "share": still}
 
 
 def _state_ramp(analysis: RunAnalysis, safety: Safety) -> Statement:

@@ -102,7 +102,7 @@ def report_ascent(analysis: RunAnalysis) -> Finding | None:
     sentence = (
         f"Under the camera law the error grows: the joints have {rank} of 6 degrees of "
         "freedom, J^+ approximates the commanded twist, and V' reaches "
-        f"{format_number(float(steepest))}. The joint law reduces V wherever L and J are right."
+        f"{format_number(float(steepest))}. The joint law reduces V if L and J are right."
     )
     return Finding("camera law", sentence, {"rank_J": float(rank), "steepest": float(steepest)})
 

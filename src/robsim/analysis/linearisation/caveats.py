@@ -25,10 +25,10 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
     if linear.field.unactuated:
         yield "wheels cannot move sideways: the sideways distance at the start is not corrected"
     if not is_within_bounds(experiment.task.bind(experiment.scene), linear.q).all():
-        yield "it would come to rest outside of the limits of a joint or of an image"
-    left = _residual_error(linear)
-    if left:
-        yield f"it rests with an error of {left}: the goal is out of reach, or beliefs are wrong"
+        yield "at rest a joint is beyond its limits, or a mark outside of its image"
+    residual = _residual_error(linear)
+    if residual:
+        yield f"the error at rest is {residual}: the goal is out of reach, or beliefs are wrong"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
         yield "the gain at zero error stands for an adaptive gain"
     if linear.timing.lost and not linear.scaled.is_image_only:
@@ -50,9 +50,9 @@ def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
     for one in images:
         beside = [each.effect.deviation(True) for each in images if each is not one]
         yield from one.effect.caveats(robust, math.hypot(*beside))
-    left = dict.fromkeys(_ignored_imperfections(experiment))
-    if left:
-        yield f"{format_list(list(left))} are not considered"
+    ignored = dict.fromkeys(_ignored_imperfections(experiment))
+    if ignored:
+        yield f"{format_list(list(ignored))} are not considered"
 
 
 def _ignored_imperfections(experiment: Experiment) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The linear loop from one image to the next, with late and rare images and joints that lag."""
+"""The linear loop from one image to the next, with delayed images and lagging joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Matrix = Any  # real, or complex for a single mode
 
 
 class LinearStep(NamedTuple):
-    """A linear map of the state and of an error in the command of an image."""
+    """A linear map of the state, and of an error in the command that an image determines."""
 
     of_state: Matrix
     of_error: Matrix
@@ -27,7 +27,7 @@ class LinearStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A loop with the command seen @ (motion at the time of the image) + now @ motion.
+    """A discrete loop with the command qd = seen @ (motion in the image) + now @ (present motion).
 
     The state at the arrival of an image consists of the motion, the velocity, the command of the
     last image, and the motions in the images that have not arrived yet, each (n,).
@@ -52,15 +52,15 @@ class DiscreteLoop:
         motion, v, command, *queue, error = (whole[i : i + n] for i in range(0, len(whole), n))
         if not lost:
             command = self.seen @ (queue[0] if queue else motion) + error
-        path, left = [], t.until_taken
+        path, until_image = [], t.until_taken
         for _ in range(t.every):
             path.append(self._split(motion))
             u = command + self.now @ motion
-            if queue and 0.0 <= left < t.dt:
-                taken = _integrate_lag(motion, v, u, left, t.lag)[0]
-            left -= t.dt
+            if queue and 0.0 <= until_image < t.dt:
+                imaged_motion = _integrate_lag(motion, v, u, until_image, t.lag)[0]
+            until_image -= t.dt
             motion, v = _integrate_lag(motion, v, u, t.dt, t.lag)
-        after = [motion, v, command, *([*queue[1:], taken] if queue else [])]
+        after = [motion, v, command, *([*queue[1:], imaged_motion] if queue else [])]
         return self._split(np.concatenate(after)), path
 
     def _split(self, rows: Matrix) -> LinearStep:
@@ -73,5 +73,5 @@ def _integrate_lag(
     """Return motion and velocity after some seconds under a constant command u: lag v' = u - v."""
     if lag == 0.0:
         return motion + seconds * u, u
-    gone = -math.expm1(-seconds / lag)  # decayed share of u - v
-    return motion + seconds * u - (u - v) * (lag * gone), v + (u - v) * gone
+    decayed = -math.expm1(-seconds / lag)  # decayed share of u - v
+    return motion + seconds * u - (u - v) * (lag * decayed), v + (u - v) * decayed

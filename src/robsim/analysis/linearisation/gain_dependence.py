@@ -13,16 +13,17 @@ from robsim.analysis.linearisation.linear_response import LinearResponse
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.base.arrays import Array
 
-NEGLIGIBLE = 1e-6  # share of a command below which a part is rounding of differences
+NEGLIGIBLE = 1e-6  # share of a command below which a part is a rounding error
 EQUAL_RATE = 1e-6  # relative difference below which two rates are equal
 
 
 @dataclass(frozen=True, eq=False)
 class GainDependence:
-    """Response (r, r) as fixed + factor * growing, for measured joints (now) and images (seen).
+    """Response (r, r) as a function of a factor of the gains: fixed part + factor * growing part.
 
-    The fixed part, such as a secondary motion, does not depend on the gain. Motions are restricted
-    to the commanded velocities; motions that the features leave free are excluded.
+    `now` and `seen` are the growing parts for measured joints and for images, `fixed_now` and
+    `fixed_seen` the fixed parts, such as a secondary motion. Motions are restricted to the
+    commanded velocities; motions that the features leave free are excluded.
     """
 
     now: Array
@@ -81,11 +82,13 @@ class GainDependence:
     @property
     def modes(self) -> list[complex]:
         """The distinct rates of the motions that the image commands, one for each complex pair."""
-        U, kept = self._image_basis, list[complex]()
+        U, distinct = self._image_basis, list[complex]()
         for rate in -np.linalg.eigvals(U.T @ self.seen @ U):
-            if rate.imag >= 0.0 and all(abs(rate - one) > EQUAL_RATE * abs(rate) for one in kept):
-                kept.append(complex(rate))
-        return kept
+            if rate.imag >= 0.0 and all(
+                abs(rate - other) > EQUAL_RATE * abs(rate) for other in distinct
+            ):
+                distinct.append(complex(rate))
+        return distinct
 
 
 def make_mode_loop(rate: complex, timing: LoopDelays) -> DiscreteLoop:

@@ -13,24 +13,23 @@ from robsim.base.errors import InputError
 
 PIXEL = 0.01  # step of central differences
 ROUGH = 0.02  # largest ratio of second to first difference of a smooth command
-RANK_TOLERANCE = (
-    1e-6  # share of the largest singular value below which a motion counts as left free
-)
+RANK_TOLERANCE = 1e-6  # least singular value of a commanded motion, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
 class LinearResponse:
     """Derivatives of the commanded velocities qd (n,) at a state of rest, in 1/s.
 
-    A motion (n,) is the displacement that velocities produce in one second. Joints are measured at
-    once and images may be late, so the two contributions are separate:
-    qd = now @ motion + seen @ (motion at the time of the image) + pixels @ (errors in the image).
+    A motion (n,) is the displacement that velocities produce in one second. Measured joints are up
+    to date and images may be late, so that the two contributions are separate:
+
+        qd = now @ motion + seen @ (motion in the image) + pixels @ (errors in the image).
     """
 
     now: Array  # (n, n)
     seen: Array  # (n, n)
     pixels: Array  # (n, P), with the P = 2 N pixel coordinates of all camera-target pairs
-    marks: Array  # (P, n) derivative of the true pixels with respect to the motion
+    marks: Array  # (P, n) derivative of the true pixels by the motion
     place: Array  # (3, n) derivative of the first camera's position in target axes
     turn: Array  # (3, n) derivative of its rotation in target axes
 
@@ -109,21 +108,20 @@ def _pixel_derivative(field: VectorField, q: Array) -> Array:
     )
 
 
-def _relative_motion(field: VectorField, q: Array, there: Array) -> tuple[Array, Array]:
+def _relative_motion(field: VectorField, q: Array, displaced: Array) -> tuple[Array, Array]:
     """Return derivatives (3, n) of the first camera's position and rotation in target axes."""
-    here, poses = field.pose(q)[0].inv(), field.pose(there).inv()
-    turned = here.inv() @ poses
-    return _central_difference(poses.position.T, STEP), here.rotation @ _central_difference(
-        turned.rotvec.T, STEP
-    )
+    pose, poses = field.pose(q)[0].inv(), field.pose(displaced).inv()
+    rotations = (pose.inv() @ poses).rotvec.T
+    turn = pose.rotation @ _central_difference(rotations, STEP)
+    return _central_difference(poses.position.T, STEP), turn
 
 
-def _check_smooth_command(qd: Array, here: Array) -> None:
-    """Raise InputError if the command (n, 2 n) has no derivative, or a zero derivative."""
+def _check_smooth_command(qd: Array, at_rest: Array) -> None:
+    """Raise InputError if the command qd (n, 2 n) near rest has no or a zero derivative."""
     n = qd.shape[1] // 2
     ahead, behind = qd[:, :n], qd[:, n:]
     size = np.abs(ahead - behind).max()
-    if np.abs(ahead + behind - 2.0 * here).max() > ROUGH * size:
+    if np.abs(ahead + behind - 2.0 * at_rest).max() > ROUGH * size:
         raise InputError(
             "advise: the command has no derivative at the goal (as in docking), and so it has no "
             "linear loop: simulate it"

@@ -10,9 +10,9 @@ from robsim.base.errors import InputError
 from robsim.engine.image_stream import ROUNDING
 from robsim.run.experiment import Experiment
 
-LONGEST = 1000  # control periods from one image to the next, or until it is used
+LONGEST = 1000  # most control periods between two images, or from an image until its use
 MOST_LOST = 0.9  # above this share the mean square no longer describes a single run
-LONGEST_QUEUE = 20  # pending images above which a loop with rarer images replaces the true loop
+LONGEST_QUEUE = 20  # pending images above which rarer images approximate the loop
 LONGEST_LOSSY_QUEUE = 6  # the same limit if some images are lost
 
 
@@ -32,13 +32,13 @@ class LoopDelays:
 
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
-        """Return the times of an experiment; InputError if images are too rare, late or lossy."""
+        """Return the times of an experiment; InputError for extreme delays."""
         dt, scene = experiment.dt, experiment.scene
         every, latency, lost = experiment.sensing.timing(dt)
         if max(every, latency / dt) > LONGEST:
             raise InputError(
-                f"advise: images may be {LONGEST} control periods apart or late at most, and these "
-                f"are {max(every, latency / dt):g}"
+                f"advise: interval and latency of the images: expected at most {LONGEST} control "
+                f"periods, got {max(every, latency / dt):g}"
             )
         if lost > MOST_LOST:
             raise InputError(
@@ -53,7 +53,7 @@ class LoopDelays:
 
     @property
     def delay(self) -> int:
-        """The number of images between the current image and the image that is used now."""
+        """The number of images taken after the image that is used now."""
         return math.ceil(self.latency / self.period - ROUNDING)
 
     @property
@@ -70,17 +70,14 @@ class LoopDelays:
     def with_rarer_images(self) -> Self:
         """The same loop, or a loop with rarer images if many images are pending.
 
-        The rarer images have the same mean delay.
-
-        A command that is held for T is late by T/2. The relative
-        difference of the limits is about (T / latency)^2 / 24.
+        The rarer images have the same mean delay: a command that is held for T is late by T/2. The
+        limits of both loops differ by about (T / latency)^2 / 24, relative to the limit.
         """
         longer = math.ceil(self.delay / (LONGEST_LOSSY_QUEUE if self.lost else LONGEST_QUEUE))
         if longer <= 1:
             return self
         every = longer * self.every
         latency = self.latency - 0.5 * (every - self.every) * self.dt
-        lost = self.lost / (
-            self.lost + longer * (1.0 - self.lost)
-        )  # gives the same mean age of images
+        # the same mean age of the images
+        lost = self.lost / (self.lost + longer * (1.0 - self.lost))
         return replace(self, every=every, latency=latency, lost=lost)

@@ -1,4 +1,4 @@
-"""Effects of a small calibration error on the end of a run and on its stability."""
+"""Effects of a small calibration error on the final pose of a run and on its stability."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class MiscalibrationEffect:
 
     @property
     def notable(self) -> bool:
-        """Whether the error displaces the end, or changes rate or limit by 0.05 % or more."""
+        """Whether the error displaces the camera, or changes rate or limit by 0.05 % or more."""
         return self.moves or max(abs(self.rate), abs(self.limit)) >= NOTABLE_CHANGE
 
     def __str__(self) -> str:
@@ -73,8 +73,8 @@ class MiscalibrationEffect:
 def compute_effects(linear: LinearLoop) -> tuple[MiscalibrationEffect, ...]:
     """Return the effects of all errors, sorted by the displacement that they cause.
 
-    Distances are compared by their visual angle from the target. Errors without
-    displacement are sorted by how much they lower the largest gain or the slowest rate.
+    A displacement counts as the angle under which it appears from the target. Errors without
+    displacement are sorted by their reduction of the largest gain or of the slowest rate.
     """
     field, limit = linear.field, find_mode_limit(linear.scaled.modes, linear.lossless)
     depth = float(np.mean([Z.mean() for Z in field.images(linear.q)[1].values()]))
@@ -91,7 +91,7 @@ def _effect_order(one: MiscalibrationEffect, depth: float) -> tuple[float, float
 def _compute_effect(
     linear: LinearLoop, mistake: BeliefPerturbation, limit: float
 ) -> MiscalibrationEffect:
-    """Return the effect of an error: dq = -(dqd/dq)^-1 qd, with its command qd at rest."""
+    """Return the effect of an error, dq = -(dqd/dq)^-1 qd, from the command qd that it causes."""
     perturbed = linear.with_task(mistake.apply(linear.task, linear.field.scene))
     displacement = perturbed.response.cancelling_motion(perturbed.field.command(linear.q).qd[:, 0])
     metres, radians = _relative_offset(linear.field, linear.q, displacement)
@@ -101,12 +101,13 @@ def _compute_effect(
         else perturbed.scaled
     )
     slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
-    raised = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
-    return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, float(slowest), raised)
+    limit_change = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
+    changes = float(slowest), limit_change
+    return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, *changes)
 
 
 def _relative_offset(field: VectorField, q: Array, motion: Array) -> tuple[float, float]:
-    """Return the displacement (m, rad) of the camera to its target by a motion (n,)."""
+    """Return the displacement (m, rad) of the camera relative to its target by a motion (n,)."""
     displaced = field.pose(field.displace(q, motion[:, None])).inv().matrix[0, :3, :, None]
     pose = field.pose(q).inv().matrix[0, :3, :, None]
     metres, radians = end_variables.measure_pose_difference(pose, displaced)

@@ -15,7 +15,7 @@ from robsim.analysis.linearisation.stability_limit import is_stable
 from robsim.base.arrays import Array
 from robsim.world.sensing import Sensing
 
-DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12
+DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12  # of the sums of covariances
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,8 @@ def compute_noise_floor(
     the command.
     """
     U, short = response.basis, timing.with_rarer_images
-    loop, together = (
-        scaled.at(1.0, short),
-        short.every // timing.every,
-    )  # images per image of the shortened loop
+    loop = scaled.at(1.0, short)
+    together = short.every // timing.every  # images for each image of the shorter loop
     if not is_stable(loop):
         return NoiseFloor(math.inf, math.inf, math.inf)
     share = pixel / math.sqrt(together)

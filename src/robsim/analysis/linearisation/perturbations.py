@@ -50,9 +50,9 @@ class BeliefPerturbation:
         return replace(leaf, belief=belief.believe(**self.wrong))
 
 
-def _enlarge_scale(scale: Any) -> Any:
+def _enlarge_scale(scale: float | Sequence[float]) -> float | tuple[float, ...]:
     """Return a depth scale, one number or one for each mark, larger by one percent."""
-    larger = np.multiply(scale, 1.0 + RELATIVE)
+    larger = np.asarray(np.multiply(scale, 1.0 + RELATIVE))
     return tuple(larger.tolist()) if larger.ndim else float(larger)
 
 

@@ -17,7 +17,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.tasks.task import ServoTask, Task
 
-REST_TOLERANCE = 1e-9  # largest command at rest, as a share of the pace of the controller
+REST_TOLERANCE = 1e-9  # largest command at rest, relative to the slowest rate of the controller
 
 
 def make_steady(task: Task, factor: float = 1.0) -> Task:
@@ -27,11 +27,11 @@ def make_steady(task: Task, factor: float = 1.0) -> Task:
     kept.
     """
 
-    def leaf(one: ServoTask) -> ServoTask:
-        gain: Any = one.gain.at_zero if isinstance(one.gain, AdaptiveGain) else one.gain
-        return replace_fields(one, smooth_start=None, gain=factor * gain)
+    def make_leaf_steady(leaf: ServoTask) -> ServoTask:
+        gain: Any = leaf.gain.at_zero if isinstance(leaf.gain, AdaptiveGain) else leaf.gain
+        return replace_fields(leaf, smooth_start=None, gain=factor * gain)
 
-    return map_servo_tasks(task, leaf)
+    return map_servo_tasks(task, make_leaf_steady)
 
 
 def has_single_gain(leaf: ServoTask) -> bool:

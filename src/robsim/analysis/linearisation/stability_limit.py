@@ -18,9 +18,9 @@ from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.base.arrays import Array
 from robsim.run.experiment import Experiment
 
-FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor, and the largest factor over it
-UP, BLOCK = 1.1, 64  # ratio of consecutive factors, and how many are tested at once
-LOWER, LOWEST = 0.1, 1e-8  # of the first factor; no factor is stable if the last is not
+FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor; largest factor over the first
+UP, BLOCK = 1.1, 64  # ratio of consecutive factors, and number of factors tested at once
+LOWER, LOWEST = 0.1, 1e-8  # ratio of falling factors; least factor over the first
 PARTS, CUTS = 33, 4  # parts of an interval, and number of subdivisions
 ROUNDS, PER_LOSS = 400, 150.0  # least rounds of a power iteration, and rounds times (1 - lost)
 NOTABLE_RISE = 1.05  # least ratio of the limits without and with a cause
@@ -90,12 +90,12 @@ def _make_mode_builder(rate: complex, timing: LoopDelays, usual: float) -> MapBu
     """Return a function from factors to the maps of one mode, which are linear in the factor."""
     none, once = (_stack_maps([make_mode_loop(f * rate, timing)]) for f in (0.0, usual))
 
-    def made(factors: Array) -> StateMaps:
+    def build_maps(factors: Array) -> StateMaps:
         f = factors[:, None, None] / usual
         used_map, lost_map = (a + f * (b - a) for a, b in zip(none[:2], once[:2], strict=True))
         return StateMaps(used_map, lost_map, timing.lost)
 
-    return made
+    return build_maps
 
 
 def _stack_maps(loops: Sequence[DiscreteLoop]) -> StateMaps:
@@ -141,9 +141,9 @@ def _search_limit(builder: MapBuilder, first: float) -> float:
 
 
 def find_limiting_cause(experiment: Experiment, linear: LinearLoop, gain: float) -> str:
-    """Return the cause without which the largest gain would be highest, in words.
+    """Return the main cause of the largest gain: without it the limit would be the highest.
 
-    `gain` is the gain of the task. With true beliefs all motions would decay at this rate.
+    `gain` is the gain of the task, the decay rate of all motions under true beliefs.
     """
     limits = sorted(_limits_without_causes(experiment, linear, gain))
     limit = find_largest_factor(linear.scaled, linear.timing)

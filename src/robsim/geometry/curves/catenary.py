@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
@@ -25,17 +26,33 @@ class Catenary(Curve):
 
         sqrt(length^2 - v^2) = 2 a sinh(h / (2 a))
 
-    for points h apart across and v apart in height (e.g. H. M. Irvine, Cable Structures, 1981). The
-    points must go to larger x, and the cable must be longer than their distance.
+    for end points with the horizontal distance h and the height difference v (e.g. H. M. Irvine,
+    Cable Structures, 1981). A longer cable sags more.
 
+    Raises
+    ------
+    InputError
+        If the x of the end does not exceed the x of the start, or the cable is not longer than the
+        distance between both.
+
+    Examples
+    --------
     >>> cable = Catenary((0, 0), (10, 0), 10.2)
     >>> cable.at(5.1).position.round(3)  # the middle is the lowest point
     array([ 5.   , -0.872,  0.   ])
     """
 
-    start: Annotated[Any, Vector("length", 2), "First point (x, y) of the curve, with y up."]
-    end: Annotated[Any, Vector("length", 2), "Last point (x, y) of the curve, with y up."]
+    start: Annotated[
+        tuple[float, float], Vector("length", 2), "First point (x, y) of the curve, with y up."
+    ]
+    end: Annotated[
+        tuple[float, float], Vector("length", 2), "Last point (x, y) of the curve, with y up."
+    ]
     length: CurveLength
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, start: ArrayLike, end: ArrayLike, length: float) -> None: ...
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -21,10 +21,12 @@ CurveRadius = Annotated[float, Length(above=0), "Radius of the curve."]
 
 
 class Curve:
-    """Base class of all curves, which are given by arc length in the plane z = 0.
+    """Base class of curves in the plane z = 0, parametrised by arc length.
 
-    A subclass defines `pieces` and `length`. Curves are the tracks of joints of kind "rail".
+    A subclass defines `pieces` and `length`. A joint of kind "rail" moves along a curve.
 
+    Examples
+    --------
     >>> from robsim.geometry.curves import Arc
     >>> isinstance(Arc(2.0, np.pi), Curve)
     True
@@ -43,7 +45,7 @@ class Curve:
 
     @cached_property
     def constants(self) -> kernels.CurveTable:
-        """Constants for the kernels, with this curve as the only one."""
+        """Table of this curve alone, in the format of the kernels."""
         ends = make_read_only(np.array([0, len(self.pieces)], dtype=np.int64))
         return kernels.CurveTable(ends, make_read_only(np.array([self.length])), self.pieces)
 
@@ -54,7 +56,7 @@ class Curve:
 
     @cached_property
     def bends(self) -> tuple[float, float]:
-        """Lowest and highest curvature, in 1/m, with the straight continuations (0) included.
+        """Lowest and highest curvature in 1/m, including the straight continuations (0).
 
         Examples
         --------
@@ -62,7 +64,9 @@ class Curve:
         >>> Arc(2.0, -np.pi).bends
         (-0.5, 0.0)
         """
-        lowest = self.pieces[:, 0] - self.pieces[:, 6]  # arc length of largest bend, of catenaries
+        lowest = (
+            self.pieces[:, 0] - self.pieces[:, 6]
+        )  # arc length of the largest curvature of a catenary
         bends = self.curvature(np.clip(lowest, 0.0, self.length))
         bends = np.concatenate([[0.0], self.pieces[:, 4], bends[self.pieces[:, 5] > 0]])
         return float(bends.min()), float(bends.max())
@@ -147,12 +151,12 @@ class Curve:
         """Raise InputError if the numbers are too large or too small to compute with."""
         try:
             with np.errstate(all="ignore"):
-                good = bool(
+                is_usable = bool(
                     (np.abs([*self.pieces.ravel(), self.length]) < LARGEST_CURVE_NUMBER).all()
                 )
         except ArithmeticError:
-            good = False
-        if not good:
+            is_usable = False
+        if not is_usable:
             raise InputError(f"numbers too large or too small for a curve: {format_value(self)}")
 
     def _points(self, s: ArrayLike) -> tuple[Array, ...]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
@@ -20,15 +21,30 @@ from robsim.geometry.curves.curve import Curve
 class Polyline(Curve):
     """Straight lines between points, with each corner rounded by an arc.
 
-    An arc of radius r that turns by the angle t replaces r tan(t / 2) of both sides of its corner,
-    so consecutive points must be far enough apart.
+    At a corner with the turning angle t, an arc of radius r replaces the length r tan(t / 2) of
+    both sides, so consecutive points must be far enough apart.
 
+    Raises
+    ------
+    InputError
+        If two consecutive points are equal, or the arcs of two corners overlap.
+
+    Examples
+    --------
     >>> round(Polyline([(0, 0), (1, 0), (1, 1)], radius=0.2).length, 9)  # 0.8 + 0.1 pi + 0.8
     1.914159265
     """
 
-    points: Annotated[Any, ListOf(Vector("length", 2), 2, 1000), "Points (N, 2) of the polyline."]
+    points: Annotated[
+        tuple[tuple[float, float], ...],
+        ListOf(Vector("length", 2), 2, 1000),
+        "Points (N, 2) of the polyline.",
+    ]
     radius: Annotated[float, Length(above=0), "Radius of the arcs at the corners."]
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, points: ArrayLike, radius: float) -> None: ...
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -33,6 +33,8 @@ class Ball(Primitive):
     skin is a sphere. The inertia is the inertia of a homogeneous sphere, 2/5 m r^2 about every
     axis.
 
+    Examples
+    --------
     >>> len(Ball(0.1, n=16).edges)
     48
     """

@@ -22,8 +22,10 @@ TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) fo
 class Block(Primitive):
     """Box, centred at the origin: x along its length, y along its width, z along its height.
 
-    It has 8 vertices, 12 edges and 6 faces (chapter, section 2.1).
+    The block has 8 vertices, 12 edges and 6 faces (chapter, section 2.1).
 
+    Examples
+    --------
     >>> block = Block(0.3, 0.2, 0.1, color="r")
     >>> block.vertices.max(axis=0), len(block.edges), len(block.faces)
     (array([0.15, 0.1 , 0.05]), 12, 6)

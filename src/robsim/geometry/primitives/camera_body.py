@@ -25,6 +25,8 @@ class CameraBody(Primitive):
     quarters of the length, and the opening is 1.5 times as wide and high as the box. For the
     inertia, box and flare are solid.
 
+    Examples
+    --------
     >>> body = CameraBody(0.08, 0.04, 0.03)
     >>> len(body.vertices), len(body.edges), len(body.faces)
     (12, 20, 9)

@@ -38,6 +38,8 @@ class Capsule(Primitive):
     the ends of the cylinder and two outlines. The inertia is the inertia of the round solid. MuJoCo
     has capsules; `Robot.to_urdf` writes a cylinder and two spheres, because URDF has none.
 
+    Examples
+    --------
     >>> float(np.ptp(Capsule(0.1, 0.3).vertices, axis=0)[2])
     0.5
     """

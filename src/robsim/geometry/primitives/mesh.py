@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare import ListOf, Number, Role, Text, register
-from robsim.geometry.mesh_files import ColoredMesh, load_mesh
+from robsim.geometry.mesh_files import ColoredMesh, Indices, load_mesh
 from robsim.geometry.mesh_lookup import FILE_SCHEME, PACKAGE_SCHEME, find_mesh_file
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
@@ -21,9 +21,14 @@ from robsim.geometry.primitives.surface import Surface
 
 @dataclass(frozen=True)
 class MeshSource:
-    """Folder of the model file that names a mesh, and substitute shapes in the axes of the mesh.
+    """Folder of the model file that names a mesh, and substitutes for the mesh.
 
-    `stand_ins` are the collision shapes that figures draw if the mesh file cannot be read.
+    Attributes
+    ----------
+    folder : Path
+        Folder of the model file.
+    stand_ins : tuple of Primitive
+        Collision shapes in the axes of the mesh. Figures draw them if the mesh file cannot be read.
     """
 
     folder: Path
@@ -41,6 +46,13 @@ class Mesh(Primitive):
     mesh is unknown, so its link must give the inertia. `Robot.from_urdf` sets `source`, which has
     no effect on equality, hashes, text forms and results of runs.
 
+    Raises
+    ------
+    InputError
+        If the file name leaves its package, a scale is zero, or a mass or density is given.
+
+    Examples
+    --------
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)
     """
@@ -63,7 +75,7 @@ class Mesh(Primitive):
         if not all(self.scale):
             raise InputError(f"Mesh.scale must be three numbers other than 0, got {self.scale}")
         if self.mass is not None or self.density is not None:
-            raise InputError("the inertia of a mesh is not known: give the link's")
+            raise InputError("the inertia of a mesh is not known: give the inertia of its link")
 
     def shown(self) -> tuple[Primitive, ...]:
         """Return the surfaces of the mesh file, or its substitute shapes.
@@ -101,7 +113,7 @@ class Mesh(Primitive):
         return Surface(piece.points * scale, triangles, piece.sharp, color, pose=self.pose)
 
     @property
-    def edges(self) -> Array:
+    def edges(self) -> Indices:
         """Edges (0, 2): a mesh has none; the surfaces of `shown` have edges."""
         return np.empty((0, 2), dtype=np.int64)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from robsim.declare import Integer, Length, Quantity, Role, check_fields, family
 from robsim.declare.texts import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
-from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
+from robsim.geometry.mesh_files import Indices
+from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 
 Face = tuple[int, ...]
@@ -33,8 +34,7 @@ FigureColour = Annotated[str, Color, Role.LABEL, "Colour in figures."]
 class Primitive:
     """Base class of wire-frame solids at a pose; a subclass defines the shape.
 
-    A solid is massless unless its mass or its density is given. With a mass or density it is a
-    homogeneous body.
+    A solid with a mass or a density is a homogeneous body. Without either it is massless.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Primitive:
         if self.mass is not None and self.density is not None:
             raise InputError(f"{type(self).__name__}: give its mass or its density, not both")
 
-    def at(self, pose: Any) -> Self:
+    def at(self, pose: PoseLike) -> Self:
         """Return a copy that is moved rigidly by `pose`: each vertex p becomes pose @ p.
 
         Parameters
@@ -124,7 +124,7 @@ class Primitive:
         return make_read_only(self.pose @ self._corners())
 
     @property
-    def edges(self) -> Array:
+    def edges(self) -> Indices:
         """Edges (E, 2), as pairs of vertex indices."""
         return np.array(sorted({tuple(sorted(e)) for e in self._edges()}))
 
@@ -142,7 +142,8 @@ class Primitive:
     def skin(self) -> tuple[Array, tuple[Face, ...]]:
         """Points (P, 3) in metres and faces for solid drawings; the points begin with the vertices.
 
-        By default these are the vertices and faces. A solid that is drawn by a few lines has more.
+        By default these are the vertices and faces. A solid with a coarse wire frame, such as a
+        ball, has additional points.
         """
         return self.vertices, self.faces
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from robsim.base.arrays import Array, make_read_only
+from robsim.geometry.mesh_files import Indices
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 
 
@@ -33,9 +34,9 @@ class Surface(Primitive):
     (((0, 1, 2),), 1)
     """
 
-    points: Annotated[Any, "Corners of the triangles."]
-    triangles: Annotated[Any, "Indices (F, 3) of the points of each triangle."]
-    sharp: Annotated[Any, "Sharp edges (E, 2), as indices of points."]
+    points: Annotated[Array, "Corners of the triangles."]
+    triangles: Annotated[Indices, "Indices (F, 3) of the points of each triangle."]
+    sharp: Annotated[Indices, "Sharp edges (E, 2), as indices of points."]
     color: FigureColour = "k"
 
     @property
@@ -44,10 +45,9 @@ class Surface(Primitive):
         return tuple(map(tuple, self.triangles.tolist()))
 
     @property
-    def edges(self) -> Array:
-        """Edges (E, 2) along bends and ends of the surface."""
-        edges: Array = self.sharp
-        return edges
+    def edges(self) -> Indices:
+        """Edges (E, 2) along bends and ends of the surface, as indices of points."""
+        return self.sharp
 
     def _corners(self) -> Array:
         return make_read_only(self.points)

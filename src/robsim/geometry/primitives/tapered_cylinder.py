@@ -35,12 +35,14 @@ class TaperedCylinder(Primitive):
     lines between them) and n + 2 faces. The inertia is the inertia of the round solid. URDF and
     MJCF lack this shape: exported files contain four cylinders with the volumes of four slices.
 
+    Examples
+    --------
     >>> float(np.ptp(TaperedCylinder(0.1, 0.05, 0.3).vertices, axis=0)[2])
     0.3
     """
 
     radius: SolidRadius
-    end_radius: Annotated[float, Length(above=0), "SolidRadius at the upper end."]
+    end_radius: Annotated[float, Length(above=0), "Radius at the upper end."]
     length: SideLength
     n: CirclePoints = 32
     color: FigureColour = "k"

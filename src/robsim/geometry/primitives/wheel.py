@@ -29,6 +29,8 @@ class Wheel(Primitive):
     2 faces for solid drawing (chapter, section 2.2). The inertia is the inertia of the round
     cylinder, not of the drawn prism.
 
+    Examples
+    --------
     >>> len(Wheel(0.1, 0.02, n=16).edges)
     32
     """

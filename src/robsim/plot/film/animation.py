@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +18,12 @@ from robsim.plot.film import gif, mp4
 from robsim.plot.film.film_frames import FilmFrames, Frame
 from robsim.plot.film.film_source import build_film_source
 from robsim.plot.film.frame_times import choose_frame_times
+from robsim.plot.goal_outlines import DrawableGoal
 from robsim.run.experiment import Experiment
+from robsim.run.mission_run import MissionRun
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SIZE, DPI, FPS = (12.8, 7.2), 100.0, 20.0
 SMALLEST, LARGEST = 64, 4096  # side of a frame, pixels
@@ -28,24 +33,24 @@ KINDS = (".gif", ".mp4")
 
 
 def save_film(
-    run: Any,
+    run: xr.Dataset | MissionRun,
     path: str | os.PathLike[str],
     experiment: Experiment | None = None,
     *,
     fps: float = FPS,
     speed: float | None = None,
-    size: Any = SIZE,
+    size: tuple[float, float] = SIZE,
     dpi: float = DPI,
-    view: Any = None,
-    goal: Any = None,
+    view: tuple[float, float] | None = None,
+    goal: DrawableGoal | None = None,
     title: str | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Write a film of a run or a mission as GIF or MP4: scene, images and curves in step.
 
     All frames have the same axes, view and ground. Each frame shows the recorded instant nearest to
-    its time, and the last frame stays for 1.5 s. A GIF repeats forever. No display is needed. An
-    MP4 needs PyAV: pip install 'robsim[film]'.
+    its time, and the last frame stays for 1.5 s. A GIF repeats forever. An MP4 requires PyAV: pip
+    install 'robsim[film]'. Films need no display.
 
     Parameters
     ----------
@@ -59,8 +64,8 @@ def save_film(
     fps : float, default 20
         Frames per second of the film, 0.1 to 240, and at most 50 in a GIF.
     speed : float, optional
-        Seconds of the run in one second of the film. Default: 1, or the least whole number for
-        which the film lasts at most a minute.
+        Seconds of the run in one second of the film. Default: 1, or the smallest integer that
+        keeps the film within one minute.
     size : (float, float), default (12.8, 7.2)
         Width and height of the film in inches.
     dpi : float, default 100
@@ -72,7 +77,7 @@ def save_film(
     title : str, optional
         Title of the film. Default: the title of the experiment.
     progress : callable, optional
-        Called after each frame with the share that is done, 0 to 1.
+        Function that is called after each frame with the completed share of the film, 0 to 1.
 
     Returns
     -------
@@ -84,7 +89,7 @@ def save_film(
     InputError
         If the run cannot be filmed, or an option is invalid.
     FileError
-        If the film cannot be written. An existing file is then unchanged, also after an interrupt.
+        If the film cannot be written. An existing file is then unchanged, as after an interrupt.
 
     Examples
     --------
@@ -96,24 +101,22 @@ def save_film(
     kind = check_film_path(path)
     check_progress(progress)
     rate, dots = _parse_frame_rate(fps, kind), as_positive(dpi, "dpi")
-    inches, footage = (
-        _round_to_even_pixels(parse_figure_size(size), dots),
-        build_film_source(run, experiment),
-    )
-    ticks = choose_frame_times(footage.time, rate, speed)
-    screen = FilmFrames(footage, ticks, inches, dots, view=view, goal=goal, title=title)
-    frames = _report_progress_of_frames(screen, progress)
+    inches = _round_to_even_pixels(parse_figure_size(size), dots)
+    source = build_film_source(run, experiment)
+    clock = choose_frame_times(source.time, rate, speed)
+    film = FilmFrames(source, clock, inches, dots, view=view, goal=goal, title=title)
+    frames = _report_progress_of_frames(film, progress)
     if kind == ".mp4":
         return write_whole(path, mp4.encode_mp4(frames, rate, PAUSE))
-    some = [screen[k] for k in np.unique(np.linspace(0, len(screen) - 1, 4).astype(int))]
-    return write_whole(path, gif.encode_gif(frames, len(screen), some, rate, PAUSE))
+    some = [film[k] for k in np.unique(np.linspace(0, len(film) - 1, 4).astype(int))]
+    return write_whole(path, gif.encode_gif(frames, len(film), some, rate, PAUSE))
 
 
 def check_film_path(path: str | os.PathLike[str]) -> str:
-    """Return ".gif" or ".mp4", the ending of a path.
+    """Return the suffix of a path, ".gif" or ".mp4".
 
-    Raise InputError if the ending is another one, or if PyAV is missing for an MP4. Raise FileError
-    if the path is a folder.
+    Raise InputError for other suffixes, and for an MP4 if PyAV is missing. Raise FileError if the
+    path is a folder.
     """
     with convert_os_errors(path):
         kind = Path(path).suffix.lower()
@@ -126,7 +129,7 @@ def check_film_path(path: str | os.PathLike[str]) -> str:
     return kind
 
 
-def _parse_frame_rate(fps: Any, kind: str) -> float:
+def _parse_frame_rate(fps: float, kind: str) -> float:
     """Return the frame rate; raise InputError unless the format supports it."""
     rate, most = as_positive(fps, "fps"), gif.FASTEST if kind == ".gif" else QUICKEST
     if not SLOWEST <= rate <= most:
@@ -148,9 +151,9 @@ def _round_to_even_pixels(size: tuple[float, float], dpi: float) -> tuple[float,
     return width / dpi, height / dpi
 
 
-def _report_progress_of_frames(screen: FilmFrames, progress: Progress | None) -> Iterator[Frame]:
-    """Yield the frames, and report the share done after each frame."""
-    for k in range(len(screen)):
-        yield screen[k]
+def _report_progress_of_frames(film: FilmFrames, progress: Progress | None) -> Iterator[Frame]:
+    """Yield the frames, and report the completed share after each frame."""
+    for k in range(len(film)):
+        yield film[k]
         if progress:
-            progress((k + 1) / len(screen))
+            progress((k + 1) / len(film))

@@ -1,4 +1,4 @@
-"""The curves of a film: pale over the whole time, in full colour until now."""
+"""The curves of a film: pale over the whole time, in full colour up to the shown instant."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from robsim.base.arrays import Array
 from robsim.plot import palette, run_data
 from robsim.plot.film.film_source import FilmSource
 from robsim.plot.joints_figure import draw_joints_by_unit, list_display_units
-from robsim.plot.velocity_figure import draw_velocity as draw_velocity
+from robsim.plot.velocity_figure import draw_velocity
 
-PALE = 0.25  # opacity of the part of a curve that lies ahead
+PALE = 0.25  # opacity of the future part of a curve
 _NOW: dict[str, Any] = {"color": palette.BLACK, "linewidth": 1.0, "zorder": 4}
 
 
 class FilmCurves:
     """Velocities and error of a run, or the coordinates of a mission, over time."""
 
-    def __init__(self, footage: FilmSource) -> None:
-        self._footage, self._time = footage, footage.time
-        self._units = list_display_units(footage.data) if len(footage.shots) > 1 else []
+    def __init__(self, source: FilmSource) -> None:
+        self._source, self._time = source, source.time
+        self._units = list_display_units(source.data) if len(source.shots) > 1 else []
         self.panels = len(self._units) or 3
-        self._overlays: list[tuple[Line2D, Any]] = []
+        self._overlays: list[tuple[Line2D, Array]] = []
         self._time_lines: list[Line2D] = []
 
-    def draw(self, panels: list[Axes]) -> list[Any]:
-        """Draw all curves into `panels` axes, and return the artists that move."""
-        shot = self._footage.shots[0]
+    def draw(self, panels: list[Axes]) -> list[Line2D]:
+        """Draw all curves into axes, and return the animated artists."""
+        shot = self._source.shots[0]
         if self._units:
-            draw_joints_by_unit(panels, self._footage.data)
+            draw_joints_by_unit(panels, self._source.data)
         else:
             frame = run_data.find_moving_frame(shot.run, shot.scene)
             draw_velocity(panels, shot.run, shot.scene, frame)

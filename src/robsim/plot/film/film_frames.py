@@ -1,8 +1,9 @@
-"""The frames of a film: the fixed part is drawn once, the moving artists for each frame."""
+"""The frames of a film: the background is drawn once, the animated artists for each frame."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from textwrap import shorten
 from typing import Any, cast
 
@@ -22,20 +23,25 @@ from robsim.plot.film.frame_times import FrameTimes
 from robsim.plot.run_figure import HEIGHT, split_slide
 
 Frame = NDArray[np.uint8]  # (height, width, 4): red, green, blue, and full opacity
-MOST_LETTERS = 90  # of a title
+MOST_LETTERS = 90  # in a title
 
 
 class FilmFrames:
-    """The frames of a film: `screen[k]` is frame k. All frames have the same axes."""
+    """The frames of a film as a sequence of images with the same axes."""
 
     def __init__(
-        self, footage: FilmSource, clock: FrameTimes, size: Any, dpi: float, **look: Any
+        self,
+        source: FilmSource,
+        clock: FrameTimes,
+        size: tuple[float, float],
+        dpi: float,
+        **look: Any,
     ) -> None:
-        self.footage, self.clock = footage, clock
-        names = list_film_cameras(footage)
-        self._stage = FilmScene(footage, clock.instants, look["view"], look["goal"])
-        self._images = [FilmImage(footage, name, len(names) == 1) for name in names]
-        self._curves = FilmCurves(footage)
+        self.source, self.clock = source, clock
+        names = list_film_cameras(source)
+        self._scene = FilmScene(source, clock.instants, look["view"], look["goal"])
+        self._images = [FilmImage(source, name, len(names) == 1) for name in names]
+        self._curves = FilmCurves(source)
         with figure_style():
             self.figure = UnmanagedFigure(size, dpi=dpi, layout="constrained")
             self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
@@ -48,7 +54,7 @@ class FilmFrames:
 
     def __getitem__(self, k: int) -> Frame:
         instant = int(self.clock.instants[k])
-        self._stage.place(k)
+        self._scene.place(k)
         for image in self._images:
             image.place(instant)
         self._curves.place(instant)
@@ -61,22 +67,24 @@ class FilmFrames:
                 artist.draw(self._canvas.get_renderer())
         return np.array(self._canvas.buffer_rgba())
 
-    def _draw_first_frame(self, title: str | None) -> list[Any]:
-        """Draw the first frame, and return the artists that move, in drawing order."""
-        places, below = split_slide(self.figure, self._stage.width(HEIGHT), bool(self._images))
-        groups = [self._stage.draw(places[0])]
+    def _draw_first_frame(self, title: str | None) -> list[Artist]:
+        """Draw the first frame, and return the animated artists in drawing order."""
+        upper, below = split_slide(
+            self.figure, self._scene.measure_width(HEIGHT), bool(self._images)
+        )
+        groups: list[Sequence[Artist]] = [self._scene.draw(upper[0])]
         if self._images:
-            panels = np.ravel(places[1].subplots(1, len(self._images)))
+            panels = np.ravel(upper[1].subplots(1, len(self._images)))
             pairs = zip(self._images, panels, strict=True)
             groups += [image.draw(axes) for image, axes in pairs]
         groups.append(self._curves.draw(list(np.ravel(below.subplots(1, self._curves.panels)))))
-        text = self.footage.title if title is None else title
+        text = self.source.title if title is None else title
         self.figure.suptitle(
             shorten(text, MOST_LETTERS, placeholder=" …") or " ", x=0.01, ha="left"
         )
         self._caption = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
         _lay_out_figure(self.figure)  # computes the size of every part
-        self._stage.arrange(places[0])
+        self._scene.arrange(upper[0])
         self.figure.set_layout_engine("none")
         groups.append([self._caption])
         ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
@@ -85,13 +93,13 @@ class FilmFrames:
         return ordered
 
     def _format_caption(self, instant: int) -> str:
-        """Return the caption of an instant: phase or ending, speed, and time."""
-        footage, speed = self.footage, self.clock.speed
-        last = instant == len(footage.time) - 1
-        phases = (shot.name for shot in footage.shots if instant in shot.instants)
-        name = footage.ending if last else next(phases)
+        """Return the caption of an instant: phase or ending, speed and time."""
+        source, speed = self.source, self.clock.speed
+        last = instant == len(source.time) - 1
+        phases = (shot.name for shot in source.shots if instant in shot.instants)
+        name = source.ending if last else next(phases)
         fast = "" if speed == 1 else f"×{speed:.3g}"
-        return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
+        return "     ".join(filter(None, [name, fast, f"t = {source.time[instant]:.2f} s"]))
 
 
 def _lay_out_figure(figure: Figure) -> None:
@@ -102,6 +110,6 @@ def _lay_out_figure(figure: Figure) -> None:
             figure.draw_without_rendering()
         except UserWarning:
             raise InputError(
-                "size: {:g} x {:g} inches are too few for all that is shown; "
-                "fewer pixels come from a lower dpi".format(*figure.get_size_inches())
+                "size: {:g} x {:g} inches are too few for all parts of the film; "
+                "reduce dpi instead to get fewer pixels".format(*figure.get_size_inches())
             ) from None

@@ -1,9 +1,9 @@
-"""The content of a film: the instants of a run, or of all phases of a mission."""
+"""The content of a film: the instants of a run or of all phases of a mission."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FilmShot:
-    """A run in its scene, which is a part of the film.
+    """A part of a film: one run and its scene.
 
     Attributes
     ----------
@@ -54,14 +54,14 @@ class FilmSource:
         Title of the experiment.
     time : array of shape (T,)
         Times in seconds.
-    motion : Moving
+    motion : SceneMotion
         Motion of all frames.
-    shots : tuple of Shot
+    shots : tuple of FilmShot
         The runs, in order of time.
     ending : str
         How the run or the mission ended.
     data : xarray.Dataset
-        Data with the coordinates at all instants.
+        The run, or the motion of the whole mission, with the coordinates at all instants.
     """
 
     title: str
@@ -72,11 +72,13 @@ class FilmSource:
     data: xr.Dataset
 
 
-def build_film_source(run: Any, experiment: Experiment | None = None) -> FilmSource:
+def build_film_source(
+    run: xr.Dataset | MissionRun, experiment: Experiment | None = None
+) -> FilmSource:
     """Return the content of a film of a run or a mission.
 
-    Raise InputError if `run` is neither, holds several runs, or needs `experiment` because its
-    experiment contains Python code.
+    Raise InputError if `run` has another type or holds several runs, or if `experiment` is missing
+    and the run does not store it.
     """
     if experiment is not None and not isinstance(experiment, Experiment):
         raise InputError(f"experiment: expected an Experiment, got {format_value(experiment)}")

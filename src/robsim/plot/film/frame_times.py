@@ -1,4 +1,4 @@
-"""The instants of a run that the frames of a film show."""
+"""Choice of the instant of a run for each frame of a film."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robsim.base.errors import InputError
 
 LONGEST = 60.0  # seconds of a film at the default speed
 MOST = 6000  # frames
-ROUNDING = 1e-9  # a run may end late by this share of a frame
+ROUNDING = 1e-9  # tolerance of the number of frames
 
 
 @dataclass(frozen=True)
 class FrameTimes:
-    """The instants that the frames of a film show.
+    """The instant of a run that each frame of a film shows.
 
     Attributes
     ----------
@@ -32,10 +32,11 @@ class FrameTimes:
 
 
 def choose_frame_times(time: Array, fps: float, speed: float | None) -> FrameTimes:
-    """Return the instants, of recorded times (T,) in seconds, that the frames of a film show.
+    """Return the recorded instant that each frame of a film shows.
 
-    Frame k shows the instant nearest to k speed / fps, and the last frame the last instant. The
-    default speed is 1, or as many times faster as a film of one minute needs.
+    `time` (T,) are the recorded times in seconds. Frame k shows the instant nearest to the time k
+    speed / fps, and the last frame shows the last instant. The default speed is 1, or the smallest
+    integer that keeps the film within one minute.
 
     Raise InputError if the speed is not positive, or if the film has more than 6000 frames.
 
@@ -48,7 +49,7 @@ def choose_frame_times(time: Array, fps: float, speed: float | None) -> FrameTim
     if not count < MOST:
         raise InputError(
             f"{duration:.4g} s at {fps:g} frames per second and speed {fast:g} are {count:.3g} "
-            f"frames, and a film has at most {MOST}: give fewer fps, or a higher speed"
+            f"frames, and a film has at most {MOST}: reduce fps, or increase speed"
         )
     at = np.minimum(time[0] + np.arange(int(np.ceil(count)) + 1) * fast / fps, time[-1])
     midpoints = (time[1:] + time[:-1]) / 2

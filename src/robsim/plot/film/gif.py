@@ -5,7 +5,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Sequence
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_rgb
@@ -16,10 +15,10 @@ from robsim.plot import palette
 from robsim.plot.film.film_frames import Frame
 
 FASTEST = 50.0  # frames per second; viewers slow down a faster GIF
-COLORS, EXACT = 255, 96  # colours of a palette, and the most frequent ones, kept exactly
-OURS = (*palette.CYCLE, palette.GOAL, palette.GREY)  # of thin lines, kept exactly
+COLORS, EXACT = 255, 96  # colours of a palette; frequent colours that are kept exactly
+RESERVED = (*palette.CYCLE, palette.GOAL, palette.GREY)  # colours of thin lines, kept exactly
 UNCHANGED = 255  # palette index of an unchanged pixel
-_KEEP = 1  # disposal method: pixels outside of the region stay
+_KEEP = 1  # disposal method that keeps the pixels outside of the region
 _FOR_EVER = b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 _END = b";"
 
@@ -29,8 +28,9 @@ def encode_gif(
 ) -> bytes:
     """Return a GIF of `count` frames that repeats forever.
 
-    The last frame stays for `pause` seconds more. The palette is made from the frames `some`. A GIF
-    counts hundredths of a second, so a frame begins at the hundredth nearest to its time.
+    The last frame stays for `pause` additional seconds. The palette is computed from the frames
+    `some`. Times in a GIF are hundredths of a second; each frame begins at the hundredth nearest to
+    its time.
 
     Source: CompuServe, Graphics Interchange Format, version 89a, 1990.
     """
@@ -47,13 +47,13 @@ def encode_gif(
 
 
 class _GifPalette:
-    """The palette of some frames: reserved and frequent colours exactly, the others mixed.
+    """The palette of some frames: reserved and frequent colours exactly, other colours quantised.
 
-    Paper, ground, faces and goals must not be mixed with the edges of letters.
+    Quantisation would mix the colours of paper, ground, faces and goals with the edges of letters.
     """
 
     def __init__(self, some: Sequence[Frame]) -> None:
-        ours = np.array([to_rgb(name) for name in OURS]) * 255
+        ours = np.array([to_rgb(name) for name in RESERVED]) * 255
         exact = np.concatenate([ours.round().astype(np.uint8), _find_frequent_colors(some)])
         pixels = Image.fromarray(np.concatenate(some)).convert("RGB")
         mixed = pixels.quantize(COLORS - len(exact), dither=Image.Dither.NONE).getpalette() or []
@@ -66,13 +66,13 @@ class _GifPalette:
             ::-1
         ]
 
-    def numbers(self, pixels: Frame) -> NDArray[np.uint8]:
+    def find_indices(self, pixels: Frame) -> NDArray[np.uint8]:
         """Return the palette index of the nearest colour of each pixel."""
         return np.asarray(self._nearest[_compute_color_cell(pixels)])
 
 
 def _compute_color_cell(pixels: Frame) -> NDArray[np.int32]:
-    """Return for each pixel (..., 3) the index of its cell among 64^3 cells of similar colours."""
+    """Return the index of the colour cell of each pixel (..., 3), among 64^3 cells."""
     red, green, blue = (pixels[..., i].astype(np.int32) >> 2 for i in range(3))
     return np.asarray((red << 12) | (green << 6) | blue)
 
@@ -94,7 +94,7 @@ def _find_frequent_colors(some: Sequence[Frame]) -> Frame:
     return np.stack([often >> 16, often >> 8 & 255, often & 255], axis=-1).astype(np.uint8)
 
 
-def _find_changed_region(now: Frame, before: Frame | None) -> Any:
+def _find_changed_region(now: Frame, before: Frame | None) -> tuple[slice, slice]:
     """Return the changed region of a frame as two slices; one pixel if nothing has changed."""
     if before is None:
         return np.s_[: now.shape[0], : now.shape[1]]
@@ -106,15 +106,15 @@ def _find_changed_region(now: Frame, before: Frame | None) -> Any:
 
 
 def _compare_pixels(now: Frame, before: Frame) -> NDArray[np.bool_]:
-    """Return which pixels (height, width) of two frames differ; four bytes are compared as one."""
-    one, other = (frame.view(np.uint32)[..., 0] for frame in (now, before))
+    """Return the mask (height, width) of the pixels that differ between two frames."""
+    one, other = (frame.view(np.uint32)[..., 0] for frame in (now, before))  # four bytes as one
     return np.not_equal(one, other)
 
 
 def _encode_image_block(colors: _GifPalette, now: Frame, before: Frame | None) -> bytes:
     """Return the block of the file for the changed region of a frame."""
     part = _find_changed_region(now, before)
-    numbers = colors.numbers(now[part])
+    numbers = colors.find_indices(now[part])
     if before is not None:
         numbers[~_compare_pixels(now, before)[part]] = UNCHANGED
     corner = (int(part[1].start or 0), int(part[0].start or 0))

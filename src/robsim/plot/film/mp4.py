@@ -13,7 +13,7 @@ from typing import Any
 from robsim.base.errors import InputError
 from robsim.plot.film.film_frames import Frame
 
-QUALITY = "20"  # of H.264: 0 is lossless, 51 the worst
+QUALITY = "20"  # constant rate factor of H.264: 0 is lossless, 51 the worst
 
 
 def check_pyav() -> None:
@@ -21,12 +21,12 @@ def check_pyav() -> None:
     if find_spec("av") is None:
         raise InputError(
             "an MP4 needs PyAV, which is not installed: pip install 'robsim[film]'; "
-            "a GIF (--gif, or a name that ends in .gif) needs nothing more"
+            "a GIF (--gif, or a name that ends in .gif) does not need it"
         )
 
 
 def encode_mp4(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
-    """Return an MP4 (H.264) that shows its last frame for `pause` seconds more.
+    """Return an MP4 (H.264) that shows its last frame for `pause` additional seconds.
 
     Height and width of the frames must be even.
     """
@@ -42,7 +42,7 @@ def encode_mp4(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
 
 
 def _repeat_last_frame(frames: Iterable[Frame], more: int) -> Iterator[Frame]:
-    """Yield the frames, and the last frame `more` times again."""
+    """Yield the frames, then the last frame `more` times."""
     for frame in frames:
         yield frame
     yield from repeat(frame, more)

@@ -1,8 +1,8 @@
-"""Figure of the starts of a study: outcomes as colours, times of convergence as shades."""
+"""Figure of the starts of a study, coloured by outcome and time of convergence."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +27,8 @@ from robsim.studies.table_columns import ColumnGroups
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robsim.studies.study_result import StudyResult
+
 MOST_PANELS, IN_A_ROW = 12, 4
 _BLUES = LinearSegmentedColormap.from_list(
     "time", [palette.tint_color(palette.BLUE, share) for share in (0.72, 0.0, -0.55)]
@@ -34,27 +36,29 @@ _BLUES = LinearSegmentedColormap.from_list(
 
 
 def study_basin(
-    study: Any,
+    study: StudyResult | pd.DataFrame,
     x: str = "start_x",
     y: str = "start_y",
     *,
     by: str | None = None,
-    size: Any = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the starts of a study: from where runs converge, and how fast.
+    """Draw the starts of a study: the basin of convergence, and the times of convergence.
 
-    Each dot is a run. Runs that converged are blue, the darker the longer they took (s). Other runs
-    have the colour of their outcome, and runs that could not begin are hollow and grey.
+    Each dot is the start of a run. Runs that converged are blue; a darker blue is a longer time of
+    convergence (s). Other runs have the colour of their outcome, and runs that could not begin are
+    hollow and grey.
 
     Parameters
     ----------
-    study : Study or pandas.DataFrame
-        A study, or its table. Select rows of the table to draw a slice of the starts.
+    study : StudyResult or pandas.DataFrame
+        Result of a study, or its table. A selection of rows of the table gives a slice of the
+        starts.
     x, y : str, default "start_x" and "start_y"
         Columns of numbers, usually two of start_x, start_y, start_z (m).
     by : str, optional
-        A choice such as "task"; each of its values gets a panel.
+        Column with few values, such as "task"; each value gets a panel.
     size : (float, float), optional
         Width and height of the figure in inches.
     title : str, optional

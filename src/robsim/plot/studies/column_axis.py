@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,8 +25,8 @@ _WORDS = {
     "error_norm": "norm of the error at the end",
 }
 Rows = NDArray[np.bool_]  # mask of the rows of a table
-LARGEST = 1e100  # largest number that can be drawn
-FEW = 12  # a column with at most so many different numbers is drawn like a choice
+LARGEST = 1e100  # larger numbers cannot be drawn
+FEW = 12  # largest number of different numbers in a column that is treated as a choice
 
 
 class ColumnBins(NamedTuple):
@@ -37,7 +37,7 @@ class ColumnBins(NamedTuple):
     which : array of shape (rows,)
         Bin of each row; -1 for none.
     edges : array of shape (bins + 1,)
-        Edges along the axis. The bins of a choice have width 1 about 0, 1, ...
+        Edges along the axis. The bins of a choice have width 1 and the centres 0, 1, ...
     labels : tuple of str
         Name of each bin of a choice; empty for the bins of a number.
     """
@@ -61,15 +61,14 @@ def format_column_label(table: pd.DataFrame, name: str) -> str:
 def read_drawable_column(table: pd.DataFrame, name: str) -> Array:
     """Return a column of numbers (rows,) in its display unit.
 
-    NaN stands for missing and for very large values. Raise InputError unless the column has
-    numbers.
+    Missing and very large values become NaN. Raise InputError unless the column has numbers.
     """
     values = table_columns.read_numbers(table, name)
     values[np.abs(values) > LARGEST] = np.nan
     return np.degrees(values) if table_columns.get_unit(table, name).startswith("rad") else values
 
 
-def check_column(name: Any, argument: str, table: pd.DataFrame) -> str:
+def check_column(name: str, argument: str, table: pd.DataFrame) -> str:
     """Return the column name of an argument; raise InputError if there is no such column."""
     names = list(map(str, table.columns))
     check_known(name, names, f"{argument}: no column {{}}", "columns")
@@ -77,12 +76,12 @@ def check_column(name: Any, argument: str, table: pd.DataFrame) -> str:
 
 
 def split_by_choice(
-    table: pd.DataFrame, by: Any, most: int, rows: Rows
+    table: pd.DataFrame, by: str | None, most: int, rows: Rows
 ) -> table_columns.ColumnGroups:
-    """Return the values of a choice, to be drawn as lines or panels.
+    """Return the groups of rows with equal values in the column `by`.
 
-    Without `by` all rows have one value with an empty name. Raise InputError if there is no such
-    column, if it has more than `most` values, or if the counted rows have none.
+    Without `by` all rows are in one group with an empty name. Raise InputError if the column does
+    not exist, has more than `most` values, or has no value in the counted rows.
     """
     if by is None:
         return table_columns.ColumnGroups(("",), np.zeros(len(table), np.intp))
@@ -94,14 +93,14 @@ def split_by_choice(
 def _check_has_values(name: str, groups: table_columns.ColumnGroups, rows: Rows) -> None:
     """Raise InputError unless some of the counted rows have a value."""
     if (groups.which[rows] < 0).all():
-        raise InputError(f"column {name!r} has no value in the runs that count")
+        raise InputError(f"column {name!r} has no value in the counted runs")
 
 
 def bin_column(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool) -> ColumnBins:
     """Return the bins of a column, computed from the counted rows.
 
-    A choice has one bin for each value. A number has `many`: of equal widths if `even`, else with
-    the same number of rows each, which makes them equally certain.
+    A choice has one bin for each value. A number has `many` bins: with equal widths if `even`,
+    otherwise with equal numbers of rows, so that their estimates are equally certain.
     """
     if not table_columns.is_number_column(table, name) or table[name].nunique() <= FEW:
         groups = table_columns.group_varied_column(table, name)
@@ -111,7 +110,7 @@ def bin_column(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool
     values = read_drawable_column(table, name)
     finite = values[rows & np.isfinite(values)]
     if not finite.size or finite.min() == finite.max():
-        raise InputError(f"column {name!r} has no two values in the runs that count")
+        raise InputError(f"column {name!r} has fewer than two values in the counted runs")
     low, high = finite.min(), finite.max()
     even_edges = np.linspace(low, high, many + 1)
     edges = even_edges if even else np.unique(np.quantile(finite, np.linspace(0, 1, many + 1)))
@@ -129,7 +128,7 @@ def _format_value_label(table: pd.DataFrame, name: str, text: str) -> str:
 
 
 def set_choice_ticks(axes: Axes, along: str, bins: ColumnBins) -> None:
-    """Set the ticks of an axis, "x" or "y", to the names of a choice."""
+    """Set the ticks of an axis, "x" or "y", to the names of the bins of a choice."""
     if not bins.labels:
         return
     axis = axes.xaxis if along == "x" else axes.yaxis

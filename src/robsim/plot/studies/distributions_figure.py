@@ -30,46 +30,48 @@ from robsim.studies.table_columns import Among
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robsim.studies.study_result import StudyResult
+
 MOST_LINES, IN_A_ROW, MOST_PANELS = 7, 4, 24
 LEGEND = 1.6  # width of a legend entry, inches
 STEPS = 2000  # points of a line; more are not visible
-WIDE = 10.0  # largest value divided by the median; above it an axis is logarithmic
+WIDE = 10.0  # ratio of the largest value to the median; above it the axis is logarithmic
 
 
 def study_distributions(
-    study: Any,
+    study: StudyResult | pd.DataFrame,
     measures: Sequence[str] | str | None = None,
     *,
     by: str | None = None,
     among: Among = "converged",
-    size: Any = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the empirical distributions of measures over the runs of a study, one panel each.
 
-    A line rises at each run by the share of one run: at 50 % it passes the median. The band of half
-    width
+    Each line is the share of the runs with at most the value on the horizontal axis; it passes 50 %
+    at the median. The band of half width
 
         sqrt(ln(40) / (2 n))
 
     contains the whole true distribution with 95 % confidence (Dvoretzky, Kiefer and Wolfowitz 1956,
-    with the constant of Massart 1990). Measures with a long tail have a logarithmic axis. The title
-    of each panel is the number n of its runs.
+    with the constant of Massart 1990). n is the number of runs, and the title of the panel.
+    Measures with a long tail have a logarithmic axis.
 
     Parameters
     ----------
-    study : Study or pandas.DataFrame
-        A study, or its table.
+    study : StudyResult or pandas.DataFrame
+        Result of a study, or its table.
     measures : str or sequence of str, optional
         Columns of numbers. Default: the measures of the table with differing values.
     by : str, optional
-        A choice such as "task" with up to 7 values; each value gets a line.
+        Column with up to 7 values, such as "task"; each value gets a line.
     among : {"converged", "began"}, default "converged"
-        The runs that count.
+        Counted runs: the runs that converged, or all runs that began.
     size : (float, float), optional
         Width and height of the figure in inches.
     title : str, optional
-        Title of the figure. Default: the number of runs that count.
+        Title of the figure. Default: the number of counted runs.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def study_distributions(
     Raises
     ------
     InputError
-        If a column is missing or has no numbers, or if no run counts.
+        If a column is missing or has no numbers, or if no runs are counted.
 
     Examples
     --------
@@ -129,7 +131,9 @@ def _style_line(i: int) -> dict[str, Any]:
     return {"color": palette.cycle_color(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
 
 
-def _choose_measures(table: pd.DataFrame, rows: Rows, measures: Any) -> Sequence[str]:
+def _choose_measures(
+    table: pd.DataFrame, rows: Rows, measures: Sequence[str] | str | None
+) -> Sequence[str]:
     """Return the measures to draw: `measures`, or all that differ among the counted runs."""
     if measures is not None:
         names = table_columns.check_column_names(measures, "measures")
@@ -142,7 +146,7 @@ def _choose_measures(table: pd.DataFrame, rows: Rows, measures: Any) -> Sequence
         if has_spread(read_drawable_column(table, name)[rows])
     ]
     if not names:
-        raise InputError("no measure of this study differs between the runs that count")
+        raise InputError("no measure of this study differs between the counted runs")
     return names[:MOST_PANELS]
 
 
@@ -153,7 +157,7 @@ def _draw_distributions(
     values = read_drawable_column(table, name)
     valid = rows & np.isfinite(values) & (lines.which >= 0)
     if not valid.any():
-        raise InputError(f"no run that counts has a number in column {name!r}")
+        raise InputError(f"no counted run has a number in column {name!r}")
     for i in range(len(lines.labels)):
         ordered = np.sort(values[valid & (lines.which == i)])
         if ordered.size:
@@ -167,7 +171,7 @@ def _draw_distributions(
 
 
 def _draw_step_curve(axes: Axes, ordered: Array, i: int) -> None:
-    """Draw the distribution of ordered values with its band, by at most `STEPS` points."""
+    """Draw the distribution of ordered values with its band, in at most `STEPS` points."""
     n = len(ordered)
     indices = np.unique(np.linspace(0, n - 1, min(n, STEPS)).round().astype(int))
     x = np.concatenate([ordered[:1], ordered[indices]])

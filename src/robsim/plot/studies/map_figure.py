@@ -1,4 +1,4 @@
-"""Figure of two columns of a study cut into cells, coloured by the share that converged."""
+"""Figure of the share of runs that converged, in cells of two columns of a study."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from robsim.base.arrays import Array
-from robsim.base.arrays import as_integer as whole_number
+from robsim.base.arrays import Array, as_integer
 from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
@@ -30,29 +29,37 @@ from robsim.studies import table_columns
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robsim.studies.study_result import StudyResult
+
 MOST_BINS, MOST_LABELLED = 60, 8  # bins along each axis; bins with numbers in the cells
-_SHARES = LinearSegmentedColormap.from_list(  # to the blue of runs that converged
+_SHARES = LinearSegmentedColormap.from_list(  # ends at the blue of runs that converged
     "shares",
     ["#fbe9d9", "#f5d3b3", "#b9cfdd", palette.tint_color(palette.BLUE, 0.35), palette.BLUE],
 )
 
 
 def study_map(
-    study: Any, x: str, y: str, *, bins: int = 8, size: Any = None, title: str | None = None
+    study: StudyResult | pd.DataFrame,
+    x: str,
+    y: str,
+    *,
+    bins: int = 8,
+    size: tuple[float, float] | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw the share of runs that converged (%) against two columns of a study, as a map.
 
-    Up to 8 by 8 cells contain their share, the ends of its 95 % Wilson interval and the number of
-    their runs. If there are more cells, a second map shows half the width of the interval. Cells
-    without a run that began are empty.
+    In a map of up to 8 by 8 cells, the text of a cell is the share, the ends of its 95 % Wilson
+    interval and the number of runs. If there are more cells, a second map shows half the width of
+    the interval. Cells without a run that began are empty.
 
     Parameters
     ----------
-    study : Study or pandas.DataFrame
-        A study, or its table.
+    study : StudyResult or pandas.DataFrame
+        Result of a study, or its table.
     x, y : str
-        Columns. A number is cut into `bins` of equal widths. A choice, or a number with up to 12
-        values, has one row or column of cells for each value.
+        Columns. A column of numbers is divided into `bins` of equal widths. A column of names, or
+        with up to 12 different numbers, has one row or column of cells for each value.
     bins : int, default 8
         Number of bins along each axis, 2 to 60.
     size : (float, float), optional
@@ -80,7 +87,7 @@ def study_map(
     >>> [text.get_text().split()[0] for text in figure.axes[0].texts]
     ['100', '0', '100', '0']
     """
-    bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
+    bins = as_integer(bins, "bins", 2, MOST_BINS + 1)
     table = table_columns.get_table(study)
     names = check_column(x, "x", table), check_column(y, "y", table)
     if x == y:

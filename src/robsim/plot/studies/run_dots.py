@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_rgba_array
+from matplotlib.collections import PathCollection
+from matplotlib.colors import Colormap, Normalize, to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -22,15 +23,15 @@ if TYPE_CHECKING:
 
 DotPositions = tuple[Array, Array]  # x and y of all rows
 AREA, SMALLEST, LARGEST = 4e4, 1.5, 22.0  # square points: all dots together, least and largest dot
-MOST = 100_000  # dots; more only cover each other
-COLORS = "viridis"  # lightness increases, so that any colour vision reads it
-APART = "could not begin"
+MOST = 100_000  # largest number of dots; more would only cover each other
+COLORS = "viridis"  # monotonic in lightness, therefore distinct for any colour vision
+UNSTARTED = "could not begin"
 
 
 def shuffle_rows(rows: Rows) -> NDArray[np.intp]:
-    """Return the rows to draw in a random order, so that no kind of run covers the others.
+    """Return the rows to draw in a random order, so that no outcome covers the others.
 
-    The order is reproducible. Of more than 100 000 rows it is a random sample of 100 000.
+    The order is reproducible. Of more than 100 000 rows a random sample of 100 000 is returned.
     """
     return np.random.default_rng(0).permutation(np.flatnonzero(rows))[:MOST]
 
@@ -40,14 +41,16 @@ def choose_dot_area(count: int) -> float:
     return float(np.clip(AREA / max(count, 1), SMALLEST, LARGEST))
 
 
-def draw_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp], **look: Any) -> Any:
-    """Draw dots at x, y (all rows,) of the chosen rows, as pixels also in vector files."""
+def draw_dots(
+    axes: Axes, x: Array, y: Array, rows: NDArray[np.intp], **look: Any
+) -> PathCollection:
+    """Draw dots at x, y (all rows,) for the chosen rows, as a raster image in vector files."""
     look = {"s": choose_dot_area(len(rows)), "linewidths": 0, "rasterized": True, **look}
     return axes.scatter(x[rows], y[rows], **look)
 
 
 def draw_hollow_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp]) -> None:
-    """Draw the chosen rows, runs that could not begin, as hollow grey dots."""
+    """Draw the chosen rows as hollow grey dots, for runs that could not begin."""
     look: dict[str, Any] = {"facecolors": "none", "edgecolors": palette.LIGHT_GREY}
     if rows.size:
         draw_dots(axes, x, y, rows, **look, s=choose_dot_area(x.size), linewidths=0.6, zorder=1)
@@ -56,13 +59,13 @@ def draw_hollow_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp]) -> 
 def build_unstarted_legend(count: int) -> list[Line2D]:
     """Return the legend entry of `count` runs that could not begin."""
     return (
-        [_build_dot_handle(f"{APART} ({format_thousands(count)})", "none", palette.GREY)]
+        [_build_dot_handle(f"{UNSTARTED} ({format_thousands(count)})", "none", palette.GREY)]
         if count
         else []
     )
 
 
-def list_outcome_colors(endings: NDArray[np.int64]) -> NDArray[Any]:
+def list_outcome_colors(endings: NDArray[np.int64]) -> Array:
     """Return the colour (rows, 4) of each outcome."""
     table = np.zeros((max(Outcome) + 1, 4))
     for outcome, (color, _) in palette.OUTCOMES.items():
@@ -102,7 +105,7 @@ def show_side_legend(axes: Axes, handles: list[Line2D], title: str = "") -> None
     )
 
 
-def build_color_scale(colors: Any, low: float, high: float) -> ScalarMappable:
+def build_color_scale(colors: Colormap, low: float, high: float) -> ScalarMappable:
     """Return a scale of colours from low to high, for a colour bar."""
     return ScalarMappable(Normalize(low, high if high > low else low + 1e-12), colors)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from robsim.base.errors import InputError
 from robsim.plot import palette
@@ -30,32 +31,34 @@ from robsim.studies import table_columns
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robsim.studies.study_result import StudyResult
+
 
 def study(
-    study: Any,
+    study: StudyResult | pd.DataFrame,
     x: str,
     y: str,
     color: str = "outcome",
     *,
-    axes: Any = None,
-    size: Any = None,
+    axes: Axes | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw two columns of a study against each other, with a dot for each run.
 
-    Dots overlap in a random order, so that no kind of run hides the others. If more than 100 000
-    runs began, a sample of 100 000 is drawn and the title reports it; the counts in the legend are
-    of all runs. Runs that could not begin are hollow and grey.
+    Dots overlap in a random order, so that no outcome hides the others. If more than 100 000 runs
+    began, a random sample of 100 000 is drawn, and the title reports it; the legend counts all
+    runs. Runs that could not begin are hollow and grey.
 
     Parameters
     ----------
-    study : Study or pandas.DataFrame
-        A study, or its table.
+    study : StudyResult or pandas.DataFrame
+        Result of a study, or its table.
     x, y : str
         Columns of numbers; angles are drawn in degrees.
     color : str, default "outcome"
-        "outcome" gives each outcome its colour, the same in all figures. A column of numbers is
-        drawn by a scale of colours, and a choice such as "task" by one colour for each value.
+        Column that determines the colours. Outcomes have the same colours in all figures. A column
+        of numbers has a scale of colours, and a column of names one colour for each name.
     axes : matplotlib.axes.Axes, optional
         Axes to draw into. Default: the axes of a new figure.
     size : (float, float), optional
@@ -111,9 +114,9 @@ def _draw_study_dots(
     at: run_dots.DotPositions,
     color: str,
     rows: Rows,
-    unstarted: list[Any],
+    unstarted: list[Line2D],
 ) -> None:
-    """Draw the runs that began in the colours of a column, with a legend or a scale."""
+    """Draw the runs that began in the colours of a column, with a legend or a colour bar."""
     if color == "outcome":
         endings, some = table_columns.read_outcomes(table), run_dots.shuffle_rows(rows)
         run_dots.draw_dots(axes, *at, some, c=run_dots.list_outcome_colors(endings)[some])

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from robsim.base.arrays import as_integer as whole_number
+from robsim.base.arrays import Array, as_integer
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import figure_style, prepare_panels, replace_frame_by_grid
@@ -22,40 +22,42 @@ from robsim.studies import table_columns
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robsim.studies.study_result import StudyResult
+
 MOST_LINES, MOST_BINS = 7, 100
 MARKERS = "osD^v<>"
 SPREAD = 0.5  # share of the width of a value over which its markers are spread
 ROW = 8.5  # height of a row of counts, points
-MOST_COUNTS = 14  # bins with a count above each; more bins have one range
+MOST_COUNTS = 14  # largest number of bins with their own counts; more bins have a range of counts
 
 
 def study_success(
-    study: Any,
+    study: StudyResult | pd.DataFrame,
     x: str,
     *,
     by: str | None = None,
     bins: int = 10,
-    axes: Any = None,
-    size: Any = None,
+    axes: Axes | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the share of runs that converged (%) against a column of a study.
 
     Bars and bands are 95 % Wilson intervals. The numbers above the axes are the numbers of runs.
-    Runs that could not begin do not count.
+    Runs that could not begin are not counted.
 
     Parameters
     ----------
-    study : Study or pandas.DataFrame
-        A study, or its table.
+    study : StudyResult or pandas.DataFrame
+        Result of a study, or its table.
     x : str
-        Column. A choice, or a number with up to 12 values, has a marker for each value. Another
-        number is cut into bins with about the same number of runs each, and a marker at the mean of
-        each bin.
+        Column. A column of names, or with up to 12 different numbers, has a marker for each value.
+        Another column of numbers is divided into bins with about equal numbers of runs, and has a
+        marker at the mean of each bin.
     by : str, optional
-        A choice such as "task" with up to 7 values; each value gets a line.
+        Column with up to 7 values, such as "task"; each value gets a line.
     bins : int, default 10
-        Number of bins of a number, 2 to 100.
+        Number of bins of a column of numbers, 2 to 100.
     axes : matplotlib.axes.Axes, optional
         Axes to draw into. Default: the axes of a new figure.
     size : (float, float), optional
@@ -81,7 +83,7 @@ def study_success(
     >>> figure.axes[0].get_title(), [text.get_text() for text in figure.axes[0].texts]
     ('8 runs that began', ['n 4', '4'])
     """
-    bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
+    bins = as_integer(bins, "bins", 2, MOST_BINS + 1)
     table = table_columns.get_table(study)
     started = table_columns.read_began(table)
     bins_of_x = column_axis.bin_column(
@@ -145,9 +147,9 @@ def _draw_success_lines(
 
 
 def _draw_success_shares(
-    axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, of_choice: bool
+    axes: Axes, at: Array, shares: list[Estimate], i: int, name: str, of_choice: bool
 ) -> None:
-    """Draw a marker with a bar for each value of a choice; for a number, a line with a band."""
+    """Draw a marker with a bar for each value of a choice, or a line with a band for a number."""
     value, low, high = 100 * np.array([(each.value, each.low, each.high) for each in shares]).T
     look: dict[str, Any] = {"color": palette.cycle_color(i), "marker": MARKERS[i], "label": name}
     if of_choice:
@@ -159,8 +161,8 @@ def _draw_success_shares(
         axes.plot(at, value, line, markersize=5, linewidth=1.6, **look)
 
 
-def _write_run_counts(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) -> None:
-    """Write the number of runs of each marker above the axes; of many markers, the range."""
+def _write_run_counts(axes: Axes, at: Array, of: NDArray[np.intp], row: int, color: str) -> None:
+    """Write the number of runs of each marker above the axes; for many markers, their range."""
     look: dict[str, Any] = {"color": color, "fontsize": 7, "textcoords": "offset points"}
     up = (0, 3 + ROW * row)
     if len(at) > MOST_COUNTS:

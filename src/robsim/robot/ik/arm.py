@@ -1,4 +1,4 @@
-"""Problem of inverse kinematics: a link, and the joints that bring it to poses."""
+"""Problem of inverse kinematics: a link, and the joints that move it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from robsim.robot.assembly import as_int64
 from robsim.robot.frame_evaluator import FrameEvaluator
 from robsim.robot.tree import Tree
 
-LARGEST_POSITION = (
-    1e9  # metres or radians: larger numbers could overflow; in files they mean no limit
-)
-START_SPREAD = {"rad": math.pi, "m": 1.0}  # largest distance from home of starts, without limits
+# metres or radians: larger numbers could overflow; in files they mean that there is no limit
+LARGEST_POSITION = 1e9
+START_SPREAD = {"rad": math.pi, "m": 1.0}  # largest distance from home, for joints without limits
 
 
 class CoordinateBounds(NamedTuple):
@@ -34,9 +33,9 @@ class CoordinateBounds(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class IKArm:
-    """Link of a tree, the coordinates that may move it, and their names.
+    """Problem of inverse kinematics for a link of a tree.
 
-    Derived values are computed once, and a robot stores its problems.
+    Derived values are computed once, and the robot stores one problem for each link.
     """
 
     tree: Tree
@@ -73,19 +72,19 @@ class IKArm:
         )
 
     def starts(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Return starts of further searches, q (nq, k), and the poses (k, 12) of the link there.
+        """Return random coordinates (nq, k) of further searches, and the poses (k, 12) of the link.
 
-        The starts are uniform within the limits. They depend only on the seed and on the index of
-        the start, so each run has the same bits in every batch.
+        The coordinates are uniform within the limits. They depend only on the seed and on their
+        index, so each run has the same bits in every batch.
         """
-        key, starts = self.kept.get("starts", (None, None))
+        key, starts = self.cache.get("starts", (None, None))
         if key != (count, seed):
             starts = self._sample_starts(count, seed)
-            self.kept["starts"] = (count, seed), starts  # only the latest starts are stored
+            self.cache["starts"] = (count, seed), starts  # only the latest starts are stored
         return starts  # type: ignore[no-any-return]
 
     def _sample_starts(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Compute the starts of `starts`."""
+        """Return the coordinates and poses of `starts`."""
         bounds = self.bounds
         spread = np.array([START_SPREAD.get(unit, 0.0) for unit in self.units])
         low = np.where(bounds.low < -LARGEST_POSITION, self.home - spread, bounds.low)
@@ -100,6 +99,6 @@ class IKArm:
         return make_read_only(q), make_read_only(poses.reshape(count, 16)[:, :12].copy())
 
     @cached_property
-    def kept(self) -> dict[Any, Any]:
-        """Results that the solvers store, by their names."""
+    def cache(self) -> dict[Any, Any]:  # Any: each solver stores its own type
+        """Cache of the solvers, by their keys."""
         return {}

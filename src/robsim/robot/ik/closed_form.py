@@ -34,15 +34,16 @@ from robsim.robot.joint import LIMIT_SLACK
 class ClosedFormIK(Value):
     """All solutions of inverse kinematics in closed form.
 
-    A spherical wrist has n = 8 solutions with the index 4 shoulder + 2 elbow + wrist, each 0 or 1:
-    shoulder 1 is turned about and leans back, the elbow is on either side, and wrist 1 is flipped.
-    An arm with five joints has n = 4 solutions, without the wrist.
+    An arm with a spherical wrist has n = 8 solutions with the index 4 shoulder + 2 elbow + wrist,
+    each 0 or 1. With shoulder 1, joint 1 faces away from the goal and the arm leans back. The elbow
+    is on either side, and wrist 1 is flipped. An arm with five joints has n = 4 solutions with the
+    index 2 shoulder + elbow.
 
     Attributes
     ----------
     q : ndarray of shape (..., n, nq)
-        Coordinates in rad, each angle within its limits if a whole turn can bring it there. NaN for
-        solutions that do not exist.
+        Coordinates in rad. Whole turns are added to bring an angle within its limits, if possible.
+        NaN for solutions that do not exist.
     valid : ndarray of bool of shape (..., n)
         Whether the solution exists: forward kinematics gives the pose.
     within : ndarray of bool of shape (..., n)
@@ -52,8 +53,8 @@ class ClosedFormIK(Value):
     --------
     >>> from robsim.files import robots
     >>> puma = robots.puma560()
-    >>> found = puma.closed_ik(puma.fk(puma.home))
-    >>> int(found.valid.sum()), int(found.within.sum())
+    >>> result = puma.closed_ik(puma.fk(puma.home))
+    >>> int(result.valid.sum()), int(result.within.sum())
     (8, 2)
     """
 
@@ -68,15 +69,15 @@ def solve_closed(arm: IKArm, T: object, tolerance: float) -> ClosedFormIK:
     Raise InputError if T is no pose, or if the arm has no known closed form.
     """
     pose, deviation = as_pose(T).matrix, as_positive(tolerance, "tolerance (metres and radians)")
-    if "closed form" not in arm.kept:
-        arm.kept["closed form"] = _derive_closed_form(arm)
+    if "closed form" not in arm.cache:
+        arm.cache["closed form"] = _derive_closed_form(arm)
     goals = make_read_only(pose.reshape(-1, 4, 4))
     rows = len(goals), 8 if len(arm.columns) == 6 else 4
     shape = *pose.shape[:-2], rows[1]
     q = np.empty((*shape, len(arm.home)))
     valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
     results = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
-    kernels.solve_closed_form(*arm.kept["closed form"], deviation, goals, *results)
+    kernels.solve_closed_form(*arm.cache["closed form"], deviation, goals, *results)
     return ClosedFormIK(make_read_only(q), make_read_only(valid), make_read_only(within))
 
 
@@ -105,9 +106,9 @@ def _prepare_closed_form(arm: IKArm, axes: Array, rows: NDArray[np.int64]) -> tu
     form = kernels.solve_six_joints if len(rows) == 6 else kernels.solve_five_joints
     program.add(form, axes=program.constant(axes), goal=goal, angles=[q[i] for i in rows])
     program.add(kernels.fold_angles, joints=[(q[i], limits[i]) for i in rows])
-    placed = FKStages(program, arm.tree.joints, q)
-    placed.add()
-    (T,) = placed.frames([arm.tree.find(arm.link)])
+    stages = FKStages(program, arm.tree.joints, q)
+    stages.add()
+    (T,) = stages.frames([arm.tree.find(arm.link)])
     program.add(
         kernels.check_solution,
         T=T,
@@ -173,7 +174,7 @@ def _find_wrist_centre(h: Array, p: Array, link: str) -> Array:
 def _make_no_form_error(link: str, needs: str) -> InputError:
     """Return the error for an arm that lacks a property that the closed form needs."""
     return InputError(
-        f"no closed form is known for link '{link}': it would need that {needs}; robot.ik "
+        f"no closed form is known for link '{link}': it requires that {needs}; robot.ik "
         "searches for coordinates of any arm"
     )
 

@@ -1,4 +1,4 @@
-"""Stages of a step of the search for the coordinates of an arm."""
+"""Program of one step of numerical inverse kinematics."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.kernels.control.control_law import multiply_transpose, weight_matrix_rows
@@ -24,8 +25,9 @@ from robsim.robot.integration_stages import add_integration, add_python_integrat
 class IKDescent:
     """Search for the coordinates of an arm, with weights of the pose error.
 
-    The weights (6,) apply to the rows (v, omega) in axes of the base. If `pointing`, the rotation
-    counts only by the direction of the z axis. The program takes a step and proposes the next.
+    The weights (6,) apply to the rows (v, omega) in axes of the base. If `pointing`, only the
+    direction of the z axis counts, not the rotation about it. The program takes a step, evaluates
+    the error, and computes the next step.
     """
 
     def __init__(self, arm: IKArm, weight: Array, pointing: bool) -> None:
@@ -35,7 +37,7 @@ class IKDescent:
         self.state = self.program.rows(turns.Q)
         self.q = self.program.rows(self.tree.nq)
         self.step = self.program.rows(self.n)
-        self.placed = FKStages(self.program, self.tree.joints, self.q)
+        self.bodies = FKStages(self.program, self.tree.joints, self.q)
         self._limits = {
             int(i): self.program.constant([arm.bounds.low[i], arm.bounds.high[i]])
             for i in arm.bounds.row
@@ -51,19 +53,19 @@ class IKDescent:
 
     @cached_property
     def share(self) -> Array:
-        """Weights of the entries (12,) of the difference of two poses in its square."""
+        """Weights (12,) of the squared entries of the difference of two poses."""
         weights = np.full((3, 4), (self.weight[3:] ** 2).sum() / 6.0)
         weights[:, : 2 if self.pointing else 0] = 0.0
         weights[:, 3] = self.weight[:3] ** 2
         return make_read_only(weights.ravel())
 
     @cached_property
-    def rows(self) -> Any:
-        """Rows of the coordinates that start elsewhere in each search."""
+    def rows(self) -> NDArray[np.int64]:
+        """Rows of the coordinates that are random at the start of a further search."""
         return as_int64(self.arm.bounds.row[self.arm.bounds.row >= 0])
 
     def _add_step(self) -> None:
-        """Move coordinates by the step, into their limits, and place the bodies."""
+        """Add the stages that move the coordinates within their limits and place the bodies."""
         program, steps = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
         rates = [steps.get(column) for column in range(self.tree.nv)]
         for add in (add_integration, add_python_integration):
@@ -71,13 +73,13 @@ class IKDescent:
         limits_of = self._limits.items()
         joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limits_of]
         program.add(ik_step.confine_coordinates, joints=joints)
-        self.placed.add()
+        self.bodies.add()
 
     def _add_error(self) -> tuple[BlockRows, BlockRows, BlockRows]:
         """Add the stages of error and Jacobian; return the rows of error, damping and Jacobian."""
         program, state = self.program, self.state
         goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
-        (T,) = self.placed.frames([self.tree.find(self.arm.link)])
+        (T,) = self.bodies.frames([self.tree.find(self.arm.link)])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
             program.add(ik_step.compute_axis_error, goal=goal, T=T, vector_of=e[3:])
@@ -101,7 +103,7 @@ class IKDescent:
             damping=damping,
         )
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
-        J = self.placed.base_jacobian(T, moves)
+        J = self.bodies.base_jacobian(T, moves)
         if self.pointing:
             program.add(ik_step.ignore_roll, T=T, J=J)
         if (self.weight != 1.0).any():

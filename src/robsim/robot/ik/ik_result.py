@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robsim.base.arrays import Array
 from robsim.base.value import Value
 from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
@@ -14,8 +17,19 @@ from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
 class IKReason(IntEnum):
     """Reason why the search for coordinates ended.
 
-    The members are SOLVED, UNREACHABLE, LIMITS and ITERATIONS; `message` explains each.
+    Attributes
+    ----------
+    SOLVED
+        The link is at the pose, within the limits.
+    UNREACHABLE
+        No search reached the pose, not even without limits.
+    LIMITS
+        Limits of joints prevent the pose.
+    ITERATIONS
+        The error was still falling at the last iteration.
 
+    Examples
+    --------
     >>> IKReason.SOLVED.message
     'solved: the link is at the pose, within the limits'
     """
@@ -47,7 +61,9 @@ _MESSAGES = {
 
 @dataclass(frozen=True, eq=False)
 class IKResult(Value):
-    """Result of `Robot.ik`, row by row. For a single pose, all fields lack the leading axes.
+    """Result of `Robot.ik`, with one row for each pose.
+
+    For a single pose, the arrays have no leading axes.
 
     Attributes
     ----------
@@ -56,8 +72,9 @@ class IKResult(Value):
     success : bool or ndarray of bool of shape (...)
         Whether q is a solution: `error` is below the tolerance.
     error : float or ndarray of shape (...)
-        The larger of |p_goal - p| in m and the angle in rad from R to R_goal (or between the z
-        axes), as far as the mask includes them, by forward kinematics of q.
+        The larger of |p_goal - p| in m and the angle in rad from R to R_goal, by forward kinematics
+        of q. With the mask "pointing", the angle between the z axes. Parts that the mask leaves out
+        do not count.
     iterations : int or ndarray of int of shape (...)
         Number of evaluations of the pose, over all searches within the limits.
     restarts : int or ndarray of int of shape (...)
@@ -69,14 +86,14 @@ class IKResult(Value):
     --------
     >>> from robsim import Robot
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 1]])
-    >>> found = arm.ik(arm.fk([[0.5], [1.5]]))
-    >>> found.q.round(9)[:, 0], [IKReason(code).name for code in found.reason]
+    >>> result = arm.ik(arm.fk([[0.5], [1.5]]))
+    >>> result.q.round(9)[:, 0], [IKReason(code).name for code in result.reason]
     (array([0.5, 1. ]), ['SOLVED', 'LIMITS'])
     """
 
     q: Array
-    success: Any
-    error: Any
-    iterations: Any
-    restarts: Any
-    reason: Any
+    success: np.bool_ | NDArray[np.bool_]
+    error: float | Array
+    iterations: np.int64 | NDArray[np.int64]
+    restarts: np.int64 | NDArray[np.int64]
+    reason: Any  # Any: an `IKReason` for a single pose, else codes, which a union would hide

@@ -1,4 +1,4 @@
-"""Searches of inverse kinematics for many runs: compiled, in chunks, on threads."""
+"""Numerical inverse kinematics of many poses: compiled searches in chunks, on threads."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SMALLEST_TOLERANCE = 1e-12  # metres or radians: smaller errors are rounding
 
 
 class SearchBudget(NamedTuple):
-    """Accuracy and amount of work of a search."""
+    """Accuracy of a search, and limits of its work."""
 
     tolerance: float
     iterations: int

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value, suggest_names
-from robsim.geometry.pose import as_pose, broadcast_leading_shape
+from robsim.geometry.pose import PoseLike, as_pose, broadcast_leading_shape
 from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
 from robsim.robot.ik.arm import LARGEST_POSITION, IKArm
 from robsim.robot.ik.descent import IKDescent
@@ -18,12 +18,13 @@ from robsim.robot.ik.ik_result import IKReason, IKResult
 from robsim.robot.ik.ik_search import SearchBudget, search_coordinates
 
 IK_MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
-SMALLEST_WEIGHT = (
-    1e-3  # smallest relative weight: with a smaller weight no tolerance could be reached
-)
+SMALLEST_WEIGHT = 1e-3  # smallest relative weight; with a smaller weight no search converges
+IKMask = Literal["pose", "position", "pointing"] | ArrayLike  # a name, or six weights
 
 
-def solve_numeric(arm: IKArm, T: Any, q0: Array, mask: Any, effort: SearchBudget) -> IKResult:
+def solve_numeric(
+    arm: IKArm, T: PoseLike, q0: Array, mask: IKMask | None, effort: SearchBudget
+) -> IKResult:
     """Return coordinates (..., nq) for poses T (..., 4, 4) of the link in the base, from q0."""
     goal = as_pose(T).matrix
     if np.abs(goal).max(initial=0.0) > LARGEST_POSITION:
@@ -45,13 +46,17 @@ def _broadcast_to_runs(array: Array, lead: tuple[int, ...], axes: int) -> Array:
 
 
 def _attribute_to_limits(
-    arm: IKArm, mask: Any, goals: Array, found: kernels.SearchResults, effort: SearchBudget
+    arm: IKArm,
+    mask: IKMask | None,
+    goals: Array,
+    results: kernels.SearchResults,
+    effort: SearchBudget,
 ) -> None:
-    """Set whether failures are due to the limits, by a search without limits."""
-    reasons = found.counts[kernels.REASON]
+    """Set the reasons of failures to LIMITS or UNREACHABLE, by a search without limits."""
+    reasons = results.counts[kernels.REASON]
     failed = np.flatnonzero(np.isin(reasons, (kernels.UNREACHABLE, kernels.LIMITS)))
     if failed.size:
-        unlimited, starts = _find_descent(arm.free, mask), make_read_only(found.q[failed])
+        unlimited, starts = _find_descent(arm.free, mask), make_read_only(results.q[failed])
         reason = search_coordinates(
             unlimited, make_read_only(goals[failed]), starts, effort
         ).counts[kernels.REASON]
@@ -59,21 +64,21 @@ def _attribute_to_limits(
         reasons[failed[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
-def _find_descent(arm: IKArm, mask: Any) -> IKDescent:
+def _find_descent(arm: IKArm, mask: IKMask | None) -> IKDescent:
     """Return the search of an arm for a mask; raise InputError if no joint moves the link."""
     is_name = mask is None or isinstance(mask, str)
-    if is_name and mask in arm.kept:
-        known: IKDescent = arm.kept[mask]
-        return known
+    if is_name and mask in arm.cache:
+        cached: IKDescent = arm.cache[mask]
+        return cached
     _check_movable_link(arm)
     descent = IKDescent(arm, _read_mask(mask), is_name and mask == "pointing")
     if is_name:
-        arm.kept[mask] = descent
+        arm.cache[mask] = descent
     return descent
 
 
 def _check_movable_link(arm: IKArm) -> None:
-    """Raise InputError if no joint moves the link, or a vehicle does."""
+    """Raise InputError if no joint moves the link, or a vehicle carries it."""
     if arm.columns.size == 0:
         raise InputError(f"no joint moves link '{arm.link}', so it cannot be brought to a pose")
     for j, kind in zip(arm.columns.tolist(), arm.tree.kinds(arm.columns), strict=True):
@@ -84,7 +89,7 @@ def _check_movable_link(arm: IKArm) -> None:
             )
 
 
-def _read_mask(mask: Any) -> Array:
+def _read_mask(mask: IKMask | None) -> Array:
     """Return the weights (6,) of the rows (v, omega) for a mask."""
     if mask is None or isinstance(mask, str):
         name = "pose" if mask is None else mask
@@ -103,12 +108,12 @@ def _read_mask(mask: Any) -> Array:
 
 
 def _make_ik_result(
-    found: kernels.SearchResults, solved: NDArray[np.bool_], lead: tuple[int, ...]
+    results: kernels.SearchResults, solved: NDArray[np.bool_], lead: tuple[int, ...]
 ) -> IKResult:
     """Return the results as arrays (...), or as numbers for a single pose."""
-    reason, iterations, restarts = found.counts
-    rows = solved, found.error, iterations, restarts, reason
-    q = make_read_only(found.q.reshape(*lead, found.q.shape[1]))
+    reason, iterations, restarts = results.counts
+    rows = solved, results.error, iterations, restarts, reason
+    q = make_read_only(results.q.reshape(*lead, results.q.shape[1]))
     if lead:
         return IKResult(q, *(make_read_only(array.reshape(lead)) for array in rows))
     success, error, iterations, restarts, reason = (array[0] for array in rows)

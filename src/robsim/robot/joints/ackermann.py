@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from robsim.declare import check_fields, register
 from robsim.kernels.bodies import forward_kinematics
-from robsim.robot.joints.couplings import Coupling, SourceName
+from robsim.robot.joints.couplings import Coupling, SourceJoint, SourceName
 
 
 @register("coupling", "ackermann")
@@ -19,6 +18,8 @@ class Ackermann(Coupling):
     centre of the turn, so the angle of a wheel depends on the position of its joint on the car,
     usually at the front.
 
+    Examples
+    --------
     >>> Ackermann("body.steering").of
     'body.steering'
     """
@@ -38,6 +39,6 @@ class Ackermann(Coupling):
         """Name of the steering angle, for overviews."""
         return f"{self.of}, by Ackermann"
 
-    def fits(self, source: Any, steers: bool) -> bool:
+    def fits(self, source: SourceJoint, steers: bool) -> bool:
         """Return whether the source is a steering angle."""
         return steers

@@ -51,6 +51,13 @@ class Steering:
     tan(angle) = wheelbase * omega / v. Between control periods it changes by at most rate * dt, and
     then it is constant. A longer wheelbase or a smaller limit makes the tightest turn wider.
 
+    Raises
+    ------
+    InputError
+        If the limit is a right angle or more.
+
+    Examples
+    --------
     >>> Steering(0.5).limit
     0.6
     """

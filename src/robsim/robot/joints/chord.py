@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
 from robsim.kernels.bodies import forward_kinematics
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.robot.joints.couplings import CoordinateType, Coupling, SourceName
+from robsim.robot.joints.couplings import CoordinateType, Coupling, SourceJoint, SourceName
+from robsim.robot.joints.joint_kind import KinematicsRows
 
 CHORD_QUANTITIES = ("angle", "arc", "height", "tilt")  # in the order of the codes of the kernel
 
@@ -28,18 +29,25 @@ class Chord(Coupling):
     along the curve. A third wheel may touch the curve between them, at the distance `at` along the
     chord; by default it is the second wheel. The coordinate is one of
 
-    - "angle": of the chord, from the tangent at the first wheel (rad)
+    - "angle": angle from the tangent at the first wheel to the chord (rad)
     - "arc": arc length s of the contact point of the third wheel (m)
-    - "height": of the centre of the third wheel above the chord (m)
-    - "tilt": of the tangent at the third wheel, from the chord (rad)
+    - "height": height of the centre of the third wheel above the chord (m)
+    - "tilt": angle from the chord to the tangent at the third wheel (rad)
 
+    Raises
+    ------
+    InputError
+        If `at` exceeds the length of the chord.
+
+    Examples
+    --------
     >>> Chord("rear", 0.4, gives="angle").at
     0.4
     """
 
     limited = False
     on_a_curve = True
-    wanted = "a rail that follows nothing"
+    wanted = "a rail that follows no other coordinate"
     of: SourceName
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[
@@ -75,7 +83,7 @@ class Chord(Coupling):
         """Quantity and length of the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 
-    def fits(self, source: Any, steers: bool) -> bool:
+    def fits(self, source: SourceJoint, steers: bool) -> bool:
         """Return whether the source is a rail that follows no other coordinate."""
         return source.model.needs == "curve" and source.follows is None
 
@@ -85,11 +93,11 @@ class Chord(Coupling):
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 
-    def add_stages(self, placed: Any, which: int, **rows: BlockRows) -> None:
+    def add_stages(self, tree: KinematicsRows, which: int, **rows: BlockRows) -> None:
         """Add the stage that computes the coordinate on the curve number `which`."""
         what = CHORD_QUANTITIES.index(self.gives)
-        placed.program.add(
-            forward_kinematics.evaluate_chord, **placed.curves, **rows, which=which, what=what
+        tree.program.add(
+            forward_kinematics.evaluate_chord, **tree.curves, **rows, which=which, what=what
         )
 
     def check(self, name: str, curve: Curve) -> None:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.kernels.bodies.forward_kinematics import place_user_joint
-from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.block_rows import Address, BlockRows
+from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.stages import CompiledStage
 
 SAMPLE_REACH = 0.5  # half range in metres of samples around home, for joints without limits
@@ -21,7 +22,7 @@ COORDINATE_UNITS = "rad", "m", "1"
 class JointParts(NamedTuple):
     """Independent coordinates and velocities of a joint, with the attributes of `JointKind`.
 
-    A joint that follows others has none, and a rolling wheel has a coordinate without a velocity.
+    A coupled joint has neither. A rolling wheel has a coordinate without a velocity.
     """
 
     coordinates: tuple[str, ...] = ()
@@ -38,7 +39,18 @@ class BodyRows(NamedTuple):
     place: BlockRows
     x: BlockRows  # first coordinate, or the motion of a kind of the user
     pose: BlockRows
-    body: Any
+    body: Any  # Any: a `Body` of the assembly, which imports this file
+
+
+class KinematicsRows(Protocol):
+    """Program and rows that joints and couplings use to add their stages, see `FKStages`."""
+
+    program: Program
+    ratio: BlockRows
+
+    @property
+    def curves(self) -> dict[str, Address]:
+        """Tables of the curves of all rails."""
 
 
 class JointKind:
@@ -72,7 +84,7 @@ class JointKind:
     turns : bool
         Whether the joint only turns about its z axis, so that a whole turn changes nothing.
     roams : bool
-        Whether the joint flies or drives, unlike a joint of an arm.
+        Whether the joint lets a robot travel: a floating base or a vehicle.
     wheeled : bool
         Whether the joint cannot move sideways, with the velocities (v, omega).
     free : bool
@@ -92,7 +104,7 @@ class JointKind:
     moved : int or None
         Number of leading coordinates that `moving` changes; None for all.
     fused : Stage or None
-        For built-in kinds, the stage that places bodies directly from their first coordinates.
+        For built-in kinds, the stage that computes the pose of a body from its first coordinate.
 
     Examples
     --------
@@ -144,7 +156,7 @@ class JointKind:
 
     @property
     def own(self) -> bool:
-        """Whether the kind is defined by the user: its motion is computed first, then applied."""
+        """Whether the kind is defined by the user."""
         return self.fused is place_user_joint
 
     @property
@@ -179,14 +191,17 @@ class JointKind:
         """Return coordinates (B, n) after velocities v (B, nv) over dt seconds."""
         return q + v * dt
 
-    def add_placing(self, placed: Any, bodies: Iterable[BodyRows]) -> None:
+    def add_placing(self, rows: KinematicsRows, bodies: Iterable[BodyRows]) -> None:
         """Add the stage that places bodies on joints of this kind."""
-        placed.program.add(self.fused, each=[tuple(each[:4]) for each in bodies])
+        assert self.fused is not None  # a fixed joint places no body
+        rows.program.add(self.fused, each=[tuple(each[:4]) for each in bodies])
 
     @property
     def rest(self) -> Array:
         """Coordinates (n,) of a joint at rest."""
         return np.zeros(len(self.coordinates))
+
+    # Any: `part` is the Curve or the Steering that a kind needs; each kind narrows the type
 
     def span(self, part: Any) -> tuple[float, float] | None:
         """Return the default limits of the coordinate; `part` is the required curve or steering."""
@@ -203,7 +218,7 @@ class JointKind:
         return rows
 
     def checked(self, q: Array, what: str, name: str) -> Array:
-        """Return coordinates (..., n) in the form for computation, or raise InputError."""
+        """Return valid coordinates (..., n), normalized if necessary, or raise InputError."""
         return q
 
     def sample(self, share: Array, home: Array, limits: Array) -> Array:
@@ -239,7 +254,15 @@ def wrap_magnitude(angle: Array) -> Array:
 
 
 def check_joint_kind(kind: JointKind) -> None:
-    """Raise InputError unless a kind of the user is complete and consistent."""
+    """Raise InputError unless a kind of the user is complete and consistent.
+
+    Examples
+    --------
+    >>> check_joint_kind(JointKind())
+    Traceback (most recent call last):
+    ...
+    robsim...InputError: JointKind.name: expected a word such as 'helical', got ''
+    """
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(

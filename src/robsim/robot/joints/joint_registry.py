@@ -15,23 +15,23 @@ def list_single_kinds() -> str:
 
 
 def make_bare_kind(kind: type[JointKind]) -> JointKind:
-    """Return an instance of a kind without its parameters, which is enough for its units."""
+    """Return an instance of a kind without its parameters, to read its units."""
     return kind.__new__(kind)
 
 
-def find_joint_kind(given: object) -> JointKind:
+def find_joint_kind(value: object) -> JointKind:
     """Return the kind of a joint from its name, or from a kind itself."""
-    if isinstance(given, JointKind):
-        return given
-    if not isinstance(given, str):
-        advice = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
-        hint = advice or "; " + suggest_names(given, JOINTS.names, "joint kinds")
-        raise InputError(f"no joint kind {given!r}{hint}")
-    kind: type[JointKind] = JOINTS.find(given)
+    if isinstance(value, JointKind):
+        return value
+    if not isinstance(value, str):
+        advice = f"; write {value.__name__}(...)" if isinstance(value, type) else ""
+        hint = advice or "; " + suggest_names(value, JOINTS.names, "joint kinds")
+        raise InputError(f"no joint kind {value!r}{hint}")
+    kind: type[JointKind] = JOINTS.find(value)
     try:
         return kind()
     except TypeError:  # the kind has parameters without defaults
         who = kind.__name__
         raise InputError(
-            f"joint kind '{given}' has parameters: give the joint {who}(...) instead of the name"
+            f"joint kind '{value}' has parameters: give the joint {who}(...) instead of the name"
         ) from None

@@ -1,26 +1,29 @@
-"""Coordinates that are linear functions of another."""
+"""Coordinates that are linear functions of another coordinate."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
 from robsim.declare import Number, check_fields, register
 from robsim.declare.joint_numbers import OfJoint
 from robsim.kernels.bodies import forward_kinematics
-from robsim.robot.joints.couplings import Coupling, SourceName
+from robsim.robot.joints.couplings import Coupling, SourceJoint, SourceName
 
 
 @register("coupling", "mimic")
 @dataclass(frozen=True)
 class Mimic(Coupling):
-    """Coordinate that is a linear function of another, ratio * q_of + offset.
+    """Coordinate that is a linear function of another coordinate.
 
-    It is the <mimic> of URDF, for example for the second finger of a gripper.
+    The coordinate is q = ratio * q_of + offset, as in the element <mimic> of URDF. Use it for the
+    second finger of a gripper, for example.
 
+    Examples
+    --------
     >>> Mimic("finger_left").ratio
     1.0
     """
@@ -39,7 +42,7 @@ class Mimic(Coupling):
         offset = f" {self.offset:+g}" if self.offset else ""
         return f"{self.ratio:g} {self.of}{offset}"
 
-    def fits(self, source: Any, steers: bool) -> bool:
+    def fits(self, source: SourceJoint, steers: bool) -> bool:
         """Return whether the source is a single independent coordinate, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
         return steers or (source.model.single and not rolls)
@@ -50,7 +53,7 @@ class Mimic(Coupling):
         return self.ratio, self.offset, 0.0
 
     def through(self, above: Mimic) -> Mimic:
-        """Return the coupling to the source of `above`, the coupling of the present source.
+        """Return the coupling to the last source, if `above` is the coupling of the present source.
 
         Examples
         --------
@@ -59,7 +62,7 @@ class Mimic(Coupling):
         """
         return Mimic(above.of, self.ratio * above.ratio, self.ratio * above.offset + self.offset)
 
-    def root(self, follows: Mapping[str, Any]) -> Mimic:
+    def root(self, follows: Mapping[str, Coupling | None]) -> Mimic:
         """Return the coupling to the last source of a chain of mimics.
 
         The mapping `follows` holds the couplings of coordinates by their names.

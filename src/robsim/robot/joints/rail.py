@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from robsim.declare import register
 from robsim.geometry.curves import Curve
 from robsim.kernels.bodies import forward_kinematics
-from robsim.robot.joints.joint_kind import BodyRows, JointKind
+from robsim.robot.joints.joint_kind import BodyRows, JointKind, KinematicsRows
 
 
 @register("joint kind", "rail")
 @dataclass(frozen=True)
 class Rail(JointKind):
-    """Joint that follows the `curve` of its `Joint`, with x tangent, by an arc length in metres."""
+    """Joint that moves along the `curve` of its `Joint`, with x tangent to the curve.
+
+    Its coordinate is the arc length in metres.
+    """
 
     name = "rail"
     coordinates = ("",)
@@ -29,20 +31,18 @@ class Rail(JointKind):
         """Return the arc lengths of the ends of the curve."""
         return 0.0, part.length
 
-    def add_placing(self, placed: Any, bodies: Iterable[BodyRows]) -> None:
+    def add_placing(self, rows: KinematicsRows, bodies: Iterable[BodyRows]) -> None:
         """Add the stages that place bodies on their curves and compute the curvature as a ratio.
 
         If the rail follows another coordinate, the curvature is per unit of that coordinate.
         """
         for parent, place, s, T, body in bodies:
-            given = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
-            bend = placed.ratio[body.bend]
-            placed.program.add(
-                forward_kinematics.place_on_rail, **placed.curves, **given, curvature=bend
+            numbers = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
+            bend = rows.ratio[body.bend]
+            rows.program.add(
+                forward_kinematics.place_on_rail, **rows.curves, **numbers, curvature=bend
             )
             if body.slope:
-                placed.program.add(
-                    forward_kinematics.scale_curvature,
-                    curvature=bend,
-                    slope=placed.ratio[body.slope],
+                rows.program.add(
+                    forward_kinematics.scale_curvature, curvature=bend, slope=rows.ratio[body.slope]
                 )

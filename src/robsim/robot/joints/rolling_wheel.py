@@ -18,6 +18,8 @@ class Rolling(Coupling):
     angle of the wheel is a state: it is integrated from the motion of the vehicle. With the speed v
     of the hub along the rolling direction, the wheel turns at the rate v / radius.
 
+    Examples
+    --------
     >>> Rolling(0.1).radius
     0.1
     """

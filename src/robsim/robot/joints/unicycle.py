@@ -11,7 +11,10 @@ from robsim.robot.joints.planar_joint import PlanarKind
 @register("joint kind", "unicycle")
 @dataclass(frozen=True)
 class Unicycle(PlanarKind):
-    """Vehicle that cannot move sideways; q is x, y, theta, and v is (v along x, omega about z)."""
+    """Vehicle that turns on the spot and cannot move sideways.
+
+    Its coordinates are x, y and theta, and its velocities are v along x and omega about z.
+    """
 
     name = "unicycle"
     coordinates = (".x", ".y", ".theta")

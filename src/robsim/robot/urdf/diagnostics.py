@@ -12,13 +12,15 @@ MOST_ERRORS = 50  # number of errors that ends the reading of a file
 MOST_ODDITIES = 1000
 LISTED_KINDS = 10  # largest number of kinds of oddities in a warning
 LONGEST_LINE = 600  # largest number of characters in a line
-_VARIABLE_TEXT = re.compile(
-    r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?"
-)  # parts of a message that vary in a kind
+# parts of a message that differ between oddities of one kind: names and numbers
+_VARIABLE_TEXT = re.compile(r"'[^']*'|[-+]?[\d.]+(e[-+]?\d+)?")
 
 
 class Diagnostics:
-    """Errors and oddities of one file, each with its line and its element."""
+    """Errors and oddities of one file, each with its line and its element.
+
+    An oddity is an item that is left out or read differently from its notation.
+    """
 
     def __init__(self, source: str):
         self.source = source
@@ -36,9 +38,9 @@ class Diagnostics:
             self.stop()
 
     def odd(self, element: Element, text: str) -> None:
-        """Add an oddity: an item that is left out or read differently from its notation."""
+        """Add an oddity; raise FileError if there are too many."""
         if self.odd_count == MOST_ODDITIES:
-            self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
+            self.error(element, f"more than {MOST_ODDITIES} oddities, such as unknown words")
             self.stop()
         self.odd_count += 1
         kind = element.tag, _VARIABLE_TEXT.sub("", text)

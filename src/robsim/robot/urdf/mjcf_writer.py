@@ -44,7 +44,7 @@ def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.Path
     meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
     if meshes:
         names = ", ".join(meshes[:9])
-        message = f"{path}: meshes are left out, which MuJoCo would open: those of {names}"
+        message = f"{path}: meshes of {names} are left out, because MuJoCo would open their files"
         warnings.warn(message, FileWarning, stacklevel=3)  # points at the call of Robot.to_mjcf
 
 

@@ -42,7 +42,7 @@ SHORTEST_AXIS = 1e-6
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """Joint, and the names in the file of the links that it connects."""
+    """Joint of a file, with the names of its parent and child links in the file."""
 
     element: Element
     name: str
@@ -193,7 +193,7 @@ def _read_mimic(element: Element, kind: str | None, findings: Diagnostics) -> Mi
     if mimic is None:
         return None
     if kind == "fixed":
-        findings.odd(mimic, "a fixed joint follows nothing; left out")
+        findings.odd(mimic, "a fixed joint cannot follow another; left out")
         return None
     of = require_attribute(mimic, "joint", findings)
     ratio = read_attribute_number(mimic, "multiplier", findings, 1.0)

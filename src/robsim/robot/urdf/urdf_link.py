@@ -68,7 +68,7 @@ def read_inertia(link: Element, findings: Diagnostics) -> Inertia | None:
         return None
     if mass == 0:
         if tensor.any():
-            findings.odd(inertial, "a tensor without a mass, left out")
+            findings.odd(inertial, "the inertia has a tensor and no mass; left out")
         return None
     try:
         result = Inertia(mass, tensor=tensor).at(pose)

@@ -91,10 +91,10 @@ def _read_link_tree(root: Element, findings: Diagnostics) -> tuple[str, list[Lin
         findings.error(root, f"{len(elements)} links; from 1 to {MOST_LINKS} are allowed")
     name = read_safe_name(root, findings)
     links = _read_links(elements, read_material_colors(root, findings), findings)
-    hinges = [h for each in joints if (h := read_joint(each, tails, findings)) is not None]
-    if not links or len(links) + len(hinges) < len(elements) + len(joints):
+    urdf_joints = [h for each in joints if (h := read_joint(each, tails, findings)) is not None]
+    if not links or len(links) + len(urdf_joints) < len(elements) + len(joints):
         findings.stop()  # the tree cannot be checked
-    tree = _connect_links(root, links, hinges, findings)
+    tree = _connect_links(root, links, urdf_joints, findings)
     findings.stop()
     assert name is not None
     return name, tree
@@ -121,10 +121,10 @@ def _find_tail_joints(root: Element) -> dict[str, Element]:
 
 
 def _is_bare_link(link: Element) -> bool:
-    """Return whether a link has nothing but the inertia that our writer gives to moving links."""
+    """Return whether a link is empty, apart from the inertia that our writer adds."""
     findings = Diagnostics("")
-    weight = read_inertia(link, findings)
-    is_ours = not (findings.errors or findings.oddities) and weight in (None, TOKEN_INERTIA)
+    inertia = read_inertia(link, findings)
+    is_ours = not (findings.errors or findings.oddities) and inertia in (None, TOKEN_INERTIA)
     return is_ours and all(part.tag == "inertial" for part in link.children)
 
 
@@ -145,26 +145,26 @@ def _read_links(
     links: LinksByName = {}
     for element in elements:
         name = read_safe_name(element, findings)
-        weight, solids = read_inertia(element, findings), read_shapes(element, palette, findings)
+        inertia, solids = read_inertia(element, findings), read_shapes(element, palette, findings)
         if name is None:
             continue
         original = element.attributes["name"]
         if original in links:
             line = links[original][0].line
             findings.error(element, f"line {line} has a link of the same name; one is allowed")
-        links[original] = element, Link(name, shapes=solids, inertia=weight)
+        links[original] = element, Link(name, shapes=solids, inertia=inertia)
     return links
 
 
 def _connect_links(
-    root: Element, links: LinksByName, hinges: list[UrdfJoint], findings: Diagnostics
+    root: Element, links: LinksByName, urdf_joints: list[UrdfJoint], findings: Diagnostics
 ) -> list[Link]:
     """Return the links on their joints: the root, then the children in the order of joints."""
-    _check_repeated_names(links, hinges, findings)
-    _check_mimic_joints(hinges, findings)
-    if not _check_joint_ends(links, hinges, findings):
+    _check_repeated_names(links, urdf_joints, findings)
+    _check_mimic_joints(urdf_joints, findings)
+    if not _check_joint_ends(links, urdf_joints, findings):
         findings.stop()
-    above = {h.child: h for h in hinges}
+    above = {h.child: h for h in urdf_joints}
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         names = ", ".join(repr(name) for name in roots[:9])
@@ -172,7 +172,7 @@ def _connect_links(
     _check_link_loops(links, above, findings)
     findings.stop()
     base = links[roots[0]][1]
-    pairs = zip(hinges, _drop_impossible_limits(hinges, findings), strict=True)
+    pairs = zip(urdf_joints, _drop_impossible_limits(urdf_joints, findings), strict=True)
     return [
         base,
         *(_attach_link(joint, links[h.child][1], links[h.parent][1]) for h, joint in pairs),
@@ -182,19 +182,21 @@ def _connect_links(
 def _attach_link(joint: Joint, link: Link, parent: Link) -> Link:
     """Return a link on its joint, without the inertia that our writer gives to moving links."""
     token = joint.moves and link.inertia == TOKEN_INERTIA
-    weight = None if token else link.inertia
-    return replace(link, parent=parent.name, joint=joint, inertia=weight)
+    inertia = None if token else link.inertia
+    return replace(link, parent=parent.name, joint=joint, inertia=inertia)
 
 
-def _drop_impossible_limits(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> Iterator[Joint]:
-    """Yield the joints, without the limits of a mimic that leave its source no range.
+def _drop_impossible_limits(
+    urdf_joints: Iterable[UrdfJoint], findings: Diagnostics
+) -> Iterator[Joint]:
+    """Yield the joints, without limits of a mimicking joint that its source can never satisfy.
 
-    Such files exist, and other programs ignore the limits of mimicking joints.
+    Some published files have such limits. Other programs ignore the limits of mimicking joints.
     """
-    joints = {h.name: h.joint for h in hinges}
+    joints = {h.name: h.joint for h in urdf_joints}
     follows = {name: joint.follows for name, joint in joints.items()}
     room: dict[str, tuple[float, float]] = {}
-    for h in hinges:
+    for h in urdf_joints:
         joint, tie = h.joint, h.joint.follows
         if joint.limits is None or not isinstance(tie, Mimic):
             yield joint
@@ -211,7 +213,7 @@ def _drop_impossible_limits(hinges: Iterable[UrdfJoint], findings: Diagnostics) 
 
 
 def _check_repeated_names(
-    links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
+    links: LinksByName, urdf_joints: Iterable[UrdfJoint], findings: Diagnostics
 ) -> None:
     """Report names of links and of joints that occur twice, also after their conversion."""
     taken: dict[str, Element] = {}
@@ -221,7 +223,7 @@ def _check_repeated_names(
             findings.error(element, f"line {line} has the same converted name '{link.name}'")
         taken[link.name] = element
     joints: dict[str, Element] = {}
-    for h in hinges:
+    for h in urdf_joints:
         if h.name in joints:
             line = joints[h.name].line
             findings.error(h.element, f"line {line} has a joint of the same name; give another")
@@ -229,12 +231,12 @@ def _check_repeated_names(
 
 
 def _check_joint_ends(
-    links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
+    links: LinksByName, urdf_joints: Iterable[UrdfJoint], findings: Diagnostics
 ) -> bool:
     """Return whether every joint connects two existing links; report other joints."""
     carried: dict[str, UrdfJoint] = {}
     before = len(findings.errors)
-    for h in hinges:
+    for h in urdf_joints:
         for what, name in (("parent", h.parent), ("child", h.child)):
             if name not in links:
                 findings.error(
@@ -276,9 +278,9 @@ def _find_loops(above: Mapping[str, str]) -> Iterator[str]:
         done |= path
 
 
-def _check_mimic_joints(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> None:
+def _check_mimic_joints(urdf_joints: Iterable[UrdfJoint], findings: Diagnostics) -> None:
     """Report mimics of joints that are missing, unsuitable, or the mimic itself."""
-    joints = {h.name: h for h in hinges}
+    joints = {h.name: h for h in urdf_joints}
     sources = {name: h.joint.follows.of for name, h in joints.items() if h.joint.follows}
     if len(sources) > MOST_MIMICS:
         findings.error(next(iter(joints.values())).element, f"more than {MOST_MIMICS} <mimic>")
@@ -286,7 +288,7 @@ def _check_mimic_joints(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> N
     for name, of in sources.items():
         _check_mimic_source(joints[name], of, joints, findings)
     for name in _find_loops(sources):
-        findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+        findings.error(joints[name].element, "mimics itself; follow another joint")
         return
     for h in joints.values():
         _check_mimic_chain(h, joints, findings)

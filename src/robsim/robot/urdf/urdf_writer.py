@@ -26,7 +26,7 @@ from robsim.robot.urdf.vocabulary import AXIS_SUFFIX, TAIL_SUFFIX
 from robsim.robot.urdf.xml_writer import XmlWriter, join_numbers
 
 URDF_SOLIDS = (Block, Wheel, Ball, Mesh)
-ON_AXIS = 1e-14  # metres by which rounding may move a link off the axis of its joint
+ON_AXIS = 1e-14  # metres: largest distance of a link from the axis of its joint, due to rounding
 
 
 def write_urdf(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[str]) -> None:
@@ -50,7 +50,7 @@ def write_urdf(name: str, links: Sequence[Link], tip: str, path: str | os.PathLi
 
 
 def check_exportable(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ()) -> None:
-    """Raise InputError with all properties that neither URDF nor MJCF can express, and `more`."""
+    """Raise InputError for joints and colours that `what` cannot express; `more` lists reasons."""
     reasons = []
     for link in links:
         joint = link.joint
@@ -68,7 +68,7 @@ def check_exportable(name: str, links: Iterable[Link], what: str, more: Iterable
 
 
 def _check_number_sizes(name: str, links: Iterable[Link]) -> None:
-    """Raise InputError for numbers that our reader would reject."""
+    """Raise InputError for numbers that `read_urdf` would reject."""
     for link in links:
         joint, inertia = link.joint, link.inertial
         values = [*joint.place.position, *joint.tail.position, *(joint.limits or ())]

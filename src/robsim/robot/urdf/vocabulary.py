@@ -20,7 +20,7 @@ from robsim.robot.urdf.diagnostics import Diagnostics
 
 
 class ElementWords(NamedTuple):
-    """Vocabulary of an element; `silent` lists extensions, `spare` redundant attributes."""
+    """Permitted words of an element; `silent` lists extensions, `spare` redundant attributes."""
 
     attributes: tuple[str, ...] = ()
     children: tuple[str, ...] = ()
@@ -72,10 +72,8 @@ VOCABULARY = {
 MISLEADING_WORDS = {"quat_xyzw": "rpy"}  # unknown words that matter, and their known replacements
 REPEATED_TAGS = ("link", "joint", "visual", "collision", "material")
 XACRO_HINT = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
-AXIS_SUFFIX, TAIL_SUFFIX = (
-    ".axis",
-    ".tail",
-)  # suffixes of the writer for links with an origin beside the axis
+# suffixes of auxiliary links and joints, for links with an origin beside the axis of their joint
+AXIS_SUFFIX, TAIL_SUFFIX = ".axis", ".tail"
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
 
@@ -93,13 +91,13 @@ def check_words(element: Element, findings: Diagnostics) -> None:
             _report_unknown_word(
                 element, f"attribute '{name:.60}'", name, word.attributes, findings
             )
-    seen: set[str] = set()
+    tags: set[str] = set()
     for child in element.children:
         tag = child.tag
         if tag in word.children:
-            if tag in seen and (tag not in REPEATED_TAGS or element.tag in ("visual", "collision")):
+            if tag in tags and (tag not in REPEATED_TAGS or element.tag in ("visual", "collision")):
                 findings.error(child, "there is one already; only one is allowed")
-            seen.add(tag)
+            tags.add(tag)
             check_words(child, findings)
         elif tag.startswith("xacro:"):
             findings.error(child, 'xacro is not read; expand it: "xacro in.xacro > out.urdf"')
@@ -151,8 +149,8 @@ def read_safe_name(element: Element, findings: Diagnostics) -> str | None:
 def make_safe_name(name: str, kind: str) -> str:
     """Return a name of at most 64 letters, digits, _ and -, with a letter in front.
 
-    Other characters become _. A longer name is cut and gets eight digits that are a hash of the
-    whole.
+    Other characters become _. A longer name is cut, and eight digits of a hash of the whole name
+    are appended.
 
     >>> make_safe_name("tool0/cam", "link"), make_safe_name("2r", "robot")
     ('tool0_cam', 'robot_2r')

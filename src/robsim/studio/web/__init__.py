@@ -1,1 +1,1 @@
-"""The network side of a studio: an HTTP server with a page, downloads, and a WebSocket per page."""
+"""The network side of a studio: an HTTP server for a page, downloads and WebSockets."""

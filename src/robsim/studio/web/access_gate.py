@@ -1,9 +1,9 @@
 """Access control of a server: the token, the host name, and the origin of requests.
 
-Any page that is open in a browser can send requests to this machine, and any domain name can be
-made to point to it. The server therefore checks the `Host` header (against DNS rebinding), the
-origin of the request, and a cookie, which the browser receives for the token in the printed
-address.
+Any page in a browser can send requests to this machine, and the owner of a page can let a domain
+name point to this machine (DNS rebinding). The server therefore checks the `Host` header, the
+origin of the request, and a cookie. The browser receives the cookie from the printed address, which
+contains a token.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class AccessGate:
         self.address = f"http://{name}{self._end}{ENTRY}{self._token}"
 
     def check(self, request: Request) -> None:
-        """Raise Refused unless the request is a GET to an own host name with the cookie.
+        """Raise RefusedRequest unless the request is a GET to an own host name with the cookie.
 
-        The address with the token needs no cookie, and is the only one that other pages may link
-        to.
+        The address with the token requires no cookie. Only this address may be linked by other
+        pages.
         """
         if not self._is_ours(read_single_header(request, "host") or ""):
             raise RefusedRequest(HTTPStatus.FORBIDDEN, f"This is the name of another host. {_HINT}")
@@ -58,7 +58,7 @@ class AccessGate:
             raise RefusedRequest(HTTPStatus.FORBIDDEN, _HINT)
 
     def check_origin(self, request: Request) -> None:
-        """Raise Refused unless the request comes from an own page."""
+        """Raise RefusedRequest unless the request comes from an own page."""
         if read_single_header(request, "origin") != f"http://{read_single_header(request, 'host')}":
             raise RefusedRequest(
                 HTTPStatus.FORBIDDEN, f"The request comes from another page. {_HINT}"
@@ -67,8 +67,8 @@ class AccessGate:
     def enter(self, request: Request) -> Response:
         """Return the response to the address with the token: the cookie and a redirect to the page.
 
-        After a link in another page the browser would not send the cookie with a redirected
-        request, so an own response reloads the page instead.
+        A browser does not send the cookie with a redirected request that began at a link in another
+        page. In this case the response is a page that loads the studio.
         """
         if not _is_equal_token(request.path.removeprefix(ENTRY), self._token):
             raise RefusedRequest(HTTPStatus.FORBIDDEN, f"The token is invalid or expired. {_HINT}")
@@ -79,10 +79,12 @@ class AccessGate:
         return build_response(status, b"Opening the studio.\n", **target, Set_Cookie=cookie)
 
     def _is_ours(self, host: str) -> bool:
+        """Return whether a `Host` header is a name of this server."""
         number = self._any and host.endswith(self._end) and host.removesuffix(self._end)
         return host.lower() in self._hosts or (bool(number) and _is_ip_address(str(number)))
 
     def _has_cookie(self, request: Request) -> bool:
+        """Return whether a request has the cookie of this server."""
         pairs = (
             pair.partition("=") for pair in (read_single_header(request, "cookie") or "").split(";")
         )
@@ -96,7 +98,7 @@ def _is_equal_token(text: str, token: str) -> bool:
 
 
 def _is_cross_site(request: Request) -> bool:
-    """Return whether another page caused the request; other programs send no such header."""
+    """Return whether another page caused the request, by a header that only browsers send."""
     return read_single_header(request, "sec-fetch-site") not in (None, "none", "same-origin")
 
 

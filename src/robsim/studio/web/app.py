@@ -1,4 +1,4 @@
-"""Interface between the server and the app that it shows, without HTTP and WebSocket."""
+"""Interface between the server and its app, independent of HTTP and WebSocket."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import Any, Protocol
 
 
 class UnavailableDownload(Exception):
-    """An error of an app; its message is sent to the page."""
+    """Error of an app if a file is not available; its message is sent to the page."""
 
 
 class App(Protocol):
-    """An app shown by a server: a page, downloads, and a conversation with each page.
+    """An app of a server: a page, downloads, and an exchange of messages with each page.
 
-    The server calls `page` and `download` in worker threads, several at a time. It calls `hello`
-    and `receive` in the single thread that serves all pages, so these two must return at once.
+    The server calls `page` and `download` in several worker threads. It calls `hello` and `receive`
+    in the single thread that serves all pages, so they must return quickly.
     """
 
     def page(self) -> str:
@@ -23,7 +23,7 @@ class App(Protocol):
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of a file such as "run.nc", or None if it does not exist.
 
-        Raise Unavailable, with a reason for the user, if the file does not exist now.
+        Raise UnavailableDownload with a reason if the file is temporarily not available.
         """
         ...
 
@@ -37,7 +37,7 @@ class App(Protocol):
     def receive(self, message: dict[str, Any]) -> str | None:
         """Handle one JSON object from a page; return an answer for that page alone, or None.
 
-        All numbers of the object are finite, and it nests at most 16 deep. The server itself
-        answers an invalid message by a JSON object {"error": message}.
+        All numbers of the object are finite, and its depth is at most 16. The server itself
+        answers an invalid message with a JSON object {"error": message}.
         """
         ...

@@ -20,8 +20,8 @@ _OURS = re.compile(r"[A-Z]{1,20} /[!-~]*")  # method and target
 async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -> Request:
     """Return the next request; bytes after it stay in the reader.
 
-    Raise Refused if the request is malformed, too long, or too slow. Raise EOFError if the client
-    has closed the connection or sends nothing, as browsers do that connect in advance.
+    Raise RefusedRequest if the request is malformed, too long or too slow. Raise EOFError if the
+    client closes the connection or sends nothing, as browsers do after connecting in advance.
     """
     size = 0
     try:
@@ -46,7 +46,7 @@ async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -
 def read_single_header(request: Request, name: str) -> str | None:
     """Return the value of a header, or None.
 
-    Raise Refused if the header occurs twice, because another program may use the other value.
+    Raise RefusedRequest if the header occurs twice: another program may use the other value.
     """
     try:
         return request.headers.get(name)

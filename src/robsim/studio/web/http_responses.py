@@ -1,6 +1,6 @@
-"""HTTP responses, with headers that keep other pages out, and without secrets.
+"""HTTP responses, with headers that deny access to other pages.
 
-Internal failures are logged the first time they occur at a place, and never sent to a client.
+Internal failures are not sent to clients. They are logged, once for each kind of action.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ _ALWAYS = {
 def build_response(
     status: HTTPStatus, body: bytes, media: str = PLAIN_TEXT, **headers: str
 ) -> Response:
-    """Return a response with its own headers beside the headers of every response.
+    """Return a response with the common headers and further `headers`.
 
-    In the names of keyword arguments _ stands for -.
+    An underscore in the name of a keyword argument becomes a hyphen.
     """
     content = {"Content-Type": media, "Content-Length": str(len(body))}
     own = {name.replace("_", "-"): value for name, value in headers.items()}
@@ -39,7 +39,7 @@ def build_response(
 
 
 class RefusedRequest(Exception):
-    """An error that refuses a request by a response with an explanation."""
+    """Error that refuses a request; `answer` is the response with the reason."""
 
     def __init__(self, status: HTTPStatus, why: str, **headers: str) -> None:
         super().__init__(why)
@@ -47,7 +47,7 @@ class RefusedRequest(Exception):
 
 
 class FailureLog:
-    """Record of failures, so that a page cannot fill the log by repeating a request."""
+    """Log of failures without repetitions, so that repeated requests cannot fill it."""
 
     def __init__(self) -> None:
         self._known: set[str] = set()

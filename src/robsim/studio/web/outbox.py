@@ -1,4 +1,4 @@
-"""Messages that wait for one page; a page that falls behind starts again."""
+"""Queue of messages for one page; a delayed page is updated as a whole."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.studio.web import server_limits
 
 
 class Outbox:
-    """Frames in order of arrival; any thread may add a frame, and none waits."""
+    """Queue of frames; any thread may add a frame, without waiting."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -20,7 +20,7 @@ class Outbox:
         self._behind = True
 
     def put(self, frame: bytes) -> None:
-        """Add a frame; if there are too many, drop all, and mark the page as delayed."""
+        """Add a frame; if there are too many, delete all and mark the page as delayed."""
         with self._lock:
             if self._behind:
                 return
@@ -43,7 +43,7 @@ class Outbox:
             return frame
 
     def start_anew(self) -> bool:
-        """Return whether the page is new or was delayed; store frames from now on."""
+        """Return whether the page is new or delayed; store frames from now on."""
         with self._lock:
             behind, self._behind = self._behind, False
             return behind

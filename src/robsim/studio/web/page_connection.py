@@ -30,7 +30,7 @@ class PageConnection:
     """A connection that passes messages between a page and the app.
 
     `websockets` parses and writes the protocol. This class limits the data stored for a page, and
-    the time spent waiting for it.
+    the time to wait for a page.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class PageConnection:
         protocol: ServerProtocol,
         failures: FailureLog,
     ) -> None:
-        """Take over a connection that requests a WebSocket, and the protocol that parsed it."""
+        """Take over the connection of a WebSocket request, and the protocol that parsed it."""
         self.outbox, self.woken = Outbox(), asyncio.Event()
         self._app, self._reader, self._writer, self._failures = app, reader, writer, failures
         self._protocol = protocol
@@ -50,7 +50,7 @@ class PageConnection:
         self._last_read = asyncio.get_running_loop().time()
 
     def accept(self, request: Request) -> None:
-        """Answer the handshake; raise Refused if it is invalid."""
+        """Answer the handshake; raise RefusedRequest if it is invalid."""
         response = self._protocol.accept(request)
         if response.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
             raise RefusedRequest(
@@ -59,7 +59,7 @@ class PageConnection:
         self._protocol.send_response(response)
 
     async def talk(self) -> None:
-        """Send and receive until either side closes the connection, or the page is silent."""
+        """Send and receive until the connection is closed, or the page does not respond."""
         await self._flush()
         work = [asyncio.ensure_future(each) for each in (self._send(), self._read(), self._ping())]
         try:
@@ -79,7 +79,7 @@ class PageConnection:
             await self._flush()
 
     async def _send(self) -> None:
-        """Send new messages, and to a delayed page the messages that bring it up to date."""
+        """Send new messages; send a new or delayed page the messages that bring it up to date."""
         while self._protocol.state is State.OPEN:
             self.woken.clear()
             if self.outbox.start_anew():
@@ -115,7 +115,7 @@ class PageConnection:
             await drain_writer(self._writer)
 
     async def _read(self) -> None:
-        """Handle incoming data; responses wait until the page reads them."""
+        """Handle incoming data; read no more while the page does not read the responses."""
         now = asyncio.get_running_loop().time
         while self._protocol.state is State.OPEN and (data := await self._reader.read(_PIECE)):
             self._last_read = now()

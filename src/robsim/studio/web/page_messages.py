@@ -1,4 +1,4 @@
-"""Messages of pages: JSON objects with finite numbers, limited in depth and rate."""
+"""Messages from pages: JSON objects with finite numbers, of limited depth and rate."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ LARGEST = 2**53  # larger integers are not exact numbers in JavaScript
 
 
 class BadMessage(Exception):
-    """An invalid message, with the reason."""
+    """Error for an invalid message; its text is the reason."""
 
 
 def parse_page_message(data: bytes) -> dict[str, Any]:
     """Return the object in a message from a page.
 
-    Raise BadMessage unless the message is a JSON object in UTF-8, not too deep, with finite
-    numbers.
+    Raise BadMessage unless the message is a JSON object in UTF-8 with finite numbers and a limited
+    depth.
 
     >>> parse_page_message(b'{"set": "task.gain", "value": 2}')
     {'set': 'task.gain', 'value': 2}
@@ -44,13 +44,13 @@ def encode_error_message(text: str) -> str:
 
 
 class MessageBudget:
-    """Number of messages that a page may still send: RATE per second, and BURST at once."""
+    """Budget of the messages of a page: RATE per second, and at most BURST at once."""
 
     def __init__(self) -> None:
         self._left, self._at = server_limits.BURST, -math.inf
 
     def spend(self, now: float) -> bool:
-        """Return whether one more message is permitted at a time in seconds."""
+        """Return whether one more message is permitted at time `now` in seconds."""
         self._left = (
             min(server_limits.BURST, self._left + server_limits.RATE * (now - self._at)) - 1.0
         )
@@ -82,7 +82,7 @@ _DECODER = json.JSONDecoder(
 
 
 def _is_nested_too_deep(value: Any, left: int = server_limits.DEPTH) -> bool:
-    """Return whether arrays and objects nest deeper than `left`; deeper levels are not visited."""
+    """Return whether the depth of arrays and objects exceeds `left`, without visiting more."""
     if not isinstance(value, dict | list):
         return False
     inner = value.values() if isinstance(value, dict) else value

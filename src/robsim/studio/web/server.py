@@ -1,8 +1,10 @@
-"""A server in one thread that shows an app to browsers and never blocks its caller."""
+"""A server in one thread that shows an app to browsers, without blocking its caller."""
 
 from __future__ import annotations
 
 import asyncio
+import ipaddress
+import socket
 import threading
 from contextlib import suppress
 from http import HTTPStatus
@@ -12,10 +14,10 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
+from robsim.base.errors import InputError, format_value
 from robsim.studio.web import server_limits
 from robsim.studio.web.access_gate import ENTRY, AccessGate
 from robsim.studio.web.app import App
-from robsim.studio.web.binding import EXPOSED, bind_socket
 from robsim.studio.web.http_requests import read_request, read_single_header
 from robsim.studio.web.http_responses import FailureLog, RefusedRequest
 from robsim.studio.web.outbox import encode_websocket_frame
@@ -24,6 +26,10 @@ from robsim.studio.web.site import SOCKET, Site
 from robsim.studio.web.stream_io import limit_write_buffer, read_leftover_bytes, send_and_end
 
 _Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+EXPOSED = (
+    "anyone on this network who has the address may watch and control this simulation, and "
+    "download its files; traffic is not encrypted"
+)
 
 
 class Server:
@@ -40,11 +46,11 @@ class Server:
     def __init__(
         self, app: App, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False
     ) -> None:
-        """Listen on a port, where 0 is any free port.
+        """Listen on a port; port 0 is any free port.
 
         Raise InputError if the address is not available, or requires `allow_remote`.
         """
-        self._socket, remote = bind_socket(host, port, allow_remote)
+        self._socket, remote = _bind_socket(host, port, allow_remote)
         self._gate = AccessGate(host, self._socket.getsockname()[1])
         self.address, self.exposed = self._gate.address, EXPOSED if remote else ""
         self._app, self._failures = app, FailureLog()
@@ -124,7 +130,7 @@ class Server:
         await self._farewell()
 
     async def _farewell(self) -> None:
-        """Close the connections of pages, and cancel everything that remains."""
+        """Close the connections of pages, and cancel the remaining tasks."""
         closing = [
             asyncio.ensure_future(link.close(CloseCode.GOING_AWAY, "the studio has ended"))
             for link in self._links
@@ -143,7 +149,7 @@ class Server:
         task.add_done_callback(self._open.discard)
 
     async def _serve_connection(self, *streams: *_Streams) -> None:
-        """Serve one connection to its end, whatever happens."""
+        """Serve one connection until it ends; failures do not affect other connections."""
         reader, writer = streams
         try:
             limit_write_buffer(writer)
@@ -203,3 +209,28 @@ def _build_busy_refusal(kind: str) -> RefusedRequest:
     """Return the refusal of a further connection or page."""
     status = HTTPStatus.SERVICE_UNAVAILABLE
     return RefusedRequest(status, f"Too many {kind} are open; close one and try again.")
+
+
+def _bind_socket(host: str, port: int, allow_remote: bool) -> tuple[socket.socket, bool]:
+    """Return a listening socket, and whether other machines can reach it.
+
+    Raise InputError if host or port is invalid or taken, or if the host requires `allow_remote`.
+    """
+    if not isinstance(host, str) or not host:
+        raise InputError(f"host: expected a name or an IP address, got {format_value(host)}")
+    if not isinstance(port, int) or not 0 <= port <= 65_535:
+        raise InputError(f"port: expected a whole number from 0 to 65535, got {format_value(port)}")
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError):
+        raise InputError(f"unknown host {format_value(host)}") from None
+    remote = not ipaddress.ip_address(str(address[0]).partition("%")[0]).is_loopback
+    if remote and not allow_remote:
+        raise InputError(
+            f"other machines can reach host {format_value(host)}: pass --allow-remote (in Python "
+            f"allow_remote=True) to permit this; then {EXPOSED}"
+        )
+    try:
+        return socket.create_server((str(address[0]), port), family=family), remote
+    except OSError as reason:
+        raise InputError(f"cannot listen on {host}, port {port}: {reason.strerror}") from None

@@ -31,12 +31,12 @@ class Site:
     """Responses of an app at each address; the app runs in worker threads."""
 
     def __init__(self, app: App, failures: FailureLog) -> None:
-        """Create the pool, which starts no thread before the first request."""
+        """Create the pool of worker threads, which start at the first request."""
         self._app, self._failures = app, failures
         self._workers = ThreadPoolExecutor(server_limits.ANSWERS, "robsim-studio-answers")
 
     async def answer(self, target: str) -> Response:
-        """Return the page or a file; raise Refused if there is none, or if the app fails."""
+        """Return the page or a file; raise RefusedRequest if there is none, or if the app fails."""
         match = _DOWNLOAD.fullmatch(target)
         if target == "/":
             return _build_page_response(await self._call_app(self._app.page))
@@ -54,7 +54,7 @@ class Site:
         self._workers.shutdown(wait=False, cancel_futures=True)
 
     async def _call_app(self, function: Callable[[], _T]) -> _T:
-        """Call a function of the app in a worker thread; raise Refused if it fails."""
+        """Call a function of the app in a worker thread; raise RefusedRequest if it fails."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._workers, function)
         except UnavailableDownload as reason:
@@ -65,7 +65,7 @@ class Site:
 
 
 def _build_page_response(text: str) -> Response:
-    """Return the page with its policy as a header as well, which also forbids frames."""
+    """Return the response with a page, and a header with its policy, which forbids frames."""
     match = _META.search(text)
     rules = [rule.strip() for rule in match[1].split(";")] if match else ["default-src 'none'"]
     own_rules = [rule for rule in rules if not rule.startswith("connect-src")]

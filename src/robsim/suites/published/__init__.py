@@ -1,1 +1,1 @@
-"""The suites of RobSim, one file each with a function `suite`."""
+"""The suites of RobSim: each module has a function `suite`."""

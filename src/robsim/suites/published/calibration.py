@@ -1,8 +1,8 @@
 """Calibration: a goal that is computed with wrong camera parameters, and poor images.
 
-Each kind of error has the same fifty starts, with errors distributed evenly between the limits in
-the name of the group. The controller computes its goal at 60 cm from its beliefs. Schemes with
-robust weights, for outliers among the marks, complete the textbook schemes.
+Each kind of error has the same fifty starts. Errors are uniform between the limits in the name of
+the group. The controller computes its goal, 60 cm in front of the target, from its beliefs. The
+suite has schemes with robust weights beside the textbook schemes.
 """
 
 from __future__ import annotations

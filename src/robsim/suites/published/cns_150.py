@@ -1,4 +1,4 @@
-"""CNS-150: pairs of start and goal in three ranges of rotation, each in three scales of the world.
+"""CNS-150: pairs of start and goal in three ranges of rotation and three scales of the scene.
 
 From the paper: 150 pairs, in thirds by the angle between start and goal; scenes of three scales;
 the camera, its 50 Hz, 600 steps, and the criterion of success. Chosen here: the target, a square of
@@ -25,7 +25,7 @@ from robsim.suites.camera_poses import (
 )
 from robsim.suites.suite import Suite, square_marks
 
-THIRDS = (3, 43), (45, 92), (94, 180)  # degrees between start and goal
+THIRDS = (3, 43), (45, 92), (94, 180)  # angles between start and goal, in degrees
 PAIRS = 50  # pairs in each third
 SCALES = 0.2, 1.0, 5.0
 DRAWS = 4000  # samples, enough for each third

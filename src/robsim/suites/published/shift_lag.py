@@ -1,10 +1,9 @@
 """Shift x lag: a target that jumps aside, seen by late images.
 
 The camera rests at its goal. The target jumps by 0 to 10 cm, in twenty directions of space, and
-turns by 4 degrees for each centimetre. This equals a run from a start beside the goal: nothing
-moves until the first image of the jump arrives, and so the clock starts with that image. Until the
-camera's own motion is visible, the images show the jump alone, as images do before the first late
-image of a run.
+turns by 4 degrees for each centimetre. This equals a run from a start beside the goal, with the
+first image of the jump at time zero: the camera rests until this image arrives, and the images
+before the first visible motion of the camera show the jump alone.
 """
 
 from __future__ import annotations

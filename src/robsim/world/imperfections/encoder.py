@@ -39,6 +39,8 @@ class Encoder(JointEffect):
 
     A step h adds an error of standard deviation h / sqrt(12).
 
+    Examples
+    --------
     >>> Encoder(0.001).encoder
     0.001
     """

@@ -21,7 +21,7 @@ from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
-FIRST_STREAM = 16  # of random numbers of listed effects; the streams below belong to single fields
+FIRST_STREAM = 16  # first stream of random numbers of listed effects; single fields use 0 to 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Exposure(EffectContext):
 
 
 class MarkGroup(NamedTuple):
-    """The marks of one target in the image of one camera: index of the first, and their number."""
+    """The marks of one target in the image of one camera: the first index, and the number."""
 
     camera: str
     target: str
@@ -126,7 +126,7 @@ class ImageRows:
         return sum(each.size for each in self.groups)
 
     @property
-    def key(self) -> dict[str, Any]:
+    def key(self) -> dict[str, Any]:  # Any: arguments of stages
         """The seed, the row of the run's number, and the stream, as keyword arguments of stages."""
         return {"seed": self.seed.astype(np.int64), "run": self.run, "stream": self.stream}
 
@@ -147,7 +147,13 @@ class ImageRows:
         self.program.call(partial(self._call_python, seen, name, self.own_pixels(), self.stream))
 
     def _call_python(
-        self, seen: Any, name: str, rows: BlockRows, stream: int, blocks: Blocks, step: int
+        self,
+        seen: Callable[[Array, Exposure], Array],
+        name: str,
+        rows: BlockRows,
+        stream: int,
+        blocks: Blocks,
+        step: int,
     ) -> None:
         """Call a Python effect for each target, for all runs with images of the same age."""
         if step % self.every:
@@ -205,8 +211,22 @@ class ImageEffect(Imperfection):
 
     A kind is a frozen dataclass of declared fields, registered as an "image effect". It adds
     compiled stages (`add_stages`), or its Python method `seen` is called for every image. The other
-    methods serve explanations of runs and advice. `place` is the stage of image formation at which
-    the effect acts.
+    methods serve explanations of runs and advice.
+
+    Attributes
+    ----------
+    place : ImageEffectStage
+        Stage of image formation to which the effect belongs.
+
+    Examples
+    --------
+    >>> from robsim import Sensing
+    >>> @dataclass(frozen=True)
+    ... class Shifted(ImageEffect):
+    ...     def seen(self, pixels, exposure):
+    ...         return pixels + [1.0, 0.0]
+    >>> [each.effect.label for each in Sensing(effects=[Shifted()]).acting()]
+    ['Shifted']
     """
 
     called: ClassVar[str] = "seen"
@@ -222,7 +242,7 @@ class ImageEffect(Imperfection):
         return ImageTiming()
 
     def deviation(self, robust: bool) -> float:
-        """Return the standard deviation of a pixel coordinate, optionally under robust weights."""
+        """Return the standard deviation of a pixel coordinate, with or without robust weights."""
         return 0.0
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:

@@ -26,6 +26,8 @@ DroppedShare = Annotated[
 class DroppedImages(ImageEffect):
     """A share of the images is lost; the controller uses the previous image again.
 
+    Examples
+    --------
     >>> DroppedImages(0.1).cause(0.04)
     '10 % of lost images'
     """

@@ -25,7 +25,7 @@ class RunFacts(NamedTuple):
     dt : float
         Control period in seconds.
     gain : float
-        Largest gain of the task in 1/s. NaN for a user-defined kind of task.
+        Largest gain of the task in 1/s. NaN if the kind of task is user-defined.
     robust : bool
         Whether the task has robust weights.
     columns : ndarray of int
@@ -34,8 +34,8 @@ class RunFacts(NamedTuple):
         Commanded and actual velocities of the scene.
     floor : str
         Clause on the final error, empty if the error vanishes.
-    numbers : mapping
-        Numbers of that clause.
+    numbers : mapping of str to float
+        Numbers in this clause.
     """
 
     dt: float
@@ -47,19 +47,21 @@ class RunFacts(NamedTuple):
     floor: str
     numbers: Mapping[str, float]
 
-    def lasting(self, what: str, **numbers: float) -> Statement:
-        """Return a statement on an effect that leaves a final error, with that error."""
-        return f"{what}{self.floor}.", {**numbers, **self.numbers}
+    def lasting(self, effect: str, **numbers: float) -> Statement:
+        """Return a sentence on an effect, completed by the clause on the final error."""
+        return f"{effect}{self.floor}.", {**numbers, **self.numbers}
 
     def in_periods(self, seconds: float) -> str:
-        """Return a time as a number of control periods, with the noun."""
+        """Return a time as a text, such as "2 control periods"."""
         count, whole = seconds / self.dt, round(seconds / self.dt)
         text = str(whole) if abs(count - whole) < 1e-6 else f"{count:.3g}"
         return f"{text} control period{'s' * (text != '1')}"
 
 
 class Imperfection(DeclaredValue):
-    """Base class of the imperfections of images and joints; it provides their sentences.
+    """Base class of the imperfections of images and joints.
+
+    An imperfection changes images or motions, and states its effect in explanations and advice.
 
     Attributes
     ----------
@@ -74,11 +76,11 @@ class Imperfection(DeclaredValue):
     changed : str
         Subject and verb of the default statement.
     left_out : str
-        Noun for `advise` if the linear loop and its noise do not contain the imperfection; empty
-        otherwise.
+        Name of the imperfection in the caveats of `advise`. Empty if the linear loop or its noise
+        contains the imperfection.
     """
 
-    own: Any = None
+    own: object = None
     called: ClassVar[str]
     stream: ClassVar[int] = 0
     title: ClassVar[str]
@@ -86,7 +88,7 @@ class Imperfection(DeclaredValue):
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
-    def wrap(cls, effect: Any) -> Self:
+    def wrap(cls, effect: object) -> Self:
         """Return an imperfection with this base class; a user-defined object is wrapped."""
         if isinstance(effect, cls):
             return effect
@@ -99,7 +101,7 @@ class Imperfection(DeclaredValue):
         """The name of the class, for sentences and errors."""
         return type(self.own or self).__name__
 
-    def add_stages(self, rows: Any) -> None:
+    def add_stages(self, rows: Any) -> None:  # Any: ImageRows or JointRows, see the base classes
         """Add the stages of the effect to a program; by default a Python method is called."""
         call = getattr(self if self.own is None else self.own, self.called, None)
         if call is None:
@@ -111,17 +113,17 @@ class Imperfection(DeclaredValue):
         return facts.lasting(f"{self.changed} changed by {self.label}")
 
     def cause(self, dt: float) -> str:
-        """Return a phrase for the effect on the timing of the loop, as a limit of the gain."""
+        """Return a noun phrase for the effect, as a cause that limits the gain."""
         return self.title
 
     def caveats(self, robust: bool, noise: float) -> Iterator[str]:
-        """Yield effects that `advise` neglects, given the noise (px) that robust weights leave."""
+        """Yield caveats of `advise`; `noise` (px) is the noise of the images under the weights."""
         yield from ()
 
 
 @dataclass(frozen=True, eq=False)
 class ActiveImperfection(Generic[P]):
-    """An imperfection that acts, and the field of `Sensing` or `Actuation` that contains it.
+    """An imperfection that is switched on, with its field of `Sensing` or `Actuation`.
 
     Attributes
     ----------
@@ -147,7 +149,8 @@ class ActiveImperfection(Generic[P]):
         """Return a `Sensing` or `Actuation` without this imperfection."""
         remaining = type(holder).__dataclass_fields__[self.field].default
         if self.listed:
-            remaining = tuple(one for one in getattr(holder, self.field) if one is not self.given)
+            items = getattr(holder, self.field)
+            remaining = tuple(item for item in items if item is not self.given)
         return replace(holder, **{self.field: remaining})
 
 
@@ -156,9 +159,9 @@ def list_active_imperfections(
 ) -> list[ActiveImperfection[P]]:
     """Return the imperfections of a `Sensing` or `Actuation` that are switched on.
 
-    `parts` are classes of imperfections with the same fields as the holder, and names of fields
-    that are lists of effects. Each item of a list has two streams of random numbers, from `first`
-    on.
+    An item of `parts` is a class of imperfections, with fields of the same names as in the holder,
+    or the name of a field that is a list of effects. Each effect of a list has two streams of
+    random numbers, from `first` on.
     """
     active = []
     for part in parts:

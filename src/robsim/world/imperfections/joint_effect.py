@@ -9,7 +9,7 @@ from functools import partial
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, is_any_nonzero, make_read_only, view_for_user, view_runs_first
 from robsim.base.errors import InputError
@@ -22,9 +22,8 @@ from robsim.world.imperfections.imperfection import Imperfection
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
-FIRST_JOINT_STREAM = (
-    FIRST_STREAM + 1024
-)  # first stream of random numbers of joint effects; image effects use the streams below
+# first stream of random numbers of joint effects; image effects use the streams below
+FIRST_JOINT_STREAM = FIRST_STREAM + 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,14 @@ class JointRows:
         """Add a Python function that maps the wanted velocities (B, n) to other velocities."""
         self.program.call(partial(self._call_python, driven, name, self.stream))
 
-    def _call_python(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
+    def _call_python(
+        self,
+        driven: Callable[[Array, Drive], Array],
+        name: str,
+        stream: int,
+        blocks: Blocks,
+        step: int,
+    ) -> None:
         """Call a Python effect and store the changed velocities."""
         rates, q, speed = map(blocks.get, (self.wanted, self.q, self.speed))
         wanted, moved = (
@@ -122,22 +128,29 @@ class JointEffectStage(IntEnum):
 class JointResponse(NamedTuple):
     """The response of joints to a command: v' = (command - v) / lag, with |v| and |v'| limited.
 
-    `velocity` and `acceleration` are the limits (n,) of the velocities of a scene, or (n, runs) if
-    every run has its own limits.
+    Attributes
+    ----------
+    lag : float or ndarray of shape (runs,)
+        Time constant in seconds.
+    velocity, acceleration : ndarray of shape (n,) or (n, runs)
+        Limits of |v| and |v'| for the velocities of a scene, infinite without a limit.
     """
 
-    lag: Any
+    lag: Any  # Any: a float, or an array (runs,) in a batch, which the linear loop never has
     velocity: Array
     acceleration: Array
 
     @classmethod
-    def of(cls, count: int, lag: Any = 0.0, **limits: Any) -> JointResponse:
+    def of(cls, count: int, lag: float | Array = 0.0, **limits: ArrayLike | None) -> JointResponse:
         """Return the response of `count` velocities, by default without lag and limits."""
         each = (broadcast_limits(limits.get(name), count) for name in cls._fields[1:])
         return cls(lag, *each)
 
     def and_also(self, other: JointResponse) -> JointResponse:
-        """Return the response under two effects: the lower limits, and at most one lag."""
+        """Return the response under two effects: the lower limits, and the lag of either effect.
+
+        Raise InputError if both have a lag.
+        """
         if is_any_nonzero(self.lag) and is_any_nonzero(other.lag):
             raise InputError("two lags of the joints; give one")
         limits = (np.minimum(a.T, b.T).T for a, b in zip(self[1:], other[1:], strict=True))
@@ -149,8 +162,22 @@ class JointEffect(Imperfection):
 
     A kind is a frozen dataclass of declared fields, registered as a "joint effect". It adds
     compiled stages (`add_stages`), or its Python method `driven` is called in every period, or it
-    changes the `response` of the joints. `place` is the stage between command and measurement at
-    which the effect acts.
+    changes the `response` of the joints.
+
+    Attributes
+    ----------
+    place : JointEffectStage
+        Stage between command and measurement to which the effect belongs.
+
+    Examples
+    --------
+    >>> from robsim import Actuation
+    >>> @dataclass(frozen=True)
+    ... class Halved(JointEffect):
+    ...     def driven(self, wanted, drive):
+    ...         return 0.5 * wanted
+    >>> [each.effect.label for each in Actuation(effects=[Halved()]).acting()]
+    ['Halved']
     """
 
     called: ClassVar[str] = "driven"

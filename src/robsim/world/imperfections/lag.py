@@ -27,6 +27,8 @@ class Lag(JointEffect):
     With a gain k of the task the loop has the damping ratio 1 / (2 sqrt(lag k)); it oscillates if
     this ratio is below 1.
 
+    Examples
+    --------
     >>> Lag(0.1).cause(0.04)
     'a lag of 100 ms'
     """

@@ -23,6 +23,8 @@ class Latency(ImageEffect):
 
     The delay lowers the largest stable gain, see `delay_limit`.
 
+    Examples
+    --------
     >>> Latency(0.04).cause(0.02)
     '40 ms of latency'
     """
@@ -43,7 +45,7 @@ class Latency(ImageEffect):
         sentence = f"The images are {self.latency:.3g} s old, {facts.in_periods(self.latency)}"
         if product > limit:
             sentence += (
-                f": with such a delay the loop is unstable where gain times period exceeds "
+                f": with such a delay the loop is unstable if gain times period exceeds "
                 f"{limit:.3g}, and it is {product:.3g}"
             )
         elif product <= limit:
@@ -55,8 +57,12 @@ class Latency(ImageEffect):
 def delay_limit(periods: float) -> float:
     """Return the largest stable product of gain and period for an error delayed by some periods.
 
-    With m whole periods and a fraction f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
-    reach the unit circle at an angle w. Without a fraction the limit is 2 sin(pi / (2 (2 m + 1))).
+    For m whole periods and a fraction f, the characteristic equation of the loop is
+
+        z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0.
+
+    At the limit, two of its roots reach the unit circle, at the angles +-w. Without a fraction, the
+    limit is 2 sin(pi / (2 (2 m + 1))).
 
     >>> [round(delay_limit(d), 3) for d in (0, 1, 2, 2.5, 3)]
     [2.0, 1.0, 0.618, 0.536, 0.445]

@@ -26,6 +26,8 @@ NoiseDeviation = Annotated[
 class PixelNoise(ImageEffect):
     """Independent Gaussian noise on both pixel coordinates of each mark.
 
+    Examples
+    --------
     >>> PixelNoise(0.5).deviation(robust=False)
     0.5
     """

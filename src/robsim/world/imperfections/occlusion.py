@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError, suggest_names
 from robsim.base.si_units import Dimension
@@ -51,6 +51,8 @@ class Occlusion(ImageEffect):
     visible mark. If the task has a weighting, the pose is estimated from the visible marks, and the
     run ends if they are too few.
 
+    Examples
+    --------
     >>> from robsim import Sensing, examples, load_scenario
     >>> hidden = Occlusion([0], start=0.1, end=0.2)
     >>> case = load_scenario(examples.path("holonomic")).with_(sensing=Sensing(occlusions=hidden))
@@ -77,6 +79,17 @@ class Occlusion(ImageEffect):
     camera: Annotated[
         str | None, FrameReference, "Camera that does not see the marks. None: all cameras."
     ] = None
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            marks: int | Sequence[int],
+            start: float,
+            end: float = math.inf,
+            target: str | None = None,
+            camera: str | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -116,7 +129,7 @@ class Occlusion(ImageEffect):
         several = len(self.marks) > 1
         sentence = (
             f"Mark{'s' * several} {', '.join(map(str, self.marks))} {'are' if several else 'is'} "
-            f"hidden from {self.start:.3g} s {until}, and the law goes on without."
+            f"hidden from {self.start:.3g} s {until}, and the law continues without them."
         )
         numbers = {"marks": float(len(self.marks)), "start_s": self.start, "end_s": self.end}
         return sentence, numbers

@@ -30,6 +30,8 @@ class Outliers(ImageEffect):
     Without robust weights a share p of outliers with deviation s acts as noise of deviation sqrt(p)
     s.
 
+    Examples
+    --------
     >>> round(Outliers(0.04, 50.0).deviation(robust=False), 3)
     10.0
     """

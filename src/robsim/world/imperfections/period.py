@@ -12,7 +12,7 @@ from robsim.declare import Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-MOST_PERIODS = 1e15  # control periods: so many that no further image follows
+MOST_PERIODS = 1e15  # control periods; a longer period means that no second image follows
 CameraPeriodTime = Annotated[
     float | None,
     Time(above=0),
@@ -25,6 +25,8 @@ CameraPeriodTime = Annotated[
 class CameraPeriod(ImageEffect):
     """Images that arrive every few control periods; the command is held in between.
 
+    Examples
+    --------
     >>> CameraPeriod(0.08).timing(0.04).every
     2
     """
@@ -54,7 +56,7 @@ class CameraPeriod(ImageEffect):
         product = facts.gain * seconds
         sentence = (
             f"A new image comes every {seconds:.3g} s only, {facts.in_periods(seconds)}, "
-            "and the command goes on meanwhile"
+            "and the command is held in between"
         )
         if np.isfinite(product):
             sentence += (

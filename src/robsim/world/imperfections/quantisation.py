@@ -27,6 +27,8 @@ class Quantisation(ImageEffect):
 
     Rounding to a step h adds an error with the variance h^2/12 of a uniform distribution.
 
+    Examples
+    --------
     >>> round(Quantisation(1.0).deviation(robust=False), 3)
     0.289
     """

@@ -8,12 +8,13 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.declare import PerRun, register
 from robsim.declare.joint_numbers import OneOrEach, check_joint_count, get_velocity_axes
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
 
-PerJointLimit = float | Sequence[float]  # one number for all velocities, or one for each
+PerJointLimit = float | Sequence[float] | Array  # one number for all joints, or one for each
 VelocityBound = Annotated[
     PerJointLimit | None,
     OneOrEach(get_velocity_axes, "/s"),
@@ -29,7 +30,7 @@ AccelerationBound = Annotated[
 
 
 class RateLimit(JointEffect):
-    """Base class of limits of the joints; `limited` is the name of the field with the limit."""
+    """Base class of limits of the joints; `limited` names the field with the limit."""
 
     place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     left_out: ClassVar[str] = "limits of velocity and acceleration"
@@ -58,6 +59,8 @@ class RateLimit(JointEffect):
 class VelocityLimit(RateLimit):
     """A limit of the velocity of each joint; commands are clipped.
 
+    Examples
+    --------
     >>> VelocityLimit([0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
     """
@@ -72,6 +75,8 @@ class VelocityLimit(RateLimit):
 class AccelerationLimit(RateLimit):
     """A limit of the acceleration of each joint.
 
+    Examples
+    --------
     >>> AccelerationLimit(2.0).response(1).acceleration
     array([2.])
     """
