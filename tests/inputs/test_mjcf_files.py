@@ -63,9 +63,7 @@ def test_a_base_that_floats_on_a_moving_body_is_refused_with_all_other_faults(tm
 
 
 def test_meshes_are_left_out_and_that_is_reported(tmp_path):
-    with pytest.warns(
-        rs.errors.FileWarning, match="meshes of base are left out"
-    ) as caught:
+    with pytest.warns(rs.errors.FileWarning, match="meshes of base are left out") as caught:
         root = write_mjcf(
             [rs.joints.Link("base", shapes=(rs.shapes.Mesh("a.stl"), rs.shapes.Ball(1)))], tmp_path
         )
