@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))  # the scripts of this folder know each other by name
+sys.path.insert(0, str(HERE))  # the scripts of this folder import each other by name
 
 import kinematics  # noqa: E402
 import numpy_baseline  # noqa: E402
@@ -49,7 +49,7 @@ def calls():
 
 
 def starts(cold):
-    """Seconds of CPU of commands whose kernels are there, and of one whose are not."""
+    """Seconds of CPU of commands with cached kernels, and of one without."""
     found = {"robsim --help, s": startup.measured(startup.HELP, dict(os.environ))[1]}
     with tempfile.TemporaryDirectory() as folder:
         demo = [*startup.DEMO, str(Path(folder) / "run")]
@@ -99,7 +99,7 @@ def jax_step(python):
 
 
 def _tried(measure):
-    """Return what a peer needs, or nothing where it is not there."""
+    """Return the requirements of a peer, or nothing if they are not installed."""
     try:
         return measure()
     except (subprocess.CalledProcessError, OSError, IndexError) as reason:

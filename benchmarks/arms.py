@@ -1,4 +1,4 @@
-"""Arms for the benchmark of inverse kinematics, and what another program needs to build them."""
+"""Arms for the benchmark of inverse kinematics, and the data to build them in other programs."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ import robsim as rs
 
 
 def arms() -> list[rs.Robot]:
-    """Those of the benchmark."""
+    """The arms of the benchmark."""
     return [rs.robots.load(name) for name in ("puma560", "panda", "ur5e", "lbr_iiwa14")]
 
 

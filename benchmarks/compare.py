@@ -1,4 +1,4 @@
-"""What `compare` costs beside the simulations that it makes: image-based servoing under three L.
+"""The cost of `compare` beside its simulations: image-based servoing under three L.
 
 The compiled loop is the hardest case, since nothing simulates faster. Starts are spread so far that
 most of them do not see the target; these end at once, and must cost next to nothing.
@@ -24,7 +24,7 @@ def starts_about(goal, place, turn, runs):
 
 
 def seconds(work):
-    """Processor time of all threads, which other work does not change; and what it returns."""
+    """Processor time of all threads, which other work does not change; and the result."""
     begin = time.process_time()
     result = work()
     return time.process_time() - begin, result

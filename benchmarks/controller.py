@@ -1,4 +1,4 @@
-"""What a step of `rs.Controller` costs, and whether it keeps pace at 1 kHz (see README.md)."""
+"""The cost of a step of `rs.Controller`, and whether it keeps pace at 1 kHz (see README.md)."""
 
 import time
 from collections.abc import Callable

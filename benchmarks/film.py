@@ -1,4 +1,4 @@
-"""What a frame of a film takes, against drawing the same figure anew (see README.md)."""
+"""The time of a frame of a film, against drawing the same figure anew (see README.md)."""
 
 import os
 import tempfile
@@ -13,7 +13,7 @@ FILMS = ("chapter_6_1", "visp_tutorial", "differential_drive", "stereo_in_hand",
 TURNS = 3
 
 
-def drawn(run, path: Path) -> float:
+def time_frames(run, path: Path) -> float:
     """Median of the seconds between two frames of a film, drawing and encoding included."""
     told: list[float] = []
     rs.plot.save_film(run, path, progress=lambda share: told.append(time.perf_counter()))
@@ -21,7 +21,7 @@ def drawn(run, path: Path) -> float:
 
 
 def anew(run, scene) -> float:
-    """Seconds in which `plot.run` draws the figure of a run as pixels."""
+    """Seconds that `plot.run` takes to draw the figure of a run as pixels."""
     start = time.perf_counter()
     figure = rs.plot.run(run, scene)
     figure.savefig(os.devnull, format="rgba", dpi=100)
@@ -35,7 +35,7 @@ def main() -> None:
         for name in FILMS:
             experiment = rs.load_scenario(rs.examples.path(name))
             run, path = experiment.run(), Path(folder) / "run.gif"
-            frame = min(drawn(run, path) for _ in range(TURNS))
+            frame = min(time_frames(run, path) for _ in range(TURNS))
             line = f"{name:20} {frame:8.4f} s "
             if not isinstance(run, rs.tasks.MissionRun):
                 again = min(anew(run, experiment.scene) for _ in range(TURNS))

@@ -33,7 +33,7 @@ def busy(call: Callable[[], object], repeats: int = 5) -> float:
 
 
 def peer(python: str, robot: rs.Robot, poses: np.ndarray) -> dict[str, dict[str, float]]:
-    """What roboticstoolbox-python does with the same arm, limits and poses, by its own Python."""
+    """The same arm, limits and poses with roboticstoolbox-python, by its own Python."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "arm.npz"
         np.savez(

@@ -1,8 +1,8 @@
 """How fast a call of fk, jacobian, ik and closed_ik is, alone and in batches (see README.md).
 
 A plain compiled loop over the same products of constants and rotations is the measure of batches.
-Single calls are timed in windows of a millisecond or so, of which the quickest counts: then other
-programs on the machine disturb least. Of batches it is processor time that counts.
+Single calls are timed in windows of a millisecond or so, and the quickest counts: then other
+programs on the machine disturb least. For batches, processor time counts.
 """
 
 import argparse
@@ -87,7 +87,7 @@ def singles(robot: rs.Robot) -> dict[str, float]:
 
 
 def peers(python: str, robot: rs.Robot) -> dict[str, dict[str, float]]:
-    """What other programs need for single calls with the same arm, by their own Python."""
+    """The time of other programs for single calls with the same arm, by their own Python."""
     with tempfile.TemporaryDirectory() as folder:
         file, q = Path(folder) / "arm.npz", np.array(robot.home) + 0.1
         constants, far = arms.constants(robot), arms.poses(robot, 100)

@@ -1,4 +1,4 @@
-"""What bags cost beside the least that their formats allow: rosbags alone, and bytes of mcap alone.
+"""The cost of bags beside the least that their formats allow: rosbags alone, and bytes of mcap.
 
 Needs `pip install 'robsim[ros]' mcap`. Ratios are of seconds, the least of some turns each.
 """

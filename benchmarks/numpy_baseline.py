@@ -1,4 +1,4 @@
-"""Batched image-based visual servoing in plain NumPy: what a careful user writes without RobSim.
+"""Batched image-based visual servoing in plain NumPy, as a careful user writes it without RobSim.
 
 A Puma 560 carries a camera on its flange and looks at the four corners of a square fixed in the
 world. The interaction matrix is the current one with exact depths, and the control law is

@@ -1,4 +1,4 @@
-"""What `experiment.at(path, value)` costs for every declared number of some shipped experiments.
+"""The cost of `experiment.at(path, value)` for every declared number of some shipped experiments.
 
     python benchmarks/paths.py [EXPERIMENT ...]
 

@@ -1,4 +1,4 @@
-"""What a pose without a guess costs in a batch of a thousand, beside OpenCV's solvers.
+"""The cost of a pose without a guess in a batch of a thousand, beside OpenCV's solvers.
 
     python benchmarks/pose.py --peer /path/to/python-with-opencv
 

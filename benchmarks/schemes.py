@@ -1,4 +1,4 @@
-"""What a control step costs: every feature, scheme and imperfection, alone and in batches.
+"""The cost of a control step: every feature, scheme and imperfection, alone and in batches.
 
 `python -m benchmarks` prints it.
 """

@@ -1,4 +1,4 @@
-"""What a study costs: a million runs of mixed parameters, in time and in memory (see README.md)."""
+"""The cost of a study: a million runs of mixed parameters, time and memory (see README.md)."""
 
 import resource
 import sys

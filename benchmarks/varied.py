@@ -1,4 +1,4 @@
-"""What runs with a calibration each cost, against runs with one (see README.md)."""
+"""The cost of runs with a calibration each, against runs with one (see README.md)."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""What a whole `simulate` costs besides its steps, from runs of 1 and of 250 (see README.md)."""
+"""The cost of a whole `simulate` besides its steps, from runs of 1 and of 250 (see README.md)."""
 
 import time
 from collections.abc import Callable
@@ -16,7 +16,7 @@ Task = Callable[[], rs.IBVS | rs.PBVS]
 
 
 def measured(task: Task, read: Callable[[object], object], steps: int) -> float:
-    """Least seconds of several runs of so many steps, with what is read of them."""
+    """Least seconds of several runs of so many steps, with the quantities read from them."""
     q0, points, _ = baseline.scene(1, 0)
     where, times = scene(points), []
     for _ in range(REPEATS[steps]):

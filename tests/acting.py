@@ -46,7 +46,7 @@ class Case:
         """Return whether a field "acts", is "refused" or is "dead", and the values tried."""
         tried, probe = [], PROBES[each.role]
         before = self._before(probe)
-        keys = self.others.get("keys", {})  # of fields that a text says otherwise
+        keys = self.others.get("keys", {})  # keys of fields with another form in a text
         for key in keys.get(each.name, each.spec.keys(each.name)):
             for value, given in self._values(each, key):
                 tables = self._with(key, value)
@@ -63,7 +63,7 @@ class Case:
         return "refused" if refused else "dead", tried
 
     def _before(self, probe):
-        """Return what a probe finds without a change."""
+        """Return the result of a probe without a change."""
         if probe not in self._found:
             self._found[probe] = probe(self.tables)
         return self._found[probe]
@@ -89,7 +89,7 @@ class Case:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
         spec, own = each.spec, self.own().get(key, MISSING)
         spec = spec_of_key(each, key) if key in spec.keys(each.name) else spec
-        plain = own if own is not MISSING else written(spec, each.default)
+        plain = own if own is not MISSING else write_value(spec, each.default)
         words = words_in(each.spec.properties(each.name, SchemaDefinitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))
         yield from ((value, False) for value in near(plain))
@@ -103,11 +103,11 @@ class Case:
         return tables
 
 
-def written(spec, value):
-    """Return how a text says a value; MISSING if that takes more than the value."""
+def write_value(spec, value):
+    """Return the text of a value; MISSING if it needs more than the value."""
     try:
         return MISSING if value is None else spec.write(value, Context(Problems("text")))
-    except Exception:  # noqa: BLE001 - of a scene, say, which is not here
+    except Exception:  # noqa: BLE001 - for example a scene, which does not exist here
         return MISSING
 
 
@@ -141,7 +141,7 @@ def near(raw) -> Iterator[Any]:
 
 
 def results(tables) -> dict:
-    """Return all numbers of the run of an experiment, or of its study where it has one."""
+    """Return all numbers of the run of an experiment, or of its study if it has one."""
     experiment = Experiment.from_text(write_toml(tables), "case.toml")
     if "study" in tables:
         return {name: np.asarray(each) for name, each in rs.study(experiment).table.items()}
@@ -162,7 +162,7 @@ def same(one, other) -> bool:
 
 
 def pictures(tables) -> dict:
-    """Return all points that a figure of the scene shows, and the frame in which it shows them."""
+    """Return all points of a figure of the scene, and the frame of the figure."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solid))
     return {**found, "display": scene.display.matrix}

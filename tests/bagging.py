@@ -26,14 +26,14 @@ def transform(parent, child, pose, t=0.0):
     )
 
 
-def sent(each):
+def serialise(each):
     """A message as it comes out of its bytes."""
     store = message_types.load_typestore()
     return store.deserialize_cdr(store.serialize_cdr(each, each.__msgtype__), each.__msgtype__)
 
 
 def state(q, names, t=0.0):
-    return sent(
+    return serialise(
         make_joint_state(make_message, round(t * NANO), names, np.array(q, float), np.empty(0))
     )
 
@@ -47,7 +47,7 @@ def detections(marks, t=0.0):
         box = make_message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)
         kind = "vision_msgs/msg/Detection2D"
         found.append(make_message(kind, header=head, results=[], bbox=box, id=name))
-    return sent(make_message(message_types.DETECTIONS, header=head, detections=found))
+    return serialise(make_message(message_types.DETECTIONS, header=head, detections=found))
 
 
 def april_tag(family, number, corners):
@@ -69,10 +69,10 @@ def april_tag(family, number, corners):
 def frames(*each, t=0.0):
     """A TFMessage of (parent, frame, pose)."""
     found = [transform(parent, frame, pose.q, t) for parent, frame, pose in each]
-    return sent(make_message(message_types.FRAMES, transforms=found))
+    return serialise(make_message(message_types.FRAMES, transforms=found))
 
 
-def said(path):
+def read_messages(path):
     """The messages of a bag: (topic, type, time, message)."""
     store = message_types.load_typestore()
     with AnyReader([path]) as reader:
@@ -80,7 +80,7 @@ def said(path):
             yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
 
 
-def written(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
+def write_bag(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
     """Write a bag of some messages: (topic, type, time, message)."""
     store = message_types.load_typestore()
     writer = Writer(path, version=8, storage_plugin=storage)
@@ -95,8 +95,8 @@ def written(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NO
     return path
 
 
-def changed(content, of, change):
-    """The messages, with what `change` makes of those of one topic: (number, time, message)."""
+def change_topic(content, of, change):
+    """Yield the messages, those on one topic changed by `change`: (topic, kind, time, message)."""
     count = -1
     for topic, kind, time, each in content:
         if topic != of:
@@ -107,7 +107,7 @@ def changed(content, of, change):
 
 
 def remake(each, **fields):
-    """A message in which some fields are others."""
+    """Return the message with some fields replaced."""
     names = [name for name, _ in message_types.load_typestore().fielddefs[each.__msgtype__][1]]
     return make_message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
 
@@ -119,7 +119,7 @@ def later(each, seconds):
     return remake(each, header=make_header(make_message, max(time, 0), old.frame_id))
 
 
-def refused(path, words, experiment=None, **how):
+def check_refusal(path, words, experiment=None, **how):
     """See that a bag is refused in one line that names it once."""
     with pytest.raises(rs.errors.FileError, match=words) as raised:
         rs.logs.read_bag(path, experiment, **how)

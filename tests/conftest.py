@@ -40,7 +40,7 @@ def pytest_sessionstart(session):
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    """Fail if a test has left a file in the root, from where the suite is started."""
+    """Fail if a test has left a file in the root, the folder in which the suite is started."""
     left = _entries() - session.config.stash[FILES]
     if left and not hasattr(session.config, "workerinput"):  # which processes of xdist have
         print(f"\ntests left files in {ROOT}: {', '.join(sorted(left))}", file=sys.stderr)
@@ -65,7 +65,7 @@ def _kinds_as_before():
 
 @pytest.fixture(autouse=True)
 def _stops_as_before():
-    """Take back what the command line makes of Ctrl-C, for it is to end with its process."""
+    """Restore the signal handlers: the command line leaves its own handler of Ctrl-C."""
     before = {number: signal.getsignal(number) for number in interrupt.SIGNALS}
     yield
     for number, handler in before.items():
@@ -111,7 +111,7 @@ def free_scene():
 
 @pytest.fixture
 def puma_goal():
-    """A configuration in which the camera of `puma_scene` looks at its square from 0.5 m."""
+    """A configuration with the camera of `puma_scene` 0.5 m from its square and facing it."""
     return np.array([0, np.pi / 4, np.pi, 0, np.pi / 4, 0])
 
 

@@ -1,6 +1,6 @@
-"""Covering arrays: few rows of a large product in which nothing is missing that could interact.
+"""Covering arrays: few rows of a large product that contain every pair of choices.
 
-Most faults show where one choice is made or two meet (Kuhn, Wallace and Gallo, IEEE Transactions
+Most faults depend on one choice or on a pair of choices (Kuhn, Wallace and Gallo, IEEE Transactions
 on Software Engineering 30(6), 2004), and all pairs fit into far fewer rows than a product has.
 """
 
@@ -21,7 +21,7 @@ def thin(items):
 
 
 def covering(rows, strength):
-    """Return indices of rows in which all choices meet that meet in any row.
+    """Return indices of rows that contain every pair of choices of all rows.
 
     A choice is a value in a column; `strength` of them meet in a row that has them all. Greedy:
     the next row is the first of those that add most.

@@ -1,10 +1,10 @@
-"""Properties of drawn values, of which a few are drawn by default and the rest by `full`."""
+"""Properties of random values; a few values are tried by default and the rest by `full`."""
 
 import pytest
 from hypothesis import given, settings
 
 
-def drawn(few, many, **strategies):
+def try_samples(few, many, **strategies):
     """Let a property be tried with a few draws by default, and with many by `full`."""
 
     def tried(check):

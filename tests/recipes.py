@@ -1,4 +1,4 @@
-"""Short experiments in which the fields of every declared class act, as the tables of texts."""
+"""Short experiments that make the fields of every declared class act, as the tables of texts."""
 
 import tomllib
 from copy import deepcopy
@@ -41,7 +41,7 @@ SHAPED = {
     "smooth_start": 3.0,
     "limit": {"joint": "0.5 rad/s"},
 }
-# other values of a key, where none can be guessed from the one that stands there
+# other values of a key if none can be guessed from the present one
 OTHERS = {
     "about": [{"position": "0, 0, -80 cm"}],
     "pose": [{"position": "0, 0, -80 cm"}],
@@ -109,8 +109,8 @@ def example(name, *path, **changes):
     return world(made, **{"run": RUN, **changes}), path
 
 
-def driven(*links, home, tip, by, **robot):
-    """The tables of a robot with these links, whose joints follow a trajectory, and its place."""
+def make_driven_robot(*links, home, tip, by, **robot):
+    """The tables of a robot with these links and joints that follow a trajectory, and its place."""
     one = {"name": "arm", "links": [{"name": "base"}, *links], "home": home, "tip": tip, **robot}
     follow = {"kind": "follow_joints", "by": by, "duration": "0.5 s"}
     return {"schema": 1, "robots": [one], "task": follow, "run": RUN}, ("robots", 0)
@@ -148,7 +148,7 @@ def crawler(kind, of, **changes):
 
 
 def solid(table):
-    """A solid whose corners a camera sees."""
+    """A solid with corners that a camera sees."""
     objects = [FLYING["objects"][0], {"name": "solid", "shapes": [table]}]
     made = task("ibvs", target="solid")[0]
     return world(made, objects=objects), ("objects", 1, "shapes", 0)
@@ -180,7 +180,7 @@ def anywhere(start, **study):
     return tables | {"study": {"runs": 3, "seed": 4, "start": start, **study}}, ("study", "start")
 
 
-def drawn(tables, path, joint="cart"):
+def with_random_starts(tables, path, joint="cart"):
     """The same experiment with starts between the limits of its joints."""
     start = {"kind": "anywhere", "visible": False}
     tables["task"]["by"] = {joint: "0.5 cm" if joint == "cart" else "1 deg"}
@@ -195,7 +195,7 @@ def mimicking(follows):
         {"name": "d", "place": {"position": "1, 0, 0 m"}},
     ]
     home = ["5 deg", "9 deg"]
-    made, path = driven(*links, home=home, tip="d", by={"a": "9 deg", "b": "5 deg"})
+    made, path = make_driven_robot(*links, home=home, tip="d", by={"a": "9 deg", "b": "5 deg"})
     return made, (*path, "links", 3, "follows"), {"of": ["b"]}
 
 
@@ -216,7 +216,7 @@ def reaching(**given):
 
 
 def carried():
-    """Two cameras that stand still watch what a redundant arm holds."""
+    """Two fixed cameras watch the object that a redundant arm holds."""
     scene = rs.Scene(rs.robots.panda())
     T = scene.pose("panda.flange")
     cube = {
@@ -254,7 +254,7 @@ def mission():
 
 
 def hanging():
-    """A mission in which a plate goes with the arm, and stays where it is."""
+    """A mission: a plate moves with the arm, and then stays at its place."""
     made = mission()
     look, turn = made["task"]["phases"]
     turn["attach"], look["release"] = {"plate": "panda.link1"}, ["plate"]
@@ -268,7 +268,9 @@ def linked(key, value, *more, others=None):
         {"name": "a", "joint": "revolute", "limits": ["-90 deg", "90 deg"]},
         {"name": "b", "joint": "revolute", "limits": ["-90 deg", "90 deg"], key: value},
     ]
-    made, path = driven(*links, home=["5 deg", "9 deg"], tip="b", by={"a": "9 deg", "b": "5 deg"})
+    made, path = make_driven_robot(
+        *links, home=["5 deg", "9 deg"], tip="b", by={"a": "9 deg", "b": "5 deg"}
+    )
     return made, (*path, "links", 2, key, *more), others or {}
 
 
@@ -280,7 +282,7 @@ def imperfect(key, effect, base=None):
 
 def rail(curve):
     link = {"name": "cart", "joint": "rail", "curve": curve}
-    made, path = driven(link, home=["5 cm"], tip="cart", by={"cart": "9 cm"})
+    made, path = make_driven_robot(link, home=["5 cm"], tip="cart", by={"cart": "9 cm"})
     return made, (*path, "links", 1, "curve")
 
 
@@ -493,11 +495,11 @@ RECIPES = {
     ),
     "curve line": [
         rail({"kind": "line", "length": "15 cm"}),
-        drawn(*rail({"kind": "line", "length": "15 cm"})),
+        with_random_starts(*rail({"kind": "line", "length": "15 cm"})),
     ],
     "curve arc": [
         rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"}),
-        drawn(*rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"})),
+        with_random_starts(*rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"})),
     ],
     "curve catenary": [
         rail({"kind": "catenary", "start": "0, 0 m", "end": "1, 0 m", "length": "1.2 m"})
@@ -653,7 +655,7 @@ RECIPES = {
         (*linked("parent", "a")[:1], ("robots", 0, "links", 2), OF_LINK),
         (*linked("dh", ROW)[:1], ("robots", 0, "links", 2)),
         (*car("rolling")[:1], ("robots", 0, "links", 1)),
-        (drawn(*linked("parent", "a")[:2], "b")[0], ("robots", 0, "links", 2)),
+        (with_random_starts(*linked("parent", "a")[:2], "b")[0], ("robots", 0, "links", 2)),
         (*rail({"kind": "arc", "radius": "1 m", "angle": "1 rad"})[:1], ("robots", 0, "links", 1)),
         (*mimicking({"kind": "mimic", "of": "a", "ratio": 2.0})[:1], ("robots", 0, "links", 3)),
     ],
@@ -694,7 +696,7 @@ RECIPES = {
 
 
 def place(noun, name):
-    """The case of a kind of a family of which no recipe is given."""
+    """The case of a kind that belongs to a family without a recipe."""
     key = {"feature": "features", "interaction matrix": "interaction"}.get(noun, noun.split()[0])
     if noun in ("feature", "law", "inverse", "interaction matrix", "secondary motion"):
         return [part(key, {"kind": name}, ARM if noun == "inverse" else FLYING)]

@@ -1,4 +1,4 @@
-"""Values of a text that the declarations refuse: what is tested of each."""
+"""Values of a text that the declarations refuse, as the tests of refusals list them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from robsim.vision.intrinsics import FocalLengths
 
 
 def spec_of_key(field: DeclaredField, key: str) -> Spec:
-    """Return what one key of the table around a field may hold."""
+    """Return the values that one key of the table around a field accepts."""
     spec = field.spec
     if isinstance(spec, Table) and spec.flat:
         return next(each.spec for each in fields_of(spec.declared) if each.name == key)
@@ -44,50 +44,50 @@ def spec_of_key(field: DeclaredField, key: str) -> Spec:
 
 
 @singledispatch
-def refused(spec: Any) -> list[Any]:
+def list_refused_values(spec: Any) -> list[Any]:
     """Return some values that a spec refuses."""
     return []
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Numbers) -> list[Any]:
     """Return texts that are none of numbers, and lists of another shape."""
     wrong = ["fast", "5 parsecs", True, ["x"], [[1.0], [1.0, 2.0]]]
     return wrong if spec.shape is None else [*wrong, 3, [], [True]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: KindOf) -> list[Any]:
     kindless: list[Any] = [{}] if spec.default is None else []
     return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: PerJoint) -> list[Any]:
     return [3, [True], [["x"]]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: OfJoint) -> list[Any]:
     return [True, "fast", "3 kg"]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: ListOf) -> list[Any]:
     return [3, "x", *([[]] if spec.least else [])]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Names) -> list[Any]:
     return [3, [], [3]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: OneOf) -> list[Any]:
     return [raw for raw in (True, "none of them", [[True]]) if _get_raw_form(raw) in spec.forms]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Quantity) -> list[Any]:
     unit = SI[spec.dimension]
     outside = [bound for bound in (spec.above, spec.below) if bound is not None]
@@ -95,12 +95,12 @@ def _(spec: Quantity) -> list[Any]:
     return [1.0, "fast", other, True, f"nan {unit}", *(f"{x} {unit}" for x in outside)]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Vector) -> list[Any]:
     return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Number) -> list[Any]:
     outside = [bound for bound in (spec.above, spec.below) if bound is not None]
     outside += [spec.least - 1.0] if spec.least is not None else []
@@ -108,97 +108,97 @@ def _(spec: Number) -> list[Any]:
     return ["fast", True, math.nan, math.inf, [1.0, [2.0]], *outside]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Integer) -> list[Any]:
     return ["one", 1.5, True, spec.least - 1, spec.most + 1]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Flag) -> list[Any]:
     return [1, "yes"]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Table) -> list[Any]:
     return [3, "x", [1]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Text) -> list[Any]:
     return [3, "x" * (spec.most + 1)]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Name) -> list[Any]:
     return [3, "two words", "1st", ""]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: Word) -> list[Any]:
     return [3, "none of them", ["x"]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: PoseSpec) -> list[Any]:
     return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: JointLimits) -> list[Any]:
     return [3, [], ["1 kg", "2 kg"]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: OriginSpec) -> list[Any]:
-    """Return no values: whoever replaces the keys by links refuses what is wrong."""
+    """Return no values: code that replaces the keys by links refuses wrong values."""
     return ()
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: PhaseName) -> list[Any]:
     return [3, "", "  ", "a.b"]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: AttachmentTable) -> list[Any]:
     return [3, "cup", ["cup"], {"cup": 1}]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: ForeignTable) -> list[Any]:
     return [3, "x"]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: FeaturesSpec) -> list[Any]:
     return [3, "none of them", [], {}]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: GoalSpec) -> list[Any]:
     return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: BeliefSpec) -> list[Any]:
     return [3, "x", []]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: PathSpec) -> list[Any]:
     return [3, "x", [], {}]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: VarySpec) -> list[Any]:
     return [3, ["x"]]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: ValuesSpec) -> list[Any]:
     return [3, "x", []]
 
 
-@refused.register
+@list_refused_values.register
 def _(spec: FocalLengths) -> list[Any]:
     return ["800 px", [800.0], [], True]

@@ -1,4 +1,4 @@
-"""A simulation that is stopped, for the tests of what is kept then."""
+"""A simulation that is stopped, for the tests of the part that is kept."""
 
 import functools
 
@@ -6,7 +6,7 @@ import robsim as rs
 
 
 def stop_at_the_second(monkeypatch, left=lambda run: run):
-    """Let the second run that is simulated be stopped with `left` of it; return what runs one."""
+    """Stop the second simulated run and keep `left` of it; return the function that runs one."""
     run_of, calls = rs.Experiment.run, []
 
     @functools.wraps(run_of)

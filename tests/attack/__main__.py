@@ -12,7 +12,7 @@ KINDS = ("crash", "hang", "foreign", "lost", "wrong")
 
 
 def main() -> None:
-    """Read the arguments, attack, and print what was found."""
+    """Read the arguments, attack, and print the problems."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("classes", nargs="*", default=CLASSES, help=f"of {', '.join(CLASSES)}")
     parser.add_argument("--minutes", type=float, default=1.0, help="of wall time, for all")

@@ -38,7 +38,7 @@ def _is_no_value(kind):
 
 
 def _calls():
-    """Return the public calls: names with functions of no argument that return what to call."""
+    """Return the public calls: names with functions of no argument that return the callable."""
     found = {}
     modules = {name: getattr(rs, name) for name in dir(rs) if inspect.ismodule(getattr(rs, name))}
     for name in DOORS:
@@ -110,8 +110,8 @@ def _call(rng):
             and p.default is p.empty]  # fmt: skip
     finite = all(map(_is_finite, [*args, *given.values()]))
     found = _performed(name, call, args, given)
-    told = f"{inspect.getdoc(call)} {inspect.getdoc(type(found))}"
-    if finite and not inspect.isclass(call) and not _is_finite(found) and "NaN" not in told:
+    text = f"{inspect.getdoc(call)} {inspect.getdoc(type(found))}"
+    if finite and not inspect.isclass(call) and not _is_finite(found) and "NaN" not in text:
         raise Wrong(f"{name}: NaN or infinity from {_shown(args, given)}")
     return True
 
@@ -139,7 +139,7 @@ def _spoil(given, rng):
 
 
 def _performed(name, call, args, given):
-    """Return what a call gives; a TypeError that Python raises as it binds is fine."""
+    """Return the result of a call; a TypeError that Python raises as it binds is fine."""
     try:
         return call(*args, **given)
     except rs.RobSimError:
@@ -163,7 +163,7 @@ def _short(value):
 
 
 def _is_finite(value):
-    """Return whether no number in a value is NaN or infinite, where it holds numbers."""
+    """Return whether a value contains no NaN and no infinite number."""
     if isinstance(value, list | tuple | set):
         return all(map(_is_finite, value))
     if isinstance(value, rs.Pose):
@@ -177,13 +177,13 @@ def _is_finite(value):
 
 
 def _sizes(rng):
-    """Give features and laws what has odd sizes."""
+    """Call features and laws with arrays of odd sizes."""
     act = (_feature, _observation, _law, _state)[rng.integers(4)]
     return act(rng)
 
 
 def _feature(rng):
-    """Show a feature what it may not be made for."""
+    """Call a feature with an observation that it may not be made for."""
     N, B = int(rng.integers(1, 9)), int(rng.integers(1, 4))
     feature = getattr(rs, FEATURES[rng.integers(len(FEATURES))])()
     if hasattr(feature, "towards") and rng.random() < 0.6:
@@ -228,7 +228,7 @@ def _observation(rng):
 
 
 def _law(rng):
-    """Ask a law in a state of any size."""
+    """Call a law in a state of any size."""
     k, n, B = int(rng.integers(1, 12)), int(rng.integers(1, 9)), int(rng.integers(1, 4))
     law = (rs.laws.JointLaw(), rs.laws.CameraLaw(), rs.laws.PartitionedLaw())[rng.integers(3)]
     law.command(state(k, n, B) if rng.random() < 0.9 else odd(rng))
@@ -236,7 +236,7 @@ def _law(rng):
 
 
 def _state(rng):
-    """Ask a law in a state of arrays of any shape."""
+    """Call a law in a state of arrays of any shape."""
     k, n, B = int(rng.integers(1, 12)), int(rng.integers(1, 9)), int(rng.integers(1, 4))
     shapes = (k, B), (k, 6, B), (6, n, B), (k, n, B)
     arrays = [_array(rng, *shape) for shape in shapes]

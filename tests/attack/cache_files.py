@@ -1,4 +1,4 @@
-"""Damaged files of compiled kernels, places where none can be written, and full disks."""
+"""Damaged files of compiled kernels, folders that cannot be written, and full disks."""
 
 import json
 import os
@@ -19,7 +19,7 @@ from robsim.kernels.machine import cache_files
 
 NAME = "cache_files"
 CASES = 1
-PATIENCE = 120.0  # seconds: what is damaged is compiled anew
+PATIENCE = 120.0  # seconds: damaged kernels are compiled anew
 
 SIMULATE = """
 import json
@@ -56,7 +56,7 @@ def simulated(folder, limit=None):
 @cache
 def expected():
     """The files that the simulation needs, {name: content}, and its bits."""
-    simulated(cache_files.CACHE.parent)  # compiles what is missing
+    simulated(cache_files.CACHE.parent)  # compiles the missing kernels
     names, bits = simulated(cache_files.CACHE.parent)
     paths = {name: cache_files.CACHE / name for name in names}
     return {n: path.read_bytes() for n, path in paths.items() if path.exists()}, bits
@@ -84,21 +84,21 @@ def case(seed):
     return True
 
 
-def some(rng, names):
+def choose_names(rng, names):
     """One to three names."""
     return [str(name) for name in rng.choice(names, rng.integers(1, 4), replace=False)]
 
 
 def cut(rng, place, folder, names):
     """Files end anywhere, or are empty."""
-    for name in some(rng, names):
+    for name in choose_names(rng, names):
         content = (folder / name).read_bytes()
         (folder / name).write_bytes(content[: rng.integers(len(content)) * rng.integers(2)])
 
 
 def flipped(rng, place, folder, names):
     """Some bits are others."""
-    for name in some(rng, names):
+    for name in choose_names(rng, names):
         content = bytearray((folder / name).read_bytes())
         for at in rng.integers(len(content), size=rng.integers(1, 5)):
             content[at] ^= 1 << rng.integers(8)
@@ -118,8 +118,8 @@ def swapped(rng, place, folder, names):
 
 
 def pickled(rng, place, folder, names):
-    """The digest is right, but what is in it is no kernel."""
-    for name in some(rng, names):
+    """The digest is right, but the content is no kernel."""
+    for name in choose_names(rng, names):
         key, _ = unpack_container(BytesIO((folder / name).read_bytes()))
         wrong = [None, ([], ()), (["robsim.none"], ()), ([], (1, 2, 3)), "text", b"\0"]
         data = np.frombuffer(pickle.dumps(wrong[rng.integers(len(wrong))]), np.uint8)
@@ -129,17 +129,17 @@ def pickled(rng, place, folder, names):
 
 def folders(rng, place, folder, names):
     """Folders stand where files should."""
-    for name in some(rng, names):
+    for name in choose_names(rng, names):
         (folder / name).unlink()
         (folder / name).mkdir()
 
 
-def full(rng, place, folder, names):
+def fill_disk(rng, place, folder, names):
     """Some files are missing, and no file may be longer than some bytes."""
-    for name in some(rng, names):
+    for name in choose_names(rng, names):
         (folder / name).unlink()
     size = int(rng.integers(5000))
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-DAMAGES = [*[cut, flipped, swapped, pickled] * 3, *[folders, full] * 2]
+DAMAGES = [*[cut, flipped, swapped, pickled] * 3, *[folders, fill_disk] * 2]

@@ -24,7 +24,7 @@ def case(seed):
     """Change the checkpoint of an experiment in one way, and take it up."""
     random = np.random.default_rng(seed)
     experiment = experiments()[random.integers(len(experiments()))]
-    content = made(experiment)
+    content = make_checkpoint(experiment)
     way = (cut, flipped, retold, retold, renumbered, renumbered, reshaped)[random.integers(7)]
     changed = way(random, content)
     Path("bad").write_bytes(changed)
@@ -56,7 +56,7 @@ def experiments():
 
 
 @cache
-def made(experiment):
+def make_checkpoint(experiment):
     """The bytes of a checkpoint of an experiment that was stopped after some bursts."""
     taken, take = [], Loop._take
 

@@ -35,11 +35,11 @@ TARGETS = {  # the names that are written, and the code or the arguments that wr
 
 
 def case(seed):
-    """Write where there is room for some bytes only; what was there stays, or is written whole."""
+    """Write to a disk with few free bytes; the old file stays, or the new one is complete."""
     random = np.random.default_rng(seed)
     name = list(TARGETS)[random.integers(len(TARGETS))]
     names, code = TARGETS[name]
-    whole = given(name)
+    whole = write_given_files(name)
     sizes = [len(whole[each]) for each in names]
     room = int(max(sizes) * random.uniform(0.0, 1.2))
     mounted = random.random() < 0.5 and mount(room)
@@ -81,7 +81,7 @@ def same_run(name, found):
 
 
 def run(code, room):
-    """Return what a process did that may write so many bytes into a file."""
+    """Return the result of a process that may write so many bytes into a file."""
     start = f"import robsim as rs\n{code}" if isinstance(code, str) else "robsim.cli.main()"
     lines = "import sys, robsim, robsim.cli\n" if not isinstance(code, str) else ""
     catch = "import robsim\ntry:\n" + "".join(f"  {line}\n" for line in start.splitlines())
@@ -98,7 +98,7 @@ def run(code, room):
 
 
 def mount(room):
-    """Mount a small disk on out, with room for what was there and some bytes more."""
+    """Mount a small disk on out, with space for the old files and some bytes more."""
     Path("out").mkdir(exist_ok=True)
     size = room + 6 * len(BEFORE) + 16384
     command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", "out"]
@@ -106,8 +106,8 @@ def mount(room):
 
 
 @cache
-def given(name):
-    """The files that a target writes where there is room."""
+def write_given_files(name):
+    """The files that a target writes on a disk with enough space."""
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial"), ["run.duration=0.4 s"])
     rs.save_run(experiment.run(), "given.nc")
     Path("given.toml").write_text(experiment.text)

@@ -1,9 +1,9 @@
-"""Attacks: seeded cases of one class, each tried where it can do no harm but to its own process.
+"""Attacks: seeded cases of one class, each tried in a process that it cannot leave.
 
 A class is a module beside this one with `NAME`, `CASES` (how many are tried by default), and
 `case(seed)`: it draws one input from the seed, gives it to RobSim, and returns whether it was taken
 (`True`) or refused by a `RobSimError` or by the exit status 2 (`False`). Whatever else it raises is
-a foreign error; `Lost` and `Wrong` say what was lost, or which result was wrong.
+a foreign error; `Lost` and `Wrong` name the lost data, or the wrong result.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ class Lost(Exception):
 
 
 class Wrong(Exception):
-    """What came out is not what it should be."""
+    """The result is not the expected result."""
 
 
 @dataclass
 class Tally:
-    """How many cases of a class were tried, taken and refused, and what went wrong."""
+    """How many cases of a class were tried, taken and refused, and the problems."""
 
     name: str
     tried: int = 0
     taken: int = 0
-    problems: list[tuple[str, int, str]] = field(default_factory=list)  # kind, seed, what
+    problems: list[tuple[str, int, str]] = field(default_factory=list)  # kind, seed, problem
 
     def count(self, kind: str) -> int:
         """Return how many problems there are of a kind: crash, hang, foreign, lost or wrong."""
@@ -134,7 +134,7 @@ class _Child:
 
 
 def serve() -> None:
-    """Try the seeds that come on stdin, one a line, and answer on what was stdout."""
+    """Try the seeds that come on stdin, one a line, and answer on the original stdout."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # whatever RobSim prints goes elsewhere
     case = importlib.import_module(f"attack.{sys.argv[1]}").case
@@ -147,7 +147,7 @@ def _verdict(case, seed: int) -> tuple[str, str]:
         return ("taken" if case(seed) else "refused"), ""
     except (Lost, Wrong) as problem:
         return type(problem).__name__.lower(), str(problem)
-    except BaseException as error:  # noqa: BLE001  that is what is looked for
+    except BaseException as error:  # noqa: BLE001  the attacks look for any error
         where = traceback.extract_tb(error.__traceback__)[-1]
         last = f"{Path(where.filename).name}:{where.lineno}"
         return "foreign", f"{type(error).__name__}: {str(error)[:200]} ({last})"

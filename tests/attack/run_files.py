@@ -1,4 +1,4 @@
-"""Run files that were cut, changed, forged or made to harm; what opens must serve everywhere."""
+"""Run files that were cut, changed, forged or made to harm; a file that opens must be usable."""
 
 import json
 import os
@@ -27,13 +27,13 @@ def case(seed):
             rewritten, edited, edited, nested, of_hdf5)  # fmt: skip
     way = ways[random.integers(len(ways))]
     Path("secret.txt").write_text(SECRET)
-    changed = way(random, *made(int(random.integers(2))))
+    changed = way(random, *make_run_file(int(random.integers(2))))
     if isinstance(changed, bytes):
         Path("bad.nc").write_bytes(changed)
     size = os.path.getsize("bad.nc")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        word = said(random, way)
+        word = choose_option(random, way)
         try:
             run = rs.open_run("bad.nc", **word)
         except rs.RobSimError:
@@ -45,11 +45,11 @@ def case(seed):
             raise Wrong("another file was read")
         if run.nbytes > 100 * size:
             raise Wrong(f"{run.nbytes} bytes of {size}")
-        return all([used(run, each) for each in USES])
+        return all([try_use(run, each) for each in USES])
 
 
-def said(random, way):
-    """The explicit word, where HDF5 reads what was made with it, and now and then elsewhere."""
+def choose_option(random, way):
+    """The explicit option, always for files that HDF5 made, and now and then for others."""
     if not hasattr(rs, "ReplayWarning"):  # of before the word
         return {}
     return {"unsealed": True} if way is of_hdf5 or random.random() < 0.05 else {}
@@ -73,7 +73,7 @@ USES = (
 )
 
 
-def used(run, use):
+def try_use(run, use):
     try:
         use(run)
         pyplot.close("all")
@@ -83,7 +83,7 @@ def used(run, use):
 
 
 @cache
-def made(several):
+def make_run_file(several):
     """The bytes of a sealed run file, and its seal: content, index."""
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.2)
     if several:
@@ -179,7 +179,7 @@ ODD = (None, -1, 0, 1, 2, 3, 1 << 40, 10**30, 0.5, -1e308, float("nan"), True, "
 
 
 def edited(random, whole, content, index):
-    """An index in which some values anywhere are others, gone, or twice there."""
+    """An index with some values changed, removed or repeated."""
     changed = json.loads(json.dumps(index))
     for _ in range(random.integers(1, 3)):
         places = list(walked(changed))
@@ -211,7 +211,7 @@ def nested(random, whole, content, index):
 
 
 def of_hdf5(random, whole, content, index):
-    """HDF5 that reaches beyond the file, or asks for more than it has."""
+    """HDF5 that reaches beyond the file, or claims more than it contains."""
     Path("bad.nc").write_bytes(content)
     with h5py.File("bad.nc", "a") as file:
         name = ("q", "s", "outcome", "end_time", "q0")[random.integers(5)]

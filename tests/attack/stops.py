@@ -81,7 +81,7 @@ FILES = {"compare": "comparison.nc"}
 
 
 def case(seed):
-    """Send one to four signals to a command or a script; then take up what it left."""
+    """Send one to four signals to a command or a script; then continue from the files it left."""
     rng = np.random.default_rng(seed)
     what = str(rng.choice([*["run", "mission"] * 3, "compare", "explain", "demo", "script"]))
     before = Path.cwd()
@@ -94,26 +94,28 @@ def case(seed):
                 rs.save_run(
                     rs.load_scenario("run.toml", ["run.record=1"]).run(duration=2), "done/run.nc"
                 )
-            return tried(rng, what)
+            return stop_and_resume(rng, what)
         finally:
             os.chdir(before)
 
 
-def tried(rng, what):
+def stop_and_resume(rng, what):
     """Start, stop and take up a command; return whether it was stopped."""
     often = what in ("run", "mission") and rng.random() < 0.6
     command = ["-c", SCRIPT] if what == "script" else ["-m", "robsim", *COMMANDS[what]]
     if often:
         command = ["-c", OFTEN, *COMMANDS[what]]
-    status, err = stopped(rng, command, what)
+    status, err = run_and_stop(rng, command, what)
     killed = status == -signal.SIGKILL
     if "Traceback" in err or "ignored" in err:
         raise Wrong(f"{what}: {re.sub(chr(10), ' | ', err)[-300:]}")
     if not killed and status not in {0, *STATUS}:
         raise Wrong(f"{what}: status {status}: {err[-200:]}")
     path = Path("out", FILES.get(what, "run.nc"))
-    said = "what was simulated so far" in err or (status == 0 and what not in ("explain", "demo"))
-    if not killed and said and not path.exists():
+    explanation = "what was simulated so far" in err or (
+        status == 0 and what not in ("explain", "demo")
+    )
+    if not killed and explanation and not path.exists():
         raise Lost(f"{what}: no {path} after {err[-200:]!r}")
     if not killed and path.exists() and what != "mission":
         rs.open_run(path) if what != "compare" else rs.open_run("out/1.nc")
@@ -135,19 +137,19 @@ def taken_up(what, killed):
             raise Lost(f"{what}: --resume ends with {done.returncode}: {done.stderr[-300:]}")
     elif killed or not Path("out/run.nc").exists() or not RESUMES:
         return
-    if rs.open_run("out/run.nc").q.values.tobytes() != whole(what):
+    if rs.open_run("out/run.nc").q.values.tobytes() != simulate_whole(what):
         raise Wrong(f"{what}: other bits, or a part without a checkpoint")
 
 
 @cache
-def whole(what):
+def simulate_whole(what):
     """The bits of a run that was not stopped."""
     run = rs.Experiment.from_text(RUN if what == "run" else MISSION).run()
     return (run if what == "run" else run.run).q.values.tobytes()
 
 
-def stopped(rng, command, what):
-    """Start a command and send signals; return its status, and what it said."""
+def run_and_stop(rng, command, what):
+    """Start a command and send signals; return its status and its output."""
     child = subprocess.Popen(
         [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

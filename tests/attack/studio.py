@@ -18,7 +18,7 @@ from robsim.studio.web import server_limits
 from robsim.studio.web.server import Server
 
 NAME, CASES, PATIENCE = "studio", 8, 60.0
-RATE, SIZE = 30.0, 100_000  # of what is broadcast: messages a second, bytes
+RATE, SIZE = 30.0, 100_000  # of broadcast messages: messages a second, bytes
 WARM, GROWTH = 10, 30e6  # cases until all is loaded; bytes that all after them may add
 REFUSED = {400, 403, 404, 405, 408, 414, 426, 431, 503}
 PATHS = [
@@ -68,14 +68,14 @@ class Place:
             threading.Thread(target=work, daemon=True).start()
 
     def tick(self):
-        """What a simulation does, whoever listens."""
+        """The messages of a simulation, whoever listens."""
         while True:
             self.ticks += 1
             self.server.broadcast(self.ticks.to_bytes(8, "big") + bytes(SIZE - 8))
             time.sleep(1 / RATE)
 
     def listen(self):
-        """What a page does that is as it should be."""
+        """The correct actions of a page."""
         with self.browser.page() as page:
             while True:
                 message = page.recv(20)
@@ -106,7 +106,7 @@ place = cache(Place)
 
 
 def resident():
-    """Bytes of memory of this process, where the system says."""
+    """Bytes of memory of this process, if the system reports them."""
     status = Path("/proc/self/statm")
     return int(status.read_text().split()[1]) * 4096 if status.exists() else 0
 
@@ -125,7 +125,7 @@ def pick(rng, among):
 
 
 def judged(got, entitled):
-    """Raise Wrong where an answer is more than a refusal, and not what is due to its cookie."""
+    """Raise Wrong if an answer is more than a refusal, and its cookie does not justify it."""
     if got is None or (got.status in REFUSED and len(got.body) < 150):
         return False
     due = {PAGE.encode(), *(content for _, content in FILES.values())}
@@ -134,7 +134,7 @@ def judged(got, entitled):
     raise Wrong(f"{got.status}: {got.body[:80]!r}, {'with' if entitled else 'without'} cookie")
 
 
-def asked(browser, data, entitled=True):
+def send_and_judge(browser, data, entitled=True):
     """Send bytes, and judge what comes."""
     with suppress(ConnectionError), browser.connected() as stream:
         with suppress(ConnectionError):
@@ -156,7 +156,7 @@ def odd_requests(rng, browser):
         data = bytearray("\r\n".join([line, *rng.permutation(lines), "", ""]).encode())
         for _ in range(pick(rng, [0, 0, 1, 5, 50])):
             data[int(rng.integers(len(data)))] = int(rng.integers(256))
-        taken |= asked(browser, bytes(data))
+        taken |= send_and_judge(browser, bytes(data))
     return taken
 
 
@@ -203,7 +203,7 @@ def too_much(rng, browser):
         "a" * size,
         "\r\n" * size,
     ]
-    return asked(browser, pick(rng, data).encode(), entitled=False)
+    return send_and_judge(browser, pick(rng, data).encode(), entitled=False)
 
 
 def odd_frames(rng, browser):
@@ -247,12 +247,12 @@ def spoken(browser, frames):
             stream.sendall(each)
         end = time.monotonic() + 0.1
         while time.monotonic() < end and stream.recv(1 << 20):
-            pass  # what is left unread when it closes takes back what was sent
+            pass  # bytes that are unread at the close discard the answer
     return True
 
 
 def slowly(rng, browser):
-    """Twenty connections that say a byte now and then; some are left without a word."""
+    """Twenty connections that send a byte now and then; some send nothing."""
     words = pick(rng, [browser.handshake(), b"GET / HTTP/1.1\r\nHost: ", b"\r" * 99])
     with ExitStack() as held:
         streams = [held.enter_context(browser.connected()) for _ in range(20)]

@@ -11,8 +11,8 @@ SLOW = (
     "run_files",
     "stops",
     "together",
-)  # whose cases are processes of their own
-# of whose cases one of so many is tried by default, and the others by `full`
+)  # each case is a process of its own
+# classes with a part of the cases tried by default, and the others by `full`
 LONG = {"api_calls": 12, "checkpoints": 10, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8}
 
 

@@ -24,7 +24,7 @@ def case(seed):
     force = named and bool(random.integers(2))
     folder = f"work-{seed}"
     Path(folder).mkdir()
-    command = ["run", given(), "--no-figures", *(["-o", "out"] if named else [])]
+    command = ["run", make_scenario_text(), "--no-figures", *(["-o", "out"] if named else [])]
     ended = together([*command, *(["--force"] if force else [])], count, folder)
     (alone if named else apart)(Path(folder), ended, force)
     return True
@@ -47,13 +47,13 @@ def together(command, count, folder):
 
 
 def alone(folder, ended, force):
-    """One wrote after the other, or was told that it cannot; without --force only one did."""
+    """The second process wrote after the first or was refused; without --force only one wrote."""
     codes = [code for *_, code in ended]
     if any(code not in (0, 2) for code in codes) or 0 not in codes:
         raise Wrong(f"status {codes}: {[err for _, err, _ in ended]!s:.300}")
     if codes.count(0) > 1 and not force:
         raise Lost(f"{codes.count(0)} of {len(codes)} wrote the same files")
-    whole(folder / "out")
+    check_results(folder / "out")
 
 
 def apart(folder, ended, force):
@@ -64,10 +64,10 @@ def apart(folder, ended, force):
     if len(set(said)) < len(said):
         raise Lost(f"{len(said)} runs wrote {len(set(said))} folders")
     for each in said:
-        whole(folder / each)
+        check_results(folder / each)
 
 
-def whole(folder):
+def check_results(folder):
     names = sorted(each.name for each in folder.iterdir())
     if names != ["run.nc", "scenario.toml"]:
         raise Wrong(f"{folder} has {names}")
@@ -76,7 +76,7 @@ def whole(folder):
 
 
 @cache
-def given():
+def make_scenario_text():
     """A scenario that runs for a moment."""
     text = rs.load_scenario(rs.examples.path("visp_tutorial"), ["run.duration=0.4 s"]).text
     path = Path("given.toml").resolve()

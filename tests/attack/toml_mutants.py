@@ -20,7 +20,7 @@ from robsim.errors import InputError
 from robsim.run.experiment_text import ExperimentTable, get_table_keys
 
 NAME, CASES = "toml_mutants", 150
-LONGEST = 2.0  # seconds of the processor, in which anything is refused
+LONGEST = 2.0  # seconds of the processor for any refusal
 RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and read again
 TABLES = {*get_table_keys(ExperimentTable), "schema"}
 NO_KEY = re.compile(r"line \d+|<text>: (and \d+ more|empty|larger than)")
@@ -36,7 +36,7 @@ ODD += ["x" * 100_000, [0] * 1000, ["0, 0, 1 m"] * 5000, "0, 0, 0", "1e9 m", "0 
 
 
 def case(seed: int) -> bool:
-    """Read and check one mutant; what is taken is sometimes run, or written and read again."""
+    """Read and check one mutant; an accepted one is sometimes run, or written and read again."""
     rng = random.Random(seed)
     text = mutant(rng)
     if not _checked(text):
@@ -64,7 +64,7 @@ def mutant(rng: random.Random) -> str:
 
 
 def _text(tables, inline: bool) -> str:
-    """Return the text of tables, in which the task may be an inline table."""
+    """Return the text of tables; the task may be an inline table."""
     first = {key: tables[key] for key in ("task",) if inline and key in tables}
     rest = {key: part for key, part in tables.items() if key not in first}
     return "".join(f"{key} = {_inline(part)}\n" for key, part in first.items()) + tomli_w.dumps(
@@ -119,7 +119,7 @@ def _run(text: str) -> bool:
 
 
 def _written(text: str) -> None:
-    """Raise Wrong unless the exact text of a scenario says the same."""
+    """Raise Wrong unless the exact text of a scenario gives the same scenario."""
     experiment = _silent(lambda: Experiment.from_text(text))
     if _silent(lambda: Experiment.from_text(experiment.to_toml())) != experiment:
         raise Wrong("the text that it writes says something else")
@@ -182,7 +182,7 @@ def _places(node, path=()):
 
 
 def _picked(rng: random.Random, tables):
-    """Return what holds some value, and its key there."""
+    """Return the container of some value, and its key there."""
     places = list(_places(tables))
     *path, key = rng.choice(places) if places else ("schema",)
     for each in path:
@@ -267,7 +267,7 @@ def _tree(rng: random.Random, task, depth: int):
 
 
 def _believed(rng: random.Random, tables):
-    """Say of some parts what is believed, once or twice, true or not."""
+    """Add a belief about some parts, once or twice, true or not."""
     kinds = [k for k in ("robots", "objects", "cameras") if isinstance(tables.get(k), list)]
     if kinds:
         kind = rng.choice(kinds)

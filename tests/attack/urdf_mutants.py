@@ -21,7 +21,7 @@ from robsim.errors import FileWarning, InputError
 
 NAME, CASES = "urdf_mutants", 180
 CORPUS = Path(__file__).parents[1] / "inputs" / "urdf"
-LONGEST = 2.0  # seconds of the processor, in which anything is refused
+LONGEST = 2.0  # seconds of the processor for any refusal
 NUMBERS = ["0", "-0.0", "1", "-1", "3.14", "1e9", "-1e9", "1e10", "1e18", "1e308", "-1e308"]
 NUMBERS += ["5e-324", "1e-300", "1e400", "nan", "inf", "1,5", "0x10", "1_0", "", " ", "${x}"]
 NUMBERS += ["9" * 70, "1\u00a02", "\u06631", "1\u2003", "0 0\u00a01", "1 0 0\u3000", "90 deg"]
@@ -35,7 +35,7 @@ DECLARED = [*ENCODINGS, "UTF-8", "us-ascii", "iso-8859-1", "rot13", "hex", "idna
 
 
 def case(seed: int) -> bool:
-    """Read one mutant; what is taken is finite at home, and is read again as it is written."""
+    """Read one mutant; an accepted one is finite at home, and survives writing and reading."""
     rng, path = random.Random(seed), Path("mutant.urdf")
     path.write_bytes(mutant(rng))
     begin = time.process_time()
@@ -104,7 +104,7 @@ def _read(path: Path) -> tuple[Robot | None, str, bool]:
 
 
 def _check_plain(data: bytes, robot: Robot) -> None:
-    """Raise Wrong unless a file that is read without a warning says nothing more."""
+    """Raise Wrong unless a file that is read without a warning contains nothing more."""
     found = re.match(rb"[^>]*encoding=.([\w-]+)", data)
     if found and found[1].lower() not in (b"utf-8", b"us-ascii", b"iso-8859-1"):
         raise Wrong(f"an odd encoding passes: {found[1]!r}")
@@ -138,7 +138,7 @@ def _poses(robot: Robot) -> np.ndarray:
 
 
 def _check_same(robot: Robot, back: Robot | None, message: str) -> None:
-    """Raise Wrong unless what was written is read as the same robot."""
+    """Raise Wrong unless the written file is read as the same robot."""
     if back is None:
         raise Wrong(f"what it writes is refused: {message:.300}")
     poses, ties = _poses(robot), [k.joint.follows for k in robot.links if k.joint.follows]
@@ -244,8 +244,8 @@ def _mimics(rng: random.Random, root) -> None:
     for before, joint in pairwise(kept):
         for old in joint.findall("mimic"):
             joint.remove(old)
-        said = {"multiplier": rng.choice(numbers), "offset": rng.choice(numbers)}
-        ElementTree.SubElement(joint, "mimic", {"joint": before.get("name", "x"), **said})
+        options = {"multiplier": rng.choice(numbers), "offset": rng.choice(numbers)}
+        ElementTree.SubElement(joint, "mimic", {"joint": before.get("name", "x"), **options})
         for limit in joint.findall("limit") * rng.choice((0, 1, 1)):
             limit.attrib["upper"] = rng.choice(["1", "1e9", "1e18", "1e308"])
             limit.attrib["lower"] = rng.choice(["0", "-1", "-1e9", "-1e18", "-1e308", "1e-300"])

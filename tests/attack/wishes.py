@@ -1,4 +1,4 @@
-"""Odd wishes of pages: a studio refuses them in words, changes nothing by them, and goes on."""
+"""Odd requests of pages: a studio refuses them by a message, changes nothing, and continues."""
 
 import json
 import random
@@ -23,7 +23,7 @@ ODD = [
 
 @cache
 def session(name):
-    """A session that nobody runs: its wishes are done here, one by one."""
+    """A session without a thread: its requests are handled here, one by one."""
     return Session(Workbench(load_scenario(examples.path(name))), ScenarioShelf.shipped())
 
 
@@ -49,7 +49,7 @@ def case(seed):
 
 
 def wish_of(draw, bench):
-    """One thing that a page might ask for, most of it wrong."""
+    """One request of a page, most often a wrong one."""
     name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "quit"])
     if name in ("set", "second"):
         return {

@@ -1,4 +1,4 @@
-"""`to_toml` is as short as a person writes, and says the same experiment to the last bit."""
+"""`to_toml` is as short as a handwritten file, and gives the same experiment to the last bit."""
 
 import os
 from dataclasses import replace
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from draws import drawn
+from draws import try_samples
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -254,7 +254,7 @@ NUMBER = st.one_of(
 )
 
 
-@drawn(
+@try_samples(
     12, 60, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
 )
 def test_whatever_is_changed_comes_back_from_a_short_text(changes):
@@ -272,7 +272,7 @@ def test_a_number_in_its_shortest_unit_is_the_same_to_the_last_bit(x, unit):
 
 
 def test_numbers_are_as_people_write_them():
-    said = {
+    options = {
         "22.86 cm": ExactQuantity(0.2286, "m"),
         "90 deg": ExactQuantity(np.deg2rad(90), "rad"),
         "40 ms": ExactQuantity(0.04, "s"),
@@ -284,7 +284,9 @@ def test_numbers_are_as_people_write_them():
         "2.7 g/cm^3": ExactQuantity(2700.0, "kg/m^3"),
         "0.5": ExactQuantity(0.5, "1"),
     }
-    assert {text: shorten_numbers(exact) for text, exact in said.items()} == {t: t for t in said}
+    assert {text: shorten_numbers(exact) for text, exact in options.items()} == {
+        t: t for t in options
+    }
     assert shorten_numbers({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [
         1,
         -0.0,
@@ -294,7 +296,7 @@ def test_numbers_are_as_people_write_them():
     ]
 
 
-@drawn(
+@try_samples(
     20,
     100,
     tables=st.dictionaries(
@@ -313,13 +315,13 @@ def test_any_tables_are_laid_out_as_toml(tables):
     assert tables_of(format_toml(tables), "text") == tables
 
 
-def test_the_folder_is_that_of_the_process_by_default():
+def test_the_default_folder_is_the_current_one():
     scenario = load_scenario(examples.path("visp_tutorial"))
     assert scenario.to_toml() == scenario.to_toml(folder=os.curdir)
 
 
 def test_a_camera_of_normalised_coordinates_has_a_text_and_is_changed():
-    """Its focal lengths are below a pixel, which a text says by K alone."""
+    """Its focal lengths are below a pixel, which a text can express by K alone."""
     lens = rs.Camera([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 1]])
     eye = rs.MountedCamera("eye", lens, on="free_camera.body")
     dot = rs.Object("dot", marks=[[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1.1], [0.1, 0.2, 1]])

@@ -10,12 +10,12 @@ SCRIPT = """
 import numpy as np
 import robsim as rs
 bench = rs.load_scenario(rs.examples.path("calibration_bench"))
-look = rs.starts.LookAt("board", distance=(0.3, 0.9), cone=0.9)
-q = rs.calibration.sample_viewpoints(bench, 60, look, seed=3)
+looks = rs.starts.LookAt("board", distance=(0.3, 0.9), cone=0.9)
+q = rs.calibration.sample_viewpoints(bench, 60, looks, seed=3)
 views = rs.calibration.simulate_views(bench, q[:30])
 found = rs.calibrate(views, ["focal", "center", "distortion"])
-told = found.next_poses(q, 5)
-parts = found.covariance, found.mount.matrix, found.place.matrix, found.camera.K, told.position
+chosen = found.next_poses(q, 5)
+parts = found.covariance, found.mount.matrix, found.place.matrix, found.camera.K, chosen.position
 print(b"".join(np.ascontiguousarray(part).tobytes() for part in parts).hex())
 """
 

@@ -60,7 +60,7 @@ def cases():
 
 
 @cache
-def whole(name):
+def simulate_whole(name):
     run = cases()[name].run()
     return run if name != "mission" else run.run
 
@@ -74,8 +74,8 @@ def _often(monkeypatch, tmp_path):
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def stopped(experiment, at, monkeypatch, **how):
-    """Stop an experiment when a number of bursts has been taken; return what there is then."""
+def stop_after(experiment, at, monkeypatch, **how):
+    """Stop an experiment after a number of bursts; return the run so far."""
     from robsim.engine.loop import Loop
 
     taken, take = [], Loop._take
@@ -97,20 +97,20 @@ def stopped(experiment, at, monkeypatch, **how):
 @pytest.mark.parametrize("name", list(cases()))
 @pytest.mark.parametrize("at", [1, 4, 9])
 @pytest.mark.parametrize("chunk", [3, 256])
-def test_what_is_taken_up_has_the_same_bits(name, at, chunk, monkeypatch):
+def test_a_resumed_run_has_the_same_bits(name, at, chunk, monkeypatch):
     experiment = cases()[name]
-    part = stopped(experiment, at, monkeypatch, chunk=chunk, threads=1)
+    part = stop_after(experiment, at, monkeypatch, chunk=chunk, threads=1)
     if name != "mission":
         assert (part.outcome == rs.Outcome.RUNNING).any()
     run = experiment.run(checkpoint="point", resume=True, threads=2)
-    assert (run.run if name == "mission" else run).identical(whole(name))
+    assert (run.run if name == "mission" else run).identical(simulate_whole(name))
 
 
 def test_a_mission_that_was_stopped_has_the_part_of_its_phase(monkeypatch):
-    run = stopped(cases()["mission"], 40, monkeypatch)
+    run = stop_after(cases()["mission"], 40, monkeypatch)
     assert [leg.outcome.name for leg in run.legs] == ["CONVERGED", "RUNNING"]
     done = run.run
-    np.testing.assert_array_equal(done.q, whole("mission").q[: done.sizes["time"]])
+    np.testing.assert_array_equal(done.q, simulate_whole("mission").q[: done.sizes["time"]])
 
 
 def test_a_mission_that_is_stopped_when_a_phase_has_ended_is_taken_up(monkeypatch):
@@ -126,15 +126,15 @@ def test_a_mission_that_is_stopped_when_a_phase_has_ended_is_taken_up(monkeypatc
             cases()["mission"].run(checkpoint="point")
     assert [leg.outcome.name for leg in stop.value.run.legs] == ["CONVERGED"]
     run = cases()["mission"].run(checkpoint="point", resume=True)
-    assert run.run.identical(whole("mission"))
+    assert run.run.identical(simulate_whole("mission"))
 
 
 def test_a_run_can_be_stopped_and_taken_up_again_and_again(monkeypatch):
     batch = cases()["batch"]
-    stopped(batch, 2, monkeypatch, chunk=5)
+    stop_after(batch, 2, monkeypatch, chunk=5)
     for at in (3, 5):
-        stopped(batch, at, monkeypatch, resume=True)
-    assert batch.run(checkpoint="point", resume=True).identical(whole("batch"))
+        stop_after(batch, at, monkeypatch, resume=True)
+    assert batch.run(checkpoint="point", resume=True).identical(simulate_whole("batch"))
 
 
 KILLED = """
@@ -142,11 +142,11 @@ import os, signal, sys
 import robsim as rs
 from robsim.run import checkpoint
 checkpoint.INTERVAL, checkpoint.SHARE = 0.0, 1.0
-save = checkpoint.Keeper.save
+save = checkpoint.CheckpointFile.save
 def killed(self):
     save(self)
     os.kill(os.getpid(), signal.SIGKILL)
-checkpoint.Keeper.save = killed
+checkpoint.CheckpointFile.save = killed
 rs.load_scenario("long.toml").run(checkpoint="point")
 """
 
@@ -162,43 +162,45 @@ def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint():
     assert long.run(checkpoint="point", resume=True).identical(long.run())
 
 
-def refused(experiment=NOISY, path="point"):
+def get_refusal(experiment=NOISY, path="point"):
     with pytest.raises(rs.errors.FileError) as error:
         experiment.run(checkpoint=path, resume=True)
     return str(error.value)
 
 
 def test_a_checkpoint_that_does_not_serve_is_refused_by_its_reason(monkeypatch):
-    stopped(NOISY, 3, monkeypatch)
+    stop_after(NOISY, 3, monkeypatch)
     content = Path("point").read_bytes()
-    assert refused(NOISY.with_(seed=1)) == "point is of another experiment, or of other settings"
-    assert refused(cases()["batch"]) == "point is of another experiment, or of other settings"
-    assert refused(path="none") == "no checkpoint none: run without resume"
+    assert (
+        get_refusal(NOISY.with_(seed=1)) == "point is of another experiment, or of other settings"
+    )
+    assert get_refusal(cases()["batch"]) == "point is of another experiment, or of other settings"
+    assert get_refusal(path="none") == "no checkpoint none: run without resume"
     for at in (0, 9, len(content) // 2, len(content) - 60):
         Path("wrong").write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
-        assert refused(path="wrong").startswith("wrong is damaged: it was changed")
+        assert get_refusal(path="wrong").startswith("wrong is damaged: it was changed")
     Path("wrong").write_bytes(content[1:])
-    assert refused(path="wrong").startswith("wrong is damaged: it was changed")
+    assert get_refusal(path="wrong").startswith("wrong is damaged: it was changed")
     rs.save_run(NOISY.run(duration=0.4), "run.nc")
     for wrong in (b"", b"mine", content[:-1], content[:60], content + b"x"):
         Path("wrong").write_bytes(wrong)
-        assert refused(path="wrong").startswith(
+        assert get_refusal(path="wrong").startswith(
             "wrong is not a checkpoint of this version of RobSim"
         )
-    assert refused(path="run.nc").startswith("run.nc is not a checkpoint")
+    assert get_refusal(path="run.nc").startswith("run.nc is not a checkpoint")
     monkeypatch.setattr(checkpoint, "KERNEL_HASH", "0" * 16)
-    assert "cannot be resumed: RobSim was" in refused()
+    assert "cannot be resumed: RobSim was" in get_refusal()
 
 
 def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):
     """The processor is another; here the bits are the same, as the machine code is."""
-    stopped(NOISY, 3, monkeypatch)
+    stop_after(NOISY, 3, monkeypatch)
     monkeypatch.setattr(checkpoint.llvm, "get_host_cpu_name", lambda: "abacus")
     with pytest.warns(
         rs.errors.FileWarning, match=r"point: the processor was .*, and here is .* abacus"
     ):
         run = NOISY.run(checkpoint="point", resume=True)
-    assert run.identical(whole("single"))
+    assert run.identical(simulate_whole("single"))
 
 
 def forged(change):
@@ -235,19 +237,19 @@ def put(chunk, **values):
     ],
 )
 def test_a_forged_checkpoint_is_refused_whatever_its_checksum(monkeypatch, change):
-    stopped(cases()["batch"], 3, monkeypatch)
+    stop_after(cases()["batch"], 3, monkeypatch)
     forged(change)
-    assert "forged does not fit its experiment: " in refused(cases()["batch"], "forged")
+    assert "forged does not fit its experiment: " in get_refusal(cases()["batch"], "forged")
 
 
 def test_numbers_of_a_forged_checkpoint_reach_no_memory_of_others(monkeypatch):
-    """All numbers of the runs are odd; the rows where they are stored stay their own."""
+    """All numbers of the runs are odd; the rows of their storage stay their own."""
     batch = cases()["batch"]
-    stopped(batch, 3, monkeypatch)
+    stop_after(batch, 3, monkeypatch)
     for odd in (-1e18, 1e18, np.nan, 7.0, 5e-324):
         forged(lambda chunk, arrays, odd=odd: arrays[3].fill(odd))
         run = batch.run(checkpoint="forged", resume=True)
-        assert run.sizes == whole("batch").sizes
+        assert run.sizes == simulate_whole("batch").sizes
 
 
 def test_resume_needs_a_file():
@@ -255,7 +257,7 @@ def test_resume_needs_a_file():
         NOISY.run(resume=True)
 
 
-def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
+def test_an_experiment_without_a_text_has_no_checkpoint_and_is_refused_at_once():
     class Mine:
         def command(self, state):
             raise AssertionError("nothing runs")
@@ -264,12 +266,12 @@ def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
         NOISY.with_(task=rs.IBVS(VISP.task.goal, law=Mine())).run(checkpoint="point")
 
 
-def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_on(monkeypatch):
+def test_where_no_checkpoint_can_be_written_that_is_reported_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
     long = NOISY.with_(duration=8_000.0, record="summary")
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")
-    assert [each.category for each in said] == [rs.errors.FileWarning]
-    assert str(said[0].message).startswith("no checkpoint: cannot write file/point")
+    assert [each.category for each in record] == [rs.errors.FileWarning]
+    assert str(record[0].message).startswith("no checkpoint: cannot write file/point")
     assert run.identical(long.run())

@@ -41,15 +41,15 @@ BATCHES = {
 @pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.05, encoder=1e-9)])
 def test_batches_chunks_and_threads_do_not_matter(arm, name, actuation):
     starts = START + np.random.default_rng(2).uniform(-0.1, 0.1, (7, 6))
-    told = {"duration": 4.0, "actuation": actuation}
+    options = {"duration": 4.0, "actuation": actuation}
     task = BATCHES[name](arm)
-    run = followed(arm, task, starts, **told)
+    run = followed(arm, task, starts, **options)
     assert len(np.unique(run.end_time)) > 1 or name == "joints" or actuation
     for changes in ({"chunk": 3, "threads": 2}, {"chunk": 1, "threads": 1}):
-        again = followed(arm, task, starts, **told, **changes)
+        again = followed(arm, task, starts, **options, **changes)
         for variable in run.variables:
             assert run[variable].values.tobytes() == again[variable].values.tobytes(), variable
-    alone = followed(arm, task, starts[3], first_run=3, **told)
+    alone = followed(arm, task, starts[3], first_run=3, **options)
     for variable in alone.variables:
         row = run[variable].isel(run=3) if "run" in run[variable].dims else run[variable]
         assert alone[variable].values.tobytes() == row.values.tobytes(), variable

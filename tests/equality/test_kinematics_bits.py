@@ -35,7 +35,7 @@ ROBOTS = {
 } | {"screw": screw(), "bare": rs.Robot("bare", rs.joints.Link("base"))}
 
 
-def some(robot, count=BATCH):
+def make_batch(robot, count=BATCH):
     rates = np.random.default_rng(3).normal(size=(count, robot.nv))
     return robot.integrate(np.tile(robot.home, (count, 1)), rates, 0.7)
 
@@ -48,7 +48,7 @@ def same(a, b):
 @pytest.mark.parametrize("method", ["fk", "frames", "jacobian"])
 def test_a_configuration_alone_equals_its_row_in_any_batch(name, method):
     robot = ROBOTS[name]
-    q, call = some(robot), getattr(robot, method)
+    q, call = make_batch(robot), getattr(robot, method)
     whole = call(q)
     for i in (0, 1, batch_kinematics.WIDTH - 1, batch_kinematics.WIDTH, BATCH - 1):
         same(call(q[i]), whole[i])
@@ -58,9 +58,9 @@ def test_a_configuration_alone_equals_its_row_in_any_batch(name, method):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_they_are_those_of_the_tree_that_a_simulation_moves(name):
+def test_they_agree_with_the_tree_that_a_simulation_moves(name):
     robot = ROBOTS[name]
-    q, tree = some(robot, 5), robot.tree
+    q, tree = make_batch(robot, 5), robot.tree
     bodies = tree.bodies(np.ascontiguousarray(q.T))
     same(robot.fk(q)[:, :3], np.moveaxis(tree.frame(bodies, robot.tip), -1, 0).copy())
     same(robot.jacobian(q), np.moveaxis(tree.jacobian(bodies, robot.tip), -1, 0).copy())
@@ -68,7 +68,7 @@ def test_they_are_those_of_the_tree_that_a_simulation_moves(name):
 
 def test_it_does_not_matter_how_coordinates_are_given():
     robot = ROBOTS["puma560"]
-    q = np.float64(np.float32(some(robot, 4)))
+    q = np.float64(np.float32(make_batch(robot, 4)))
     fixed = q.copy()
     fixed.flags.writeable = False
     ways = q.tolist(), fixed, np.asfortranarray(q), q.astype(">f8"), np.float32(q), q[::-1][::-1]
@@ -80,29 +80,29 @@ def test_it_does_not_matter_how_coordinates_are_given():
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("row", [0, 200])
 @pytest.mark.parametrize("method", ["fk", "frames", "jacobian"])
-def test_what_a_kernel_finds_unusual_is_an_error(value, row, method):
-    q = some(ROBOTS["puma560"])
+def test_an_unusual_finding_of_a_kernel_is_an_error(value, row, method):
+    q = make_batch(ROBOTS["puma560"])
     q[row, 3] = value
     with pytest.raises(rs.errors.InputError, match=rf"q: {value} at index \({row}, 3\)"):
         getattr(ROBOTS["puma560"], method)(q)
 
 
-def test_what_may_be_degrees_is_unusual_and_large_angles_of_computations_pass():
+def test_possible_degrees_are_unusual_and_large_angles_of_computations_pass():
     assert batch_kinematics.USUAL_COORDINATE <= LARGEST_RADIANS
     robot = ROBOTS["puma560"]
-    q = some(robot)
+    q = make_batch(robot)
     turned = q + 2 * np.pi * 50
     np.testing.assert_allclose(robot.fk(turned), robot.fk(q), rtol=0, atol=1e-12)
     q[200, 5] = -45.0
-    with pytest.warns(rs.errors.UnitWarning, match="q: 45 looks like degrees") as told:
+    with pytest.warns(rs.errors.UnitWarning, match="q: 45 looks like degrees") as record:
         robot.jacobian(q)
-    assert told[0].filename == __file__
+    assert record[0].filename == __file__
 
 
 @pytest.mark.parametrize("name", ["puma560", "rhino_xr4"])
 def test_a_closed_form_alone_equals_its_row_in_any_batch(name):
     robot = rs.robots.load(name)
-    T = robot.fk(some(robot, 20))
+    T = robot.fk(make_batch(robot, 20))
     T[::3, :3, 3] *= 1.7
     whole = robot.closed_ik(T)
     assert 0 < whole.valid.mean() < 1
@@ -112,9 +112,9 @@ def test_a_closed_form_alone_equals_its_row_in_any_batch(name):
             same(getattr(found, part), getattr(whole, part)[rows])
 
 
-def test_what_a_robot_keeps_of_one_search_does_not_show_in_the_next():
+def test_the_memory_of_one_search_does_not_change_the_next():
     used = rs.robots.panda().named("used")
-    T = used.fk(some(used, 30))
+    T = used.fk(make_batch(used, 30))
     ways = (
         {},
         {"seed": 5},

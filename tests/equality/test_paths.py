@@ -24,8 +24,8 @@ EACH = [
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
 LARGER = "eye_in_hand", "wrong_calibration"
-AGREED = "puma560.links"  # of which this belief says some numbers as they are in truth
-DERIVED = "follows.length"  # of which a file without `at` derives that, too
+AGREED = "puma560.links"  # this belief repeats some of the true numbers
+DERIVED = "follows.length"  # a file without `at` derives this number, too
 
 
 def controls(experiment):
@@ -36,7 +36,7 @@ def controls(experiment):
 
 
 def in_file(name, changes):
-    """The experiment of the file with these changes; None where it refuses them."""
+    """The experiment of the file with these changes, or None if it refuses them."""
     try:
         return rs.load_scenario(examples.path(name), changes)
     except rs.RobSimError:
@@ -44,15 +44,15 @@ def in_file(name, changes):
 
 
 def by_path(experiment, changes):
-    """The experiment with these changes by their paths alone; None where they are refused."""
+    """The experiment with these changes by their paths alone, or None if they are refused."""
     try:
         return replace_numbers(experiment, changes)
     except Exception:  # noqa: BLE001 - all of them lead to the way of a file
         return None
 
 
-def others(control):
-    """Values near that of a control, of which some are valid."""
+def list_other_values(control):
+    """Values near the value of a control; some of them are valid."""
     if control.form == "whole":
         return [control.value + 1]
     value = np.asarray(control.value, dtype=float)
@@ -61,13 +61,13 @@ def others(control):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
-def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
+def test_a_number_changed_by_its_path_agrees_with_the_file(name, every):
     experiment = rs.load_scenario(examples.path(name))
     compared = 0
     for control in list(controls(experiment))[::every]:
         if control.path.endswith(DERIVED) or (name == "wrong_dh" and AGREED in control.path):
             continue
-        for value in others(control):
+        for value in list_other_values(control):
             changes = control.changes(value)
             made, said = by_path(experiment, changes), in_file(name, changes)
             assert (made is None) == (said is None), (control.path, value)
@@ -81,7 +81,7 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
-def test_what_a_file_refuses_is_refused_by_a_path(name, every):
+def test_a_value_that_a_file_refuses_is_refused_by_a_path(name, every):
     experiment = rs.load_scenario(examples.path(name))
     refused = 0
     for control in list(controls(experiment))[::every]:
@@ -109,7 +109,7 @@ def test_a_change_of_a_number_makes_few_calls(name):
     experiment = rs.load_scenario(examples.path(name))
     calls = {}
     for control in controls(experiment):
-        for value in others(control):
+        for value in list_other_values(control):
             if by_path(experiment, {control.path: value}) is not None:
                 calls[control.path] = calls_of(lambda v=value, p=control.path: experiment.at(p, v))
                 break
@@ -134,7 +134,7 @@ def calls_of(change):
     return count
 
 
-def test_a_number_has_a_path_and_what_is_none_has_not():
+def test_a_number_has_a_path_and_other_values_have_none():
     experiment = rs.load_scenario(examples.path("wrong_calibration"))
     found = find_path(experiment, "belief.cameras.camera.focal")
     assert found.get(find_path_owner(experiment, "belief.cameras.camera.focal")) == 960.0

@@ -15,7 +15,7 @@ def experiment(ahead):
     return visp.with_(task=rs.PBVS(visp.task.goal, belief=belief), start=starts, duration=6.0)
 
 
-def recorded(experiment, fast=True, chunk=3):
+def record_loop(experiment, fast=True, chunk=3):
     loop = experiment.loop()
     assert loop.sequence.compiled
     if not fast:
@@ -30,16 +30,16 @@ def test_a_pose_that_needs_no_python_is_found_by_stages_alone(monkeypatch):
         raise AssertionError("nothing is lost here")
 
     near = experiment(0.1)
-    slow = recorded(near, fast=False)
-    monkeypatch.setattr("robsim.features.feature_rows.without_guess", refuse)
-    np.testing.assert_array_equal(recorded(near), slow)
+    slow = record_loop(near, fast=False)
+    monkeypatch.setattr("robsim.features.feature_rows.refit_lost_poses", refuse)
+    np.testing.assert_array_equal(record_loop(near), slow)
 
 
 def test_steps_that_are_taken_again_have_the_bits_of_steps_one_by_one():
     far = experiment(-3.0)
-    slow = recorded(far, fast=False)
-    np.testing.assert_array_equal(recorded(far), slow)
-    np.testing.assert_array_equal(recorded(far, chunk=1), slow)
+    slow = record_loop(far, fast=False)
+    np.testing.assert_array_equal(record_loop(far), slow)
+    np.testing.assert_array_equal(record_loop(far, chunk=1), slow)
     q = far.of_run(1).run().q.values
     walked = np.stack([now.q for now in far.of_run(1).steps()])
     np.testing.assert_array_equal(walked, q[: len(walked)])

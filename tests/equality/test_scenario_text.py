@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
-from draws import drawn
+from draws import try_samples
 from hypothesis import strategies as st
 
 import robsim as rs
@@ -174,7 +174,7 @@ def test_any_scenario_comes_back_from_its_text_bit_for_bit(seeds):
 def any_scenario_comes_back(rng):
     scene = any_scene(rng)
     dt, seed = rng.uniform(0.001, 0.1), int(rng.integers(2**63))
-    told = {
+    options = {
         "dt": dt,
         "duration": rng.uniform(1, 9),
         "seed": seed,
@@ -184,13 +184,13 @@ def any_scenario_comes_back(rng):
         "record": 7,
     }
     q0 = [None, scene.home][rng.integers(2)]
-    scenario = Experiment(scene, any_task(rng, scene), q0, **told, title='"quoted" \\ 50 %')
+    scenario = Experiment(scene, any_task(rng, scene), q0, **options, title='"quoted" \\ 50 %')
     text = scenario.to_toml()
     again = Experiment.from_text(text)
     assert bits(again.scene) == bits(scene)
     assert bits(again.task) == bits(scenario.task)
     assert bits(again.start) == bits(q0)
-    own = {**told, "endings": (), "hold": False, "first_run": 0, "title": scenario.title}
+    own = {**options, "endings": (), "hold": False, "first_run": 0, "title": scenario.title}
     assert again.settings == scenario.settings == own
     assert again.to_toml() == text == again.text
 
@@ -243,7 +243,7 @@ def any_vehicle(rng):
     return rs.Robot("train", links)
 
 
-@drawn(10, 50, seed=st.integers(0, 2**32 - 1))
+@try_samples(10, 50, seed=st.integers(0, 2**32 - 1))
 def test_any_vehicle_gripper_and_rail_comes_back_bit_for_bit(seed):
     rng = np.random.default_rng(seed)
     robot = any_vehicle(rng)
@@ -357,13 +357,13 @@ class Mine:
         return -state.gain * np.zeros(state.jacobian.shape[::2])
 
 
-def test_a_run_of_python_code_says_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
+def test_a_run_of_python_code_reports_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal, law=Mine()), starts[0], duration=0.1)
     with pytest.raises(rs.errors.InputError, match="Mine is Python code"):
         replay(run)
 
 
-def test_what_is_no_run_says_so(puma_scene, puma_goal, starts):
+def test_a_file_that_is_no_run_is_reported(puma_scene, puma_goal, starts):
     with pytest.raises(rs.errors.InputError, match=r"attrs\['scenario'\]"):
         replay(xr.Dataset())
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
@@ -395,7 +395,7 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     wheel = rs.Wheel(np.float32(0.5), np.float64(0.1), n=np.int64(7))
     scene = dataclasses.replace(puma_scene, objects=[rs.Object("wheel", wheel)])
     sensing, actuation = rs.Sensing(np.float32(0.5)), rs.Actuation(encoder=np.float32(0.5))
-    told = {
+    options = {
         "dt": np.float32(0.5),
         "duration": np.float64(1),
         "seed": np.int64(3),
@@ -405,7 +405,7 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
     }
     inverse = rs.laws.PseudoInverse(np.float32(0.25))
     again = Experiment.from_text(
-        Experiment(scene, rs.IBVS(puma_goal, inverse=inverse), **told).to_toml()
+        Experiment(scene, rs.IBVS(puma_goal, inverse=inverse), **options).to_toml()
     )
     assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
     assert (again.dt, again.duration, again.seed, again.record) == (0.5, 1.0, 3, 2)
@@ -436,7 +436,7 @@ def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
 
 
 @pytest.mark.parametrize("change", [{"seed": 3}, {"sensing": rs.Sensing(noise=1.0)}, {"dt": 0.02}])
-def test_a_run_with_changes_has_a_text_that_says_them(example, change):
+def test_the_text_of_a_run_with_changes_contains_the_changes(example, change):
     run = example.run(**change)
     assert run.attrs["scenario"] != example.to_toml(complete=True)
     identical(replay(run), run)
@@ -463,7 +463,7 @@ EACH = [pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in exam
 
 
 @pytest.mark.parametrize("name", EACH)
-def test_the_examples_and_their_full_texts_say_the_same(name):
+def test_the_examples_and_their_full_texts_give_the_same_experiment(name):
     scenario = load_scenario(examples.path(name))
     scenario.check()
     again = Experiment.from_text(scenario.to_toml())

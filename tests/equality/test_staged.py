@@ -1,4 +1,4 @@
-"""What is built in runs as compiled stages, with the bits of the same thing asked in Python."""
+"""Built-in kinds run as compiled stages, with the bits of the same kind evaluated in Python."""
 
 import numpy as np
 import pytest
@@ -75,7 +75,7 @@ def test_laws_of_their_own_tasks_are_compiled(name):
 
 
 class Asked:
-    """A law of a user's, which asks one that is built in."""
+    """A user's law that calls a built-in one."""
 
     in_camera = True
 
@@ -89,7 +89,7 @@ class Asked:
 @pytest.mark.parametrize("inverse", ["pseudo_inverse", "damped", "transpose"])
 @pytest.mark.parametrize("law", [rs.laws.JointLaw(), rs.laws.CameraLaw(0.01)], ids=repr)
 @pytest.mark.parametrize("gain", [2.0, ADAPTIVE], ids=["constant", "adaptive"])
-def test_a_law_commands_what_its_stages_do(scene, law, inverse, gain):
+def test_a_law_commands_the_results_of_its_stages(scene, law, inverse, gain):
     ours, asked = (
         motion(scene, rs.IBVS(**GOAL, law=each, inverse=inverse, gain=gain))
         for each in (law, Asked(law))
@@ -98,7 +98,7 @@ def test_a_law_commands_what_its_stages_do(scene, law, inverse, gain):
 
 
 @pytest.mark.parametrize("of", ["error", "command"])
-def test_the_partitioned_law_commands_what_its_stages_do(scene, of):
+def test_the_partitioned_law_commands_the_results_of_its_stages(scene, of):
     gain = rs.laws.AdaptiveGain(4.0, 1.0, 20.0, of)
 
     class Python(rs.Partitioned):
@@ -109,7 +109,7 @@ def test_the_partitioned_law_commands_what_its_stages_do(scene, of):
 
 
 class When:
-    """A condition of a user's, which asks one that is built in."""
+    """A user's condition that calls a built-in one."""
 
     def __init__(self, condition):
         self.condition = condition
@@ -127,7 +127,7 @@ CONDITIONS = [
 
 @pytest.mark.parametrize("when", CONDITIONS, ids=repr)
 @pytest.mark.parametrize("latch", [True, False])
-def test_a_condition_holds_where_its_stages_say(scene, when, latch):
+def test_a_condition_holds_if_its_stages_compute_so(scene, when, latch):
     schemes = rs.PBVS(**GOAL), rs.IBVS(**GOAL, gain=3.0)
     ours, asked, never = (
         motion(scene, rs.Switch(*schemes, each, latch=latch))
@@ -147,7 +147,7 @@ class Own:
         return self.way.at(t)
 
 
-def test_a_trajectory_is_where_its_table_says(scene):
+def test_a_trajectory_agrees_with_its_table(scene):
     points = [START, START + 0.1, START - [0.1, 0, 0, 0, 0, 0]]
     for way in (Quintic(START, START + 0.1, 1.3), Blends(points, **LIMITS)):
         for gain in (None, 2.0):
@@ -158,7 +158,7 @@ def test_a_trajectory_is_where_its_table_says(scene):
             np.testing.assert_array_equal(ours, asked)
 
 
-def test_a_path_is_where_its_table_says(scene):
+def test_a_path_agrees_with_its_table(scene):
     start, end = rs.Pose(scene.pose("puma560.flange", START).matrix), there(scene)
     for way in (
         Straight(start, end, 1.3),

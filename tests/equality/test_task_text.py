@@ -149,7 +149,7 @@ def any_law(rng, ordered):
 
 
 def any_weighting(rng, made):
-    """Where no filter, no rule and no estimate is in the way."""
+    """If no filter, rule or estimate prevents it."""
     learnt = learns(made.get("interaction"))
     estimated = made.get("feed_forward") not in (None, "known")
     if learnt or estimated or isinstance(made.get("depth"), rs.laws.DepthFilter):
@@ -159,7 +159,7 @@ def any_weighting(rng, made):
 
 
 def any_goal(rng, made):
-    """Also numbers, where nothing is asked of an image at the goal."""
+    """Also numbers, if the task needs no image at the goal."""
     named = isinstance(made["interaction"], str) and made["interaction"] in ("desired", "mean")
     if named or made["depth"] == "goal":
         return {}
@@ -332,7 +332,7 @@ def test_any_task_comes_back_from_its_text(seeds):
 
 
 @pytest.mark.parametrize("feature", FEATURES.values(), ids=list(FEATURES))
-def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
+def test_a_feature_alone_and_in_a_list_stay_as_they_are(feature):
     for features in (
         feature(),
         [feature()],
@@ -372,7 +372,7 @@ def test_motions_come_back_and_a_belief_may_change_them():
     assert np.signbit(again(scene, task).belief.motions[0].rates[0])
 
 
-def test_a_shared_belief_is_said_once():
+def test_a_shared_belief_is_reported_once():
     scene = flying()
     both = rs.Parallel([rs.PBVS(belief=flying(rs.Object("extra"))) for _ in range(2)])
     text = Experiment(scene, both).to_toml()
@@ -384,7 +384,7 @@ def test_a_shared_belief_is_said_once():
     assert again(scene, one) == one
 
 
-# what a file cannot hold
+# tasks that a file cannot hold
 
 
 class Mine:
@@ -429,7 +429,7 @@ class Fast(rs.laws.SpeedLimit):
         ),
     ],
 )
-def test_what_a_file_cannot_hold_is_told(task, reason):
+def test_a_task_without_a_text_is_reported(task, reason):
     with pytest.raises(rs.errors.InputError, match=reason):
         Experiment(flying(), task).to_toml()
 
@@ -454,7 +454,7 @@ def test_a_camera_of_somebody_has_no_text():
         Experiment(flying().replacing(eye), rs.IBVS()).to_toml()
 
 
-def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
+def test_beliefs_that_differ_in_the_sign_of_a_zero_are_distinguished():
     scene = flying()
     beliefs = [scene.replacing(rs.Object("dots", marks=[[z, 1, 1]])) for z in (0.0, -0.0)]
     task = rs.Parallel([rs.PBVS(belief=belief) for belief in beliefs])
@@ -481,7 +481,7 @@ def test_a_motion_by_a_function_has_no_text():
 
 
 def holding():
-    """Two cameras that stand still watch what an arm holds; another camera on a head."""
+    """Two fixed cameras watch the object that an arm holds; another camera is on a head."""
     arm, head = rs.robots.rhino_xr4(), rs.robots.pan_tilt().at(rs.Pose.at(0, 0.5, 0))
     T = rs.Pose(arm.fk(arm.home))
     part = rs.Object("part", marks=MARKS / 5, on=f"rhino_xr4.{arm.tip}")

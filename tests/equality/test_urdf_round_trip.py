@@ -1,4 +1,4 @@
-"""Robot -> URDF -> robot: names, poses, limits, inertia and shapes; and what cannot be written."""
+"""Robot -> URDF -> robot: names, poses, limits, inertia and shapes; and refused robots."""
 
 import dataclasses
 from pathlib import Path
@@ -31,7 +31,7 @@ def again(robot, folder):
 
 
 def some_coordinates(robot, rng, runs=5):
-    """Within limits where there are any, quaternions of length 1."""
+    """Within the limits, if there are any, and with quaternions of length 1."""
     q = rng.normal(size=(runs, robot.nq))
     low, high = np.maximum(robot.limits.T, [[-9.0], [-np.inf]])
     free = ~np.isfinite(robot.limits).all(axis=1)
@@ -66,7 +66,7 @@ def alike(robot, back, rng):
 
 
 def same_follows(one, other, robot):
-    """But for what follows one that follows: in the file it follows what that does."""
+    """A follower of a follower is written as a follower of the first joint."""
     if one is not None and one.of not in robot.coordinate_names:
         assert other.of in robot.coordinate_names
     else:
@@ -80,7 +80,7 @@ def same_inertia(one, other):
 
 
 def same_shapes(shapes, others):
-    """Of those that URDF knows, or that stand for others; but for the points of circles."""
+    """Compare the solids that URDF supports, or their substitutes, except the points of circles."""
     known = (rs.Block, rs.Wheel, rs.shapes.Ball, rs.shapes.Mesh)
     written = [each for shape in shapes for each in split_into_solids(shape, known)]
     for one, other in zip(written, others, strict=True):
@@ -105,16 +105,16 @@ def test_most_of_the_library_can_be_written():
 
 
 def test_a_tip_that_the_links_do_not_suggest_comes_back(tmp_path):
-    """Other programs leave the element out; where it says nothing new, it is not written."""
+    """Other programs leave the element out; an element without new data is not written."""
     arm = robots.panda()
-    assert "robsim" not in written(arm, tmp_path)
+    assert "robsim" not in write_urdf(arm, tmp_path)
     held = dataclasses.replace(arm, tip=arm.links[4].name)
-    assert f'<robsim tip="{held.tip}"/>' in written(held, tmp_path)
+    assert f'<robsim tip="{held.tip}"/>' in write_urdf(held, tmp_path)
     assert again(held, tmp_path).tip == held.tip != arm.tip
     assert again(arm, tmp_path).tip == arm.tip
 
 
-def written(robot, folder):
+def write_urdf(robot, folder):
     robot.to_urdf(folder / "robot.urdf")
     return (folder / "robot.urdf").read_text()
 
@@ -210,7 +210,7 @@ def test_the_frame_of_an_axis_is_a_rotation_to_the_last_digit(seed):
     assert (R[:, 2] == axis).all() and np.linalg.det(R) > 0
 
 
-def test_what_the_format_cannot_express_is_refused_by_name_all_at_once(tmp_path):
+def test_robots_that_the_format_cannot_express_are_refused_by_name_all_at_once(tmp_path):
     path = tmp_path / "rover.urdf"
     car = rs.joints.Joint("car", steering=rs.joints.Steering(0.5))
     wheel = rs.joints.Joint("revolute", follows=rs.joints.Ackermann("body.steering"))
@@ -238,7 +238,7 @@ def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, c
             write(tmp_path / "robot.xml")
 
 
-def test_where_a_file_cannot_be_written_is_told(tmp_path):
+def test_where_a_file_cannot_be_written_is_reported(tmp_path):
     (tmp_path / "file").write_text("mine")
     for write in (robots.panda().to_urdf, robots.panda().to_mjcf):
         with pytest.raises(rs.errors.FileError, match=r"cannot write .*robot\.xml"):

@@ -1,4 +1,4 @@
-"""Numbers that differ from run to run: the bits of each run are those of its own experiment."""
+"""Numbers that differ from run to run: each run equals its own experiment, bit for bit."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def everything(experiment, rng, links):
 
 
 def check_same(experiment):
-    """Check that the runs of a varied experiment are those of its single runs, bit for bit."""
+    """Check that the runs of a varied experiment equal the single runs, bit for bit."""
     runs = experiment.run()
     for i in range(RUNS):
         own = experiment.of_run(i).run()
@@ -122,7 +122,7 @@ def test_the_constants_of_a_link_differ_from_run_to_run(name, link):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
-def test_the_law_of_the_partitioned_scheme_is_that_of_any_scene():
+def test_the_law_of_the_partitioned_scheme_agrees_with_any_scene():
     experiment = rs.load_scenario(examples.path("schemes_compared"), ["task.kind=partitioned"])
     numbers = everything(experiment.with_(duration=2.0), np.random.default_rng(4), {})
     check_same(experiment.with_(duration=2.0).vary(numbers))
@@ -169,7 +169,7 @@ def test_each_run_may_have_a_start_of_its_own(wrong):
     np.testing.assert_array_equal(runs.q_end.values[2], own.run().q_end.values)
 
 
-def test_the_run_says_what_differed_and_can_be_repeated(wrong, tmp_path):
+def test_the_run_lists_the_varied_numbers_and_can_be_repeated(wrong, tmp_path):
     rs.save_run(wrong.run(), tmp_path / "runs.nc")
     runs = rs.open_run(tmp_path / "runs.nc")
     np.testing.assert_array_equal(runs[FOCAL].values, [540.0, 550.0, 560.0])
@@ -182,7 +182,7 @@ def test_the_run_says_what_differed_and_can_be_repeated(wrong, tmp_path):
     assert rs.explain(runs.isel(run=2), trials=False).outcome == rs.Outcome(int(runs.outcome[2]))
 
 
-def test_a_change_by_name_takes_the_place_of_what_differs(wrong):
+def test_a_change_by_name_replaces_a_varied_number(wrong):
     assert not wrong.at(FOCAL, 500.0).varied
     assert wrong.at("task.gain", 2.0).varied.keys() == {FOCAL}
     assert wrong.vary({"task.gain": [1, 2, 3]}).varied.keys() == {FOCAL, "task.gain"}
@@ -190,7 +190,7 @@ def test_a_change_by_name_takes_the_place_of_what_differs(wrong):
     assert wrong == wrong.vary({FOCAL: [540.0, 550.0, 560.0]})
 
 
-def test_what_is_believed_follows_what_is_true_unless_it_says_otherwise():
+def test_a_belief_follows_the_true_value_unless_it_has_its_own():
     """As in `at`: this belief has a focal length of its own, and the position of the truth."""
     experiment = rs.load_scenario(examples.path("calibration_errors"))
     names = {"cameras.camera.position": np.zeros((2, 3)), "cameras.camera.focal": [500.0, 510.0]}
@@ -222,7 +222,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_cannot_differ_is_refused_before_anything_runs(case):
+def test_a_number_that_cannot_vary_is_refused_before_anything_runs(case):
     numbers, message = BAD[case]
     with pytest.raises(rs.RobSimError, match=message):
         rs.load_scenario(examples.path("calibration_errors")).vary(numbers).loop()
@@ -280,7 +280,7 @@ def test_each_joint_has_a_number_of_its_own_in_each_run(name):
 
 
 FILTER = {"task.depth": rs.laws.DepthFilter(1.0)}
-ACTING = {  # of laws, weightings and shaping, with what has them act
+ACTING = {  # fields of laws, weightings and shaping, with the changes that make them act
     "task.law.length": ([0.05, 0.3, 1.0], {"task.law": "camera"}),
     "task.weighting.0.noise": ([1.0, 300.0, 1000.0], {"task.weighting": rs.weights.Tukey()}),
     "task.weighting.0.width": ([20.0, 200.0, 390.0], {"task.weighting": rs.weights.Border()}),
@@ -338,6 +338,6 @@ def test_all_imperfections_differ_at_once():
     check_same(experiment.vary({**made, "sensing.outlier_size": [5.0, 20.0, 40.0]}))
 
 
-def test_the_short_form_names_what_differs_and_in_how_many_runs(wrong):
+def test_the_short_form_names_the_varied_numbers_and_the_number_of_runs(wrong):
     assert "varied     in 3 runs belief.cameras.camera.focal>" in repr(wrong)
     assert "in 3 runs" in wrong._repr_html_()

@@ -1,4 +1,4 @@
-"""Suites of starts: their facts, who succeeds on them, and how that is counted and told."""
+"""Suites of starts: their facts, who succeeds on them, and how successes are counted."""
 
 import functools
 import io
@@ -23,11 +23,11 @@ CNS, VIT = cns_150.suite(), vit_500.suite()
 
 
 @functools.cache
-def found(name):
+def run_bench(name):
     return rs.bench(name)
 
 
-def some(suite, runs, **changes):
+def take_runs(suite, runs, **changes):
     """A suite with a few of its runs."""
     runs = np.asarray(runs)
     return replace(
@@ -41,7 +41,7 @@ def some(suite, runs, **changes):
 
 def successes(name):
     """Of the schemes in their order: L current, desired, mean, PBVS twice, 2 1/2 D, partitioned."""
-    table = found(name).table
+    table = run_bench(name).table
     own = table[table["group"] == "all"]
     assert list(own["scheme"]) == list(BUILT_IN)
     return own["successes"].tolist()
@@ -92,11 +92,11 @@ def test_cns_150_has_fifty_pairs_in_each_third_of_rotation_and_three_scales():
 # who succeeds: golden numbers, as docs/bench.md prints them
 
 
-def test_who_succeeds_on_vit_500():
-    table = found("vit_500").table
+def test_schemes_that_succeed_on_vit_500():
+    table = run_bench("vit_500").table
     assert {*table["runs"]} == {412} and {*table["not_begun"]} == {88}
     assert successes("vit_500") == [412, 323, 412, 387, 412, 412, 407]
-    rows = found("vit_500").data
+    rows = run_bench("vit_500").data
     assert set(rows[rows["began"] & ~rows["success"]]["outcome"]) == {"out of image"}
 
 
@@ -108,20 +108,20 @@ def test_starts_above_a_poster_that_see_less_than_the_square_begin_and_arrive():
     suite = load_suite("vit_500_poster")
     less = np.array(suite.groups["square"]) == "sees less than the square"
     schemes = {name: suite.schemes[name] for name in FORTY}
-    rows = rs.bench(some(suite, np.flatnonzero(less)[::4], schemes=schemes)).data
+    rows = rs.bench(take_runs(suite, np.flatnonzero(less)[::4], schemes=schemes)).data
     assert rows["began"].sum() == 22 * 5 and set(rows["outcome"]) == {"converged"}
     assert rows["success"].all() and rows["distance_to_goal"].max() < 1e-4
 
 
 @pytest.mark.full
-def test_who_succeeds_above_a_poster_whose_marks_may_leave_the_image():
-    table = found("vit_500_poster").table.set_index(["group", "scheme"])
+def test_schemes_that_succeed_above_a_poster_with_marks_that_may_leave_the_image():
+    table = run_bench("vit_500_poster").table.set_index(["group", "scheme"])
     every, less = table.loc["all"], table.loc["sees less than the square"]
     begun = list(FORTY)
     assert every.loc[begun, "successes"].tolist() == [500, 494, 500, 500, 500]
     assert (less.loc[begun, ["successes", "runs"]] == 88).all(axis=None)
     assert every.loc["IBVS, every mark", ["successes", "runs"]].tolist() == [48, 49]
-    rows = found("vit_500_poster").data
+    rows = run_bench("vit_500_poster").data
     good = rows[rows["scheme"].isin(begun) & rows["success"]]
     assert set(good["outcome"]) == {"converged"} and good["distance_to_goal"].max() < 1e-4
 
@@ -137,13 +137,13 @@ def test_the_poster_is_seen_as_a_whole_at_the_goal():
     assert less.sum() == 88 and (marks[less].min(), marks[less].max()) == (10, 29)
 
 
-def test_who_succeeds_on_cns_150():
+def test_schemes_that_succeed_on_cns_150():
     assert successes("cns_150") == [321, 312, 450, 402, 450, 447, 218]
 
 
 def test_the_size_of_the_world_changes_nothing_for_image_based_schemes():
-    """L, depths and speeds grow together, and an image does not tell the size."""
-    rows = found("cns_150").data
+    """L, depths and speeds grow together, and an image does not determine the size."""
+    rows = run_bench("cns_150").data
     for name in ("IBVS, L current", "IBVS, L desired", "IBVS, L mean", "2 1/2 D"):
         own = rows[rows["scheme"] == name]
         end = own["angle_to_goal"].to_numpy().reshape(3, 150)
@@ -153,7 +153,7 @@ def test_the_size_of_the_world_changes_nothing_for_image_based_schemes():
 
 
 def test_l_current_is_trapped_where_the_goal_looks_at_the_square_from_aside():
-    rows = found("cns_150").data
+    rows = run_bench("cns_150").data
     own = rows[rows["scheme"] == "IBVS, L current"]
     aside = np.degrees(np.arccos(CNS.varied["objects.square.rotation"][:, 2, 2]))
     shares = [own["success"].to_numpy()[part].mean() for part in (aside < 10, aside > 40)]
@@ -192,7 +192,7 @@ def test_a_start_beside_the_goal_is_a_jump_of_the_target():
 
 
 def test_only_the_longest_latency_is_too_long():
-    table = found("shift_lag").table.set_index(["scheme", "group"])["successes"]
+    table = run_bench("shift_lag").table.set_index(["scheme", "group"])["successes"]
     for scheme in BUILT_IN:
         for jump in ("0 cm", "2 cm", "5 cm", "10 cm"):
             for latency in ("0 ms", "100 ms", "200 ms", "300 ms"):
@@ -205,7 +205,9 @@ def test_a_wrong_focal_length_moves_the_end_by_its_closed_form():
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["focal"]
     ratio = 500.0 / suite.varied["belief.cameras.eye.focal"][label]
-    rows = rs.bench(some(suite, np.flatnonzero(label)), {"pose": rs.PBVS()}, builtin=False).data
+    rows = rs.bench(
+        take_runs(suite, np.flatnonzero(label)), {"pose": rs.PBVS()}, builtin=False
+    ).data
     np.testing.assert_allclose(rows["distance_to_goal"], 0.6 * np.abs(ratio - 1), atol=5e-5)
     assert rows["angle_to_goal"].max() < 1e-4
 
@@ -225,32 +227,34 @@ def test_the_errors_are_within_their_limits_and_in_their_own_runs():
     assert {np.sum(kind == each) for each in set(kind)} == {50}
 
 
-def test_robust_weights_leave_a_quarter_of_what_noise_and_outliers_leave():
+def test_robust_weights_leave_a_quarter_of_the_error_of_noise_and_outliers():
     """Medians: 22, 19 and 18 mm become 5 to 6; noise alone leaves 3."""
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["image"]
     names = ["IBVS, L current", "PBVS, goal form", "2 1/2 D", *calibration.ROBUST]
-    few = some(suite, np.flatnonzero(label), schemes={name: suite.schemes[name] for name in names})
+    few = take_runs(
+        suite, np.flatnonzero(label), schemes={name: suite.schemes[name] for name in names}
+    )
     off = 1e3 * rs.bench(few).data.groupby("scheme")["distance_to_goal"].median()
     assert off[names[:3]].min() > 17
     assert off[[*calibration.ROBUST]].max() < 6.5
 
 
-def test_robust_weights_of_sixteen_marks_leave_what_noise_leaves():
+def test_robust_weights_of_sixteen_marks_leave_the_error_of_noise_alone():
     """Of four marks one that lies leaves three; of sixteen it leaves enough for all runs."""
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["image"]
     side = np.linspace(-0.1, 0.1, 4)
     scene = make_flying_scene(500.0, np.array([[x, y, 0.0] for x in side for y in side]))
-    few = some(suite, np.flatnonzero(label), scene=scene, schemes=calibration.ROBUST)
+    few = take_runs(suite, np.flatnonzero(label), scene=scene, schemes=calibration.ROBUST)
     rows = rs.bench(few).data.groupby("scheme")["distance_to_goal"]
     assert 1e3 * rows.median().max() < 3.5
     assert 1e3 * rows.max().max() < 10.0
 
 
-def test_every_published_number_is_what_its_scenario_gives():
-    assert found("gallery").data["success"].all()
-    assert str(found("gallery")).count("agrees") == 30
+def test_every_published_number_is_the_result_of_its_scenario():
+    assert run_bench("gallery").data["success"].all()
+    assert str(run_bench("gallery")).count("agrees") == 30
     off = replace(
         load_suite("gallery"), numbers=(load_suite("gallery").numbers[0]._replace(expected=2),)
     )
@@ -263,14 +267,14 @@ def test_every_published_number_is_what_its_scenario_gives():
 
 @pytest.mark.parametrize("how", [{"threads": 1}, {"threads": 2, "chunk": 7}])
 def test_threads_and_chunks_change_no_bit(how):
-    suite = some(calibration.suite(), range(0, 450, 9))
+    suite = take_runs(calibration.suite(), range(0, 450, 9))
     schemes = {"mine": rs.Partitioned(), "robust": rs.PBVS(weighting="tukey")}
     one, other = (rs.bench(suite, schemes, builtin=False, **each) for each in ({}, how))
     pd.testing.assert_frame_equal(one.data, other.data, check_exact=True)
 
 
-def test_rows_are_those_of_the_runs():
-    suite = some(CNS, range(150, 450, 20))
+def test_rows_agree_with_the_runs():
+    suite = take_runs(CNS, range(150, 450, 20))
     rows = rs.bench(suite, {"mine": rs.PBVS()}, builtin=False).data
     one = suite.experiment(rs.PBVS(suite.task_goal, gain=2.0)).vary(suite.varied).run()
     np.testing.assert_allclose(rows["distance_to_goal"], one.distance_to_goal, atol=1e-14)
@@ -282,14 +286,14 @@ def test_rows_are_those_of_the_runs():
 
 @dataclass(frozen=True, eq=False)
 class Alone(rs.IBVS):
-    """Cannot be bound for all runs at once, as RobSim does not know its law."""
+    """Cannot be bound for all runs at once, as RobSim has no access to its law."""
 
     def bound_law(self, regulated):
         return self.law
 
 
 def test_a_task_that_is_bound_for_each_run_has_the_same_rows():
-    suite = some(CNS, [3, 190, 449])
+    suite = take_runs(CNS, [3, 190, 449])
     found = rs.bench(suite, {"one": Alone(), "all": rs.IBVS()}, builtin=False).data
     one, every = (found[found["scheme"] == name].drop(columns="scheme") for name in ("one", "all"))
     pd.testing.assert_frame_equal(one.reset_index(drop=True), every.reset_index(drop=True))
@@ -302,7 +306,7 @@ def test_a_scheme_is_a_task_a_class_or_a_function():
     def made(goal, gain):
         return rs.IBVS(goal, gain=gain)
 
-    suite = some(VIT, range(0, 500, 25))
+    suite = take_runs(VIT, range(0, 500, 25))
     rows = rs.bench(suite, {"task": rs.IBVS(), "class": Mine, "function": made}).data
     assert list(dict.fromkeys(rows["scheme"])) == [*BUILT_IN, "task", "class", "function"]
     first = rows[rows["scheme"] == "IBVS, L current"]["distance_to_goal"].to_numpy()
@@ -310,8 +314,8 @@ def test_a_scheme_is_a_task_a_class_or_a_function():
         assert (rows[rows["scheme"] == name]["distance_to_goal"] == first).all()
 
 
-def test_the_table_counts_what_began_with_the_interval_of_wilson():
-    rows, table = found("vit_500").data, found("vit_500").table.set_index("scheme")
+def test_the_table_counts_runs_that_began_with_the_interval_of_wilson():
+    rows, table = run_bench("vit_500").data, run_bench("vit_500").table.set_index("scheme")
     for name in BUILT_IN:
         own = rows[rows["scheme"] == name]
         expected = estimate_share(int(own["success"].sum()), int(own["began"].sum()))
@@ -324,17 +328,17 @@ def test_the_table_counts_what_began_with_the_interval_of_wilson():
 
 
 def test_the_tables_as_texts():
-    one = found("cns_150")
+    one = run_bench("cns_150")
     again = pd.read_csv(io.StringIO(one.csv()))
     pd.testing.assert_frame_equal(again, one.table, check_exact=True)
-    assert "cns_150, version 1" in str(one) and "93.9 % [91.2, 95.9]" in str(found("vit_500"))
+    assert "cns_150, version 1" in str(one) and "93.9 % [91.2, 95.9]" in str(run_bench("vit_500"))
     latex = one.latex()
     assert latex.count("\\\\") == 1 + 7 * 7 and "71.3 \\% [67.0, 75.3]" in latex
     assert one._repr_html_().count("<tr>") == 1 + 7 * 7
-    assert "20 [8, 42]  10" in str(found("shift_lag")).splitlines()[3]
+    assert "20 [8, 42]  10" in str(run_bench("shift_lag")).splitlines()[3]
 
 
-def test_a_stop_leaves_what_is_done(monkeypatch):
+def test_a_stop_keeps_the_finished_part(monkeypatch):
     def three_of(run):
         outcome = run.outcome.copy()
         outcome[3:] = rs.Outcome.RUNNING
@@ -342,15 +346,15 @@ def test_a_stop_leaves_what_is_done(monkeypatch):
 
     stop_at_the_second(monkeypatch, three_of)
     with pytest.raises(rs.errors.Interrupted) as stop:
-        rs.bench(some(VIT, range(10)))
+        rs.bench(take_runs(VIT, range(10)))
     counts = stop.value.run.data["scheme"].value_counts().to_dict()
     assert counts == {"IBVS, L current": 10, "IBVS, L desired": 3}
 
 
 def test_progress_goes_from_nothing_to_all():
-    told = []
-    rs.bench([some(VIT, range(10)), "gallery"], progress=told.append)
-    assert told == sorted(told) and 0 <= told[0] < 0.2 and told[-1] == 1.0
+    reports = []
+    rs.bench([take_runs(VIT, range(10)), "gallery"], progress=reports.append)
+    assert reports == sorted(reports) and 0 <= reports[0] < 0.2 and reports[-1] == 1.0
 
 
 OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in list_suites() if each != "vit_500"]

@@ -46,8 +46,8 @@ def test_every_scheme_arrives(seven):
     assert (seven.converged() == 1).all()
 
 
-def test_what_each_scheme_keeps_straight(seven):
-    """Lines bend because commands are held while the camera turns: by what is of first order in the
+def test_each_scheme_keeps_its_own_path_straight(seven):
+    """Lines bend because commands are held while the camera turns: by a term of first order in the
     period, so that a quarter of it leaves a quarter of the bend."""
     data = seven.data.sel
     one = scenario("schemes_compared")
@@ -82,7 +82,7 @@ def _bend_of_marks(run):
     return [detour(way[:, n], goal[n]) for n in range(len(goal))]
 
 
-def test_the_retreat_is_that_of_l_current_and_the_partitioned_scheme_avoids_most_of_it(seven):
+def test_the_retreat_agrees_with_l_current_and_the_partitioned_scheme_avoids_most_of_it(seven):
     retreat = dict(zip(seven.names, seven.data.retreat.values, strict=True))
     assert retreat["current"] == pytest.approx(0.735, rel=0.02)
     assert retreat["partitioned"] < 0.2 * retreat["current"]
@@ -91,7 +91,7 @@ def test_the_retreat_is_that_of_l_current_and_the_partitioned_scheme_avoids_most
 
 
 def test_the_partitioned_scheme_pays_with_the_longest_way(seven):
-    """Numbers as in the gallery; 2 percent is the share by which dt = 20 ms moves them."""
+    """Numbers as in the gallery; dt = 20 ms moves them by 2 percent."""
     length = dict(zip(seven.names, seven.data.path_length.values, strict=True))
     expected = {"current": 1.80, "desired": 2.78, "mean": 0.404, "goal": 0.206, "partitioned": 2.98}
     for name, metres in expected.items():
@@ -165,7 +165,7 @@ def test_a_smooth_start_follows_its_closed_form(mu):
     assert (run.qd.values[0] == 0.0).all()
 
 
-def test_also_with_a_turn_and_what_it_costs_and_saves():
+def test_also_with_a_turn_with_its_cost_and_saving():
     """Delay ln(mu/(mu - gain))/gain, peak (gain/mu)^(gain/(mu - gain)) of the jump that is saved.
     The command at the start is subtracted in axes of the camera, which turns by 52 degrees; the
     error follows the closed form within the 1 percent of the periods all the same."""
@@ -220,7 +220,7 @@ def test_only_the_large_projection_arrives(ceiling):
         "unprojected": "LOCAL_MINIMUM",
     }
     q = ceiling.runs["plain"].q_end.values
-    assert q[2] < 0.2  # the lift; where there is no limit it goes 0.4 m beyond its goal, as of a
+    assert q[2] < 0.2  # the lift; without a limit it goes 0.4 m beyond its goal, as of a
     # turn of 86 degrees alone, 1.1 m/cos(43 degrees) - 1.1 m
     high = scenario("joint_limits", "robots.gantry.links.lift.limits=['-1 m', '1.2 m']")
     free = rs.simulate(high.scene, rs.IBVS(high.task.goal), high.start, dt=0.02, duration=20)
@@ -246,7 +246,7 @@ def test_the_large_projection_keeps_the_norm_of_the_error_on_its_way(ceiling):
 
 
 def test_unprojected_the_lift_stays_between_task_and_limit(ceiling):
-    """The task asks for -gain Z (Z/Z* - 1) of the lift at a depth Z, since the marks are at
+    """The task commands -gain Z (Z/Z* - 1) of the lift at a depth Z, since the marks are at
     x = X/Z and L_z = x/Z; the avoidance for 3 (0.45 m - q). Both cancel at the end."""
     run, goal, depth = ceiling.runs["unprojected"].dropna("time"), 0.4, 1.1
     # d (1 - d/Z*) = 3 (0.05 - d), with d the way below the goal
@@ -257,8 +257,8 @@ def test_unprojected_the_lift_stays_between_task_and_limit(ceiling):
     assert float(run.pixel_error) == pytest.approx(np.sqrt(2) * 500 * x, rel=1e-3)
 
 
-def test_the_measures_of_the_way_are_those_of_the_runs(ceiling):
-    """The margin of the table is that of the lift, the joint that meets its limit."""
+def test_the_measures_of_the_way_agree_with_the_runs(ceiling):
+    """The margin of the table belongs to the lift, the joint that meets its limit."""
     for name, run in ceiling.runs.items():
         lift = run.dropna("time").q.values[:, 2]
         margin = measures.limit_margin(RecordedRuns(run, ceiling.scenes[name]))

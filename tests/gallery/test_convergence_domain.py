@@ -19,7 +19,7 @@ def study():
 def test_half_of_the_starts_are_trapped_under_the_current_matrix(study):
     rows = study.counts("task.interaction").rows
     trapped = rows["L current"][2]["LOCAL_MINIMUM"]
-    assert trapped.low < 0.478 < trapped.high  # that of all 4000
+    assert trapped.low < 0.478 < trapped.high  # the share of all 4000
     assert "LOCAL_MINIMUM" not in rows["L mean"][2] and "LOCAL_MINIMUM" not in rows["L desired"][2]
     assert rows["L mean"][2]["CONVERGED"].value > 0.997
     assert rows["L desired"][2]["OUT_OF_IMAGE"].value == pytest.approx(0.406, abs=0.05)
@@ -39,7 +39,7 @@ def test_the_trap_is_one_place(study):
     assert (stuck["angle_to_goal"] / deg).between(31.6, 31.8).all()
 
 
-def test_the_shipped_study_says_the_same_starts(study):
+def test_the_shipped_study_has_the_same_starts(study):
     plan = read_plan(rs.load_scenario(rs.examples.path("local_minimum")))
     assert plan.runs == 6000 and plan.seed == 1
     assert plan.start == study.plan.start

@@ -1,4 +1,4 @@
-"""Gallery: two traps of image-based servoing, and all places where it comes to rest."""
+"""Gallery: two traps of image-based servoing, and all its rest points."""
 
 import numpy as np
 import pytest

@@ -85,7 +85,7 @@ def test_polar_mean_and_pbvs_turn_on_the_spot(changes):
 def test_two_and_a_half_d_goes_aside_so_that_its_mark_goes_straight():
     """Depth stays, and the camera goes aside by (1 - cos(theta_0/2)) times the mark's distance
     from the axis: mark and camera are in c = X (e^(-i theta_0 s) - 1 - s (e^(-i theta_0) - 1)),
-    s from 1 to 0, whose length is largest at s = 1/2. dt = 5 ms: 1 percent.
+    s from 1 to 0, and its length is largest at s = 1/2. dt = 5 ms: 1 percent.
     """
     run = excursions(0.0, "task.kind=hybrid", dt=5e-3)
     expected = HALF_DIAGONAL * (1 - np.cos(np.radians([30, 60, 90, 120]) / 2))

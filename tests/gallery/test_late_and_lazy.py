@@ -18,7 +18,7 @@ def scenario_of(name, gain_dt, *changes):
 
 
 def ways(scenario, steps, runs=None):
-    """x of the camera over that of the start, at each instant; first the run, if there are many."""
+    """x of the camera relative to the start, at each instant; first the run, if there are many."""
     starts = scenario.start if runs is None else np.tile(scenario.start, (runs, 1))
     run = scenario.run(start=starts, duration=steps * DT, hold=True)
     return run.camera_pose.values[..., 0, 3] / scenario.start[0]
@@ -32,7 +32,7 @@ def polynomial(gain_dt, periods):
 
 
 def limit(periods):
-    """Where the largest root leaves the unit circle, by bisection."""
+    """The gain at which the largest root leaves the unit circle, by bisection."""
     low, high = 0.0, 5.0
     for _ in range(50):
         middle = (low + high) / 2
@@ -42,7 +42,7 @@ def limit(periods):
 
 
 def growth(way, roots):
-    """The largest of the last swings against the largest of those in the middle."""
+    """The largest of the last swings against the largest of the middle swings."""
     n = len(way)
     swing = max(int(np.ceil(2 * np.pi / max(abs(np.angle(roots)).max(), 0.1))), 2)
     return abs(way[-2 * swing :]).max() / abs(way[n // 2 : n // 2 + 2 * swing]).max()
@@ -157,7 +157,7 @@ def test_the_overshoot_of_lagging_joints(gain_lag):
 
 
 def test_an_arm_whose_joints_lag_overshoots_alike():
-    """Gain times lag is 1 (16.3 percent); what is left is dt/2 and six joints' curvature."""
+    """Gain times lag is 1 (16.3 percent); dt/2 and the curvature of six joints remain."""
     run = rs.load_scenario(rs.examples.path("joint_lag"), ["run.hold=true"]).run()
     way = run.error.values @ run.error.values[0] / (run.error.values[0] @ run.error.values[0])
     assert -way.min() == pytest.approx(np.exp(-np.pi / np.sqrt(3)), abs=0.01)

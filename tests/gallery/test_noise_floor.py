@@ -1,4 +1,4 @@
-"""What a pixel of noise leaves of a loop: e <- (1 - g) e - g L^+ n, with g = gain dt.
+"""The error that a pixel of noise leaves: e <- (1 - g) e - g L^+ n, with g = gain dt.
 
 Statistics of N runs with their own noise; a variance of N normal numbers has the standard error
 sqrt(2/N) of itself, and each is asserted within 4.5 of these.
@@ -31,7 +31,7 @@ def L_goal():
 
 
 @pytest.mark.parametrize(("features", "sigma"), [("pixels", 1.0), ("points", 1 / 600)])
-def test_the_noise_of_s_is_that_of_a_pixel(features, sigma):
+def test_the_noise_of_s_agrees_with_a_pixel(features, sigma):
     s = runs(0.2, f"task.features={features}", duration=DT).error.values[:, 0]
     share = np.cov(s.T) / sigma**2
     np.testing.assert_allclose(np.diag(share), 1.0, atol=4.5 * np.sqrt(2 / N))
@@ -52,7 +52,7 @@ def test_the_floor_in_the_image(gain_dt):
 
 
 @pytest.mark.parametrize("gain_dt", [0.1, 0.5])
-def test_the_pose_trembles_as_its_information_says(gain_dt):
+def test_the_jitter_of_the_pose_agrees_with_its_information(gain_dt):
     """Covariance sigma^2 g/(2 - g) (L'L)^-1 of (v, omega) in camera axes; whitened, it is 1."""
     end = runs(gain_dt, duration=4 * DT / gain_dt + 10 * DT, record="summary").q_end.values
     away = np.column_stack([end[:, :3] - GOAL.position, 2 * end[:, 3:6]])  # R of the goal is 1
@@ -60,4 +60,4 @@ def test_the_pose_trembles_as_its_information_says(gain_dt):
     white = np.linalg.solve(np.linalg.cholesky(covariance), away.T)
     np.testing.assert_allclose(np.cov(white), np.eye(6), atol=4.5 * np.sqrt(2 / N) + 0.02)
     sideways, along = 1000 * end[:, [0, 2]].std(axis=0)
-    assert 6 < sideways / along < 9  # 7.4: the image hardly tells a step from a turn
+    assert 6 < sideways / along < 9  # 7.4: the image hardly distinguishes a step from a turn

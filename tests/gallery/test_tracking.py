@@ -14,7 +14,7 @@ GAIN = 2.0
 
 
 def run_of(*changes, lag=0.0, **more):
-    """The scenario from a start in which the head is `lag` radians behind."""
+    """The scenario from a start with the head `lag` radians behind."""
     scenario = rs.load_scenario(rs.examples.path("pan_tilt_tracking"), changes)
     start = np.array([-2.9, 0.0, lag - 2.9])
     return scenario.run(start=start, **more)
@@ -58,7 +58,7 @@ def test_a_known_rate_leaves_no_lag(interaction):
 
 
 def test_an_estimated_rate_leaves_no_lag_in_the_end():
-    """It is of first order: of what was not known at the start, exp(-gain t) is left."""
+    """It is of first order: the share exp(-gain t) of the initial unknown is left."""
     lag = bearing(run_of("task.feed_forward=estimated", duration=6.0))
     assert 0.05 < lag.max() < np.arctan(np.pi / 4 / GAIN)
     assert abs(lag[-1]) < 1e-5

@@ -1,4 +1,4 @@
-"""A unicycle docks from anywhere near; a law that knows no wheels rests on a curve."""
+"""A unicycle docks from anywhere near; a law without the wheels' constraint rests on a curve."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_no_smooth_law_of_the_pose_does(scheme):
 
 
 def test_the_rests_of_the_position_based_law_are_a_curve():
-    """Where no motion of the wheels reduces |c*t_c|^2 + theta^2, metres and radians alike.
+    """Points at which no motion of the wheels reduces |c*t_c|^2 + theta^2, in metres and radians.
 
     With p the way of the camera from its goal: p has no part ahead (driving), and
     theta = -AHEAD times its part to the left (turning, which swings the camera sideways).

@@ -83,7 +83,7 @@ def test_the_origin_goes_straight_with_form_camera():
 # pbvs_loses_target
 
 
-def test_pbvs_loses_what_ibvs_keeps_on_a_detour_and_hybrid_keeps_on_a_short_way():
+def test_pbvs_loses_marks_that_ibvs_keeps_on_a_detour_and_hybrid_keeps_on_a_short_path():
     """The straight way is 0.678 m long; half the dt changes the ways by 1.3 percent at most."""
     pbvs = run_of("pbvs_loses_target")
     ibvs = run_of("pbvs_loses_target", "task.kind=ibvs")

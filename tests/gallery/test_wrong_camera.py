@@ -41,7 +41,7 @@ def test_a_goal_that_was_shown_leaves_no_error(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
 def test_a_computed_goal_is_missed_by_the_ratio_of_focal_lengths(scheme, ratio):
     """The image of a centred parallel target at Z* is f X / Z* for the true f, and is taken for
-    that at Z* fhat / f: every scheme stops at Z* f / fhat.
+    the image at Z* fhat / f: every scheme stops at Z* f / fhat.
     """
     run = run_of(*scheme, f"belief.cameras.camera.focal={500 * ratio}")
     assert outcome(run) == "CONVERGED"
@@ -60,7 +60,7 @@ def test_a_wrong_mounting_bends_the_way_and_not_its_end(scheme):
 
 def test_a_tilted_goal_cannot_be_reached_and_only_ibvs_notices():
     """No pose shows the image that was computed. IBVS stalls with an error of pixels; PBVS reads
-    exactly the pose that was asked for, and reports convergence, at the same wrong place.
+    exactly the pose of the computed image, and reports convergence, at the same wrong place.
     """
     image, pose = run_of(*SCHEMES["ibvs pixels"], TILTED), run_of(TILTED)
     assert outcome(image) == "LOCAL_MINIMUM"

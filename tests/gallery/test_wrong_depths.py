@@ -96,7 +96,7 @@ def uneven(error):
     return run_of("uneven_depth", f"task.depth_scale={factors}")
 
 
-def test_the_loop_does_what_the_eigenvalues_say():
+def test_the_loop_decays_as_the_eigenvalues_predict():
     """2 percent of the limit on each side: the fast eigenvalue is then 47, and 47 gain dt is below
     2, so that sampling is not what makes it unstable.
     """

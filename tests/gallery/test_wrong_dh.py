@@ -25,7 +25,7 @@ def test_the_end_is_the_same_and_the_way_mostly_longer():
     assert longer.min() < 1  # not a law: some are a little shorter
 
 
-def test_the_file_believes_what_its_script_does():
+def test_the_file_has_the_belief_of_its_script():
     scenario = rs.load_scenario(rs.examples.path("wrong_dh"))
     dh = {
         "upper_arm": {"theta": 10 * deg, "a": 5 * cm},

@@ -1,4 +1,4 @@
-"""What there is no advice on is one clear error."""
+"""An experiment without advice gives one clear error."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def with_task(**changes):
     ],
     ids=lambda each: each if isinstance(each, str) else "made",
 )
-def test_what_has_no_linear_loop(made, says):
+def test_an_experiment_without_a_linear_loop_has_no_advice(made, says):
     with pytest.raises(rs.errors.InputError, match=says):
         rs.advise(made())
 

@@ -1,4 +1,4 @@
-"""`robsim bench` and `rs.bench`: what they write, and what they refuse."""
+"""`robsim bench` and `rs.bench`: the files that they write, and the input that they refuse."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ def files(folder):
     return sorted(path.name for path in Path(folder).iterdir())
 
 
-def test_schemes_of_a_file_stand_beside_those_of_the_textbooks(robsim):
+def test_schemes_of_a_file_are_compared_with_the_textbooks(robsim):
     tasks = ("--task", "mine.py:Scheme", "--task", "mine.py:function")
     status, out, err = robsim("bench", "vit_500", *tasks)
     assert (status, err) == (0, "") and out.endswith("results: robsim-bench\n")
@@ -104,7 +104,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_bad_input_is_told_and_leaves_nothing(robsim, case):
+def test_bad_input_is_reported_and_leaves_nothing(robsim, case):
     Path("boom.py").write_text("x = 1 / 0", encoding="utf-8")
     Path("exit.py").write_text("raise SystemExit(3)", encoding="utf-8")
     Path("syntax.py").write_text("x = 1\ndef (", encoding="utf-8")
@@ -117,7 +117,7 @@ def test_bad_input_is_told_and_leaves_nothing(robsim, case):
     assert set(files(".")) - set(before) <= {"__pycache__"}
 
 
-def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
+def test_ctrl_c_keeps_the_simulated_part(robsim, monkeypatch):
     stop_at_the_second(monkeypatch)
     status, out, err = robsim("bench", "vit_500", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""
@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
 
 
 def test_a_class_of_ones_own_meets_the_same_errors():
-    """Of camera, depths and images, although no text knows the class."""
+    """A note of camera, depths and images, although no text can name the class."""
 
     class Mine(rs.PBVS):
         pass
@@ -163,7 +163,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_is_no_suite_or_scheme_is_refused(case):
+def test_an_invalid_suite_or_scheme_is_refused(case):
     given, message = BAD[case]
     with pytest.raises(rs.errors.InputError, match=message):
         rs.bench(*given, builtin=False)
@@ -188,7 +188,7 @@ def test_a_suite_that_does_not_fit_is_refused(changes, message):
         replace(VIT, **changes)
 
 
-def test_a_suite_says_which_rows_succeed():
+def test_a_suite_reports_the_rows_that_succeed():
     for wrong in (lambda rows: 1, lambda rows: rows["time"], lambda rows: rows["tims"] > 1):
         with pytest.raises(rs.errors.InputError, match="succeeds of suite 'vit_500'"):
             rs.bench(replace(VIT, succeeds=wrong), {"mine": rs.IBVS()}, builtin=False)

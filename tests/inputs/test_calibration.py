@@ -1,4 +1,4 @@
-"""What cannot be calibrated is told in a line, before anything is estimated."""
+"""Impossible calibrations are refused by a message of one line, before anything is estimated."""
 
 import re
 import sys
@@ -184,7 +184,7 @@ def test_it_is_not_observed(bench, q, make, reason):
         make(bench, q)
 
 
-def test_what_is_asked_of_a_calibration_is_checked(bench, views, q):
+def test_the_arguments_of_a_calibration_are_checked(bench, views, q):
     found = rs.calibrate(views)
     for make, reason in [
         (lambda: found.holds(3), "truth"),
@@ -273,7 +273,7 @@ def test_a_lens_is_not_calibrated(target, pixels, more, reason):
         rs.calibration.calibrate_lens(target, pixels, **{"size": (640, 480), **more})
 
 
-def test_a_lens_without_opencv_is_told(monkeypatch):
+def test_a_lens_without_opencv_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(rs.errors.InputError, match=r"a lens calibration needs OpenCV: pip"):
         rs.calibration.calibrate_lens(

@@ -1,4 +1,4 @@
-"""What is wrong with views from which a camera is calibrated: an error, or a warning of the fit."""
+"""Faults in the views of a calibration: an error, or a warning of the fit."""
 
 import re
 from dataclasses import replace
@@ -62,7 +62,7 @@ def test_a_camera_without_a_size_sees_marks_anywhere(views):
     )
 
 
-def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
+def test_marks_that_noise_moves_off_the_image_are_not_seen(bench, views):
     """The marks that are left are where noise has put them, in the image."""
     loud = bench.at("sensing.noise", 60.0)
     seen = rs.calibration.simulate_views(loud, views.q).pixels
@@ -74,13 +74,13 @@ def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
 
 
 def test_joints_in_degrees_are_outside_their_limits(views):
-    told = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
-    with pytest.raises(rs.errors.InputError, match=told):
+    text = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
+    with pytest.raises(rs.errors.InputError, match=text):
         rs.calibration.CalibrationViews(views.scene, np.degrees(views.q), views.pixels)
 
 
 @pytest.mark.parametrize(("over", "fits"), [(0.09, True), (0.11, False)])
-def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
+def test_encoders_may_measure_a_little_more_than_the_limits(views, over, fits):
     q = views.q.copy()
     q[4, 1] = views.scene.limits[1, 1] + over
     if fits:
@@ -92,7 +92,7 @@ def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
             rs.calibration.CalibrationViews(views.scene, q, views.pixels)
 
 
-def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd):
+def test_marks_behind_the_camera_are_reported_before_any_least_squares(views, capfd):
     """Of a robot without limits; LAPACK itself would print."""
     free = remove_joint_limits(rs.Experiment(views.scene, rs.IBVS())).scene
     there = rs.calibration.CalibrationViews(free, np.degrees(views.q), views.pixels)
@@ -103,15 +103,15 @@ def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd)
     assert capfd.readouterr() == ("", "")
 
 
-def test_least_squares_that_fail_say_what_to_look_at(views, monkeypatch):
+def test_least_squares_that_fail_report_a_remedy(views, monkeypatch):
     def fails(*_):
         raise np.linalg.LinAlgError("SVD did not converge")
 
     monkeypatch.setattr(calibrating, "minimise", fails)
-    told = (
+    text = (
         r"views: the fit failed \('SVD did not converge'\): do joints \(rad, m\) and views belong"
     )
-    with pytest.raises(rs.errors.InputError, match=told):
+    with pytest.raises(rs.errors.InputError, match=text):
         rs.calibrate(views)
 
 
@@ -135,13 +135,13 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_what_does_not_fit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
-    with pytest.warns(rs.errors.FitWarning) as told:
+def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
+    with pytest.warns(rs.errors.FitWarning) as record:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
-    text, worst = str(told[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
+    text, worst = str(record[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
     rms = float(re.match(r"the marks are ([\d.]+) px off \(rms\)", text)[1])
     assert rms > 3.0 and abs(rms / found.rms - 1.0) < 0.01
-    assert f"worst in view {worst} (" in text and told[0].filename == __file__
+    assert f"worst in view {worst} (" in text and record[0].filename == __file__
     assert str(found).splitlines()[1] == text == found.misfit and text in found._repr_html_()
 
 
@@ -151,7 +151,7 @@ def test_views_that_are_mixed_up_are_the_worst(views):
 
 
 def test_noise_that_is_given_is_no_misfit(bench, views):
-    """5 pixels of noise are too much unless it is said that they are noise."""
+    """5 pixels of noise are too much unless they are declared as noise."""
     loud = rs.calibration.simulate_views(bench.at("sensing.noise", 5.0), views.q)
     assert rs.calibrate(loud, ALSO, noise=5.0).misfit == ""
     assert rs.calibrate(views, ALSO).misfit == ""

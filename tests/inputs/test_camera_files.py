@@ -1,4 +1,4 @@
-"""What is wrong with files and messages of cameras: one clear line each."""
+"""Faults in files and messages of cameras: one clear line each."""
 
 import re
 
@@ -103,7 +103,7 @@ def test_a_wrong_message_is_refused(change, reason):
 
 
 @pytest.mark.parametrize("message", [None, 3, "camera", [1, 2]])
-def test_what_is_no_message_is_refused(message):
+def test_an_invalid_message_is_refused(message):
     with pytest.raises(
         rs.errors.InputError, match="expected a CameraInfo message or a dict of its fields, got"
     ):
@@ -115,7 +115,7 @@ def test_a_rectified_camera_needs_p():
         rs.Camera.from_ros(INFO, rectified=True)
 
 
-def test_what_other_programs_would_leave_out_is_not_written(tmp_path):
+def test_parameters_that_other_programs_would_leave_out_are_not_written(tmp_path):
     skewed = rs.Camera([[500, 2, 320], [0, 500, 240], [0, 0, 1]], (640, 480))
     with pytest.raises(rs.errors.FileError, match="2 px, which calibration files cannot store"):
         skewed.to_file(tmp_path / "a.yaml")

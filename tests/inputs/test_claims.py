@@ -1,4 +1,4 @@
-"""Folders and files of results: one process at a time writes, and what is there stays whole."""
+"""Folders and files of results: one process at a time writes, and old files stay complete."""
 
 import os
 import subprocess
@@ -52,7 +52,7 @@ def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
     assert not list(here.iterdir())
 
 
-def test_what_a_killed_process_had_claimed_is_free(here):
+def test_a_folder_claimed_by_a_killed_process_is_free(here):
     other = process(HOLD)
     other.stdout.readline()
     other.kill()
@@ -124,9 +124,9 @@ FULL = """
 def test_a_full_disk_is_an_error_and_what_was_there_stays(here):
     (here / "out").write_text("mine")
     done = process(FULL)
-    said = done.communicate()[0]
+    output = done.communicate()[0]
     assert done.returncode == 0
-    assert said == "cannot write out: File too large\n" * 3
+    assert output == "cannot write out: File too large\n" * 3
     assert [(each.name, each.read_text()) for each in here.iterdir()] == [("out", "mine")]
 
 
@@ -137,10 +137,10 @@ def test_a_figure_on_a_full_disk_leaves_the_one_that_was_there(here, called, suf
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
     try:
-        status, _, told = called("robots", "planar_2r", "-o", str(path), "--force")
+        status, _, message = called("robots", "planar_2r", "-o", str(path), "--force")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert status == 2 and "File too large" in told and path.read_text() == "mine"
+    assert status == 2 and "File too large" in message and path.read_text() == "mine"
     assert called("robots", "planar_2r", "-o", str(path), "--force")[0] == 0
     assert path.stat().st_size > 3000
     assert [each.name for each in here.iterdir()] == [path.name]

@@ -79,7 +79,7 @@ sensing = { noise = 1.0 }
 
 @dataclass
 class Done:
-    """What a command left behind."""
+    """The names of the files that a command left behind."""
 
     status: int
     out: str
@@ -118,7 +118,7 @@ def process(*arguments, **settings):
     return Done(done.returncode, done.stdout, done.stderr)
 
 
-def changed(old="", new="", path="bad.toml"):
+def write_changed_scenario(old="", new="", path="bad.toml"):
     """The scenario file with one thing changed."""
     assert old in SCENARIO
     Path(path).write_text(SCENARIO.replace(old, new) if old else new, encoding="utf-8")
@@ -184,7 +184,7 @@ def test_a_run_that_goes_wrong_is_still_a_run(robsim):
 
 def test_a_target_behind_the_camera_at_the_start_is_an_outcome_at_time_zero(robsim):
     marks = 'marks = ["10, 0, 45 cm", "0, 10, 45 cm", "10, 10, 46 cm"]'
-    changed(re.search("marks = .*", SCENARIO)[0], marks, "near.toml")
+    write_changed_scenario(re.search("marks = .*", SCENARIO)[0], marks, "near.toml")
     text = Path("near.toml").read_text(encoding="utf-8")
     Path("near.toml").write_text(text.replace('["40 cm"]', '["1 cm"]').replace(
         '["10 cm"]', '["50 cm"]'), encoding="utf-8")  # fmt: skip
@@ -222,7 +222,7 @@ def test_a_robot_that_its_safety_holds_gets_no_advice_on_its_law(robsim):
     assert "The safety stops joint deck 150 mm before its limit." in robsim("explain", "out").out
 
 
-def test_what_cannot_be_explained_is_told(robsim):
+def test_a_run_that_cannot_be_explained_is_reported(robsim):
     robsim("explain", "nothing").told("no file nothing")
     robsim("explain", ".").told("no file run.nc")
     robsim("explain", "lift.toml").told("lift.toml is not a NetCDF-4 file")
@@ -269,7 +269,7 @@ def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
         ),
     ],
 )
-def test_check_refuses_what_a_run_would(robsim, change, words):
+def test_check_refuses_the_same_scenarios_as_a_run(robsim, change, words):
     for command in ("check", "run"):
         done = robsim(command, "lift.toml", "--set", change)
         assert done.status == 2 and words in done.err
@@ -372,13 +372,13 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_bad_input_is_told_with_file_key_value_and_what_would_be_valid(robsim, command, case):
+def test_bad_input_is_reported_with_file_key_value_and_a_valid_value(robsim, command, case):
     old, new, *parts = BAD[case]
-    robsim(command, changed(old, new)).told("bad.toml", *parts)
+    robsim(command, write_changed_scenario(old, new)).told("bad.toml", *parts)
     assert files() == ["bad.toml", "lift.toml"]
 
 
-def test_files_that_cannot_be_read_are_told(robsim):
+def test_files_that_cannot_be_read_are_reported(robsim):
     Path("empty.toml").touch()
     Path("huge.toml").write_bytes(b"# nothing\n" * 500_000)
     Path("binary.toml").write_bytes(bytes(range(256)))
@@ -396,7 +396,7 @@ def test_files_that_cannot_be_read_are_told(robsim):
     assert files() == before
 
 
-def test_a_change_that_cannot_be_made_is_told(robsim):
+def test_a_change_that_cannot_be_made_is_reported(robsim):
     for change, *parts in (
         ("task.gian=2", "'gian'", "did you mean 'gain'?"),
         ("task.gain", "expected key=value, as in task.gain=2"),
@@ -417,7 +417,7 @@ def test_a_record_beyond_the_memory_is_refused_and_leaves_nothing(robsim, monkey
     assert "run.nc" not in " ".join(files())
 
 
-def test_unknown_commands_options_and_names_are_told(robsim):
+def test_unknown_commands_options_and_names_are_reported(robsim):
     for arguments, part in (
         (["rum"], "No such command 'rum'"),
         (["run"], "Missing argument 'FILE'"),
@@ -431,7 +431,7 @@ def test_unknown_commands_options_and_names_are_told(robsim):
 
 
 def test_bad_input_has_status_2_in_a_process_too(here):
-    done = process("run", changed("gain = 2", "gain = 0"))
+    done = process("run", write_changed_scenario("gain = 2", "gain = 0"))
     done.told("bad.toml", "task.gain")
     assert done.out == "" and len(done.err.splitlines()) == 1
 
@@ -439,7 +439,7 @@ def test_bad_input_has_status_2_in_a_process_too(here):
 # ---- where results cannot go ----
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(robsim):
+def test_a_folder_that_cannot_be_written_is_reported_before_anything_runs(robsim):
     Path("file").write_text("mine", encoding="utf-8")
     for folder in ("file", "file/below", "/proc/none/out", "x" * 300):
         for command in (["run", "lift.toml"], ["demo"]):
@@ -471,12 +471,12 @@ def locked(here, robsim):
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="there are no such permissions here")
-def test_a_folder_without_permission_is_told(locked, robsim):
+def test_a_folder_without_permission_is_reported(locked, robsim):
     robsim("run", "lift.toml", "-o", "locked").told("cannot write locked: Permission denied")
     robsim("run", "lift.toml", "-o", "locked/out").told("Permission denied")
 
 
-def test_a_figure_that_cannot_be_written_is_told_and_the_run_is_kept(robsim):
+def test_a_figure_that_cannot_be_written_is_reported_and_the_run_is_kept(robsim):
     Path("out/scene.png").mkdir(parents=True)
     robsim("run", "lift.toml", "-o", "out", "--force").told("cannot write", "scene.png")
     assert rs.open_run("out/run.nc").attrs["title"] == "RobSim run"
@@ -510,7 +510,7 @@ def test_no_other_file_of_that_name_is_written_over_either(robsim, name):
     assert Path(name).read_text(encoding="utf-8") == SCENARIO
 
 
-def test_a_scenario_in_the_folder_of_its_results_survives_what_is_refused(robsim):
+def test_a_scenario_in_the_folder_of_its_results_survives_a_refusal(robsim):
     Path("scenario.toml").write_text(SCENARIO, encoding="utf-8")
     for change in ("task.gain=0", "task.goal.q=['1 m']", "cameras.eye.size=[1, 1]"):
         done = robsim("run", "scenario.toml", "--set", change, "-o", ".", "--force")
@@ -520,7 +520,7 @@ def test_a_scenario_in_the_folder_of_its_results_survives_what_is_refused(robsim
     assert Path("scenario.toml").read_text(encoding="utf-8") == SCENARIO
 
 
-def test_what_is_refused_leaves_no_folder_behind(robsim):
+def test_a_refusal_leaves_no_folder_behind(robsim):
     robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]").told("task.goal")
     robsim("run", "lift.toml", "--set", "cameras.eye.size=[1, 1]", "-o", "out").told("task.goal")
     assert files() == ["lift.toml"]
@@ -565,14 +565,14 @@ main()
 
 
 @pytest.mark.skipif(pty is None, reason="there are no pseudo-terminals here")
-def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here):
+def test_ctrl_c_in_the_middle_of_a_run_saves_the_simulated_part_and_reports_it(here):
     Path("endless.toml").write_text(ENDLESS, encoding="utf-8")
     ours, theirs = pty.openpty()
     command = [sys.executable, "-c", START, "run", "endless.toml"]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True)
     os.close(theirs)
     try:
-        seen = read_until(ours, rb"[1-9]\d*%", seconds=200)  # the bar says that there is progress
+        seen = read_until(ours, rb"[1-9]\d*%", seconds=200)  # the bar shows progress
         child.send_signal(signal.SIGINT)
         seen += read_until(ours, None, seconds=100)
         out, _ = child.communicate(timeout=100)
@@ -588,19 +588,19 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and float(run.end_time) > 0
     done = np.isfinite(run.q.values).all(axis=1)
     count = int(done.sum())
-    assert 1 < count == run.sizes["time"]  # cut to what was simulated
+    assert 1 < count == run.sizes["time"]  # cut to the simulated part
     assert rs.load_scenario("endless-run/scenario.toml").to_toml()
 
 
 def read_until(terminal, pattern, seconds):
-    """What comes out of a terminal until the pattern does, or to its end."""
+    """The output of a terminal until the pattern matches, or to its end."""
     seen, end = b"", time.monotonic() + seconds
     while time.monotonic() < end:
         if not select.select([terminal], [], [], 1.0)[0]:
             continue
         try:
             part = os.read(terminal, 4096)
-        except OSError:  # Linux says so when the other side is closed
+        except OSError:  # Linux raises this when the other side is closed
             return seen
         seen += part
         if not part or (pattern and re.search(pattern, seen)):

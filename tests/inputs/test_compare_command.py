@@ -1,4 +1,4 @@
-"""`robsim compare`: schemes from files and from values, what it writes and what it refuses."""
+"""`robsim compare`: schemes from files and from values, its files and its refusals."""
 
 from pathlib import Path
 
@@ -75,7 +75,7 @@ def test_files_become_schemes_each_in_its_own_scene(robsim):
     assert "note: another start than turn: turn-2\n" in out
 
 
-def test_files_and_values_are_all_combined_after_what_is_set(robsim):
+def test_files_and_values_are_all_combined_after_the_changes(robsim):
     Path("b.toml").write_text(TURN, encoding="utf-8")
     changes = ("--set", "run.duration=1 s", "--vary", "start.rotvec=[0,0,0.1] rad,'0, 0, 0.2 rad'")
     assert robsim("compare", "turn.toml", *changes)[0] == 2  # the first is no rotvec
@@ -90,7 +90,7 @@ def test_files_and_values_are_all_combined_after_what_is_set(robsim):
     assert all(float(run.time[-1]) == 1.0 for run in turned)
 
 
-def test_bad_input_is_told_and_leaves_nothing(robsim):
+def test_bad_input_is_reported_and_leaves_nothing(robsim):
     behind = "task.goal.position=0 0 2 m"
     for arguments, *parts in (
         (["missing.toml"], "missing.toml: no such file"),
@@ -141,7 +141,7 @@ def test_a_warning_of_a_scheme_is_one_line(robsim):
     assert len(err.splitlines()) == 1
 
 
-def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
+def test_ctrl_c_keeps_the_simulated_part(robsim, monkeypatch):
     run_of = stop_at_the_second(monkeypatch)
     status, out, err = robsim("compare", "turn.toml", "--vary", "task.gain=1,2,3", "-o", "out")
     assert status == 130 and "stopped; what was simulated so far is in out" in err and out == ""

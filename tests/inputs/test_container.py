@@ -1,4 +1,4 @@
-"""Containers: what is packed comes back, and no header claims more than the numbers hold."""
+"""Containers: packed values come back, and no header claims more than the numbers hold."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ ARRAYS = [
 ]
 
 
-def test_what_is_packed_comes_back():
+def test_packed_values_come_back():
     header, arrays = unpack_container(pack_container({"a": [1, "ü", None, 0.1]}, ARRAYS))
     assert header == {"a": [1, "ü", None, 0.1]}
     for found, own in zip(arrays, ARRAYS, strict=True):

@@ -1,4 +1,4 @@
-"""The values that a person may change by hand, as their declarations say them."""
+"""The values that a person may change by hand, as their declarations describe them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def control(experiment, path):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_a_control_shows_is_what_it_sets(name):
+def test_a_control_shows_the_value_that_it_sets(name):
     experiment = load_scenario(examples.path(name))
     controls = experiment.controls()
     changes = {}
@@ -58,7 +58,7 @@ def test_joints_have_their_limits():
     assert experiment.at(joints.changes(other)).start.tolist() == other
 
 
-def test_a_choice_offers_what_needs_no_more_than_its_name():
+def test_a_choice_offers_kinds_that_need_no_more_than_their_name():
     experiment = load_scenario(examples.path("visp_tutorial"))
     kinds = control(experiment, "task.kind")
     assert kinds.value == "ibvs" and {"pbvs", "hybrid"} <= set(kinds.options)
@@ -85,7 +85,7 @@ def test_a_belief_is_changed_where_the_truth_is_not():
     assert wrong.scene.cameras[0].camera.K[0, 0] == 800.0
 
 
-def test_what_is_out_of_bounds_is_refused_by_its_declaration():
+def test_a_value_out_of_bounds_is_refused_by_its_declaration():
     experiment = load_scenario(examples.path("visp_tutorial"))
     with pytest.raises(FileError, match=r"task\.gain: .*greater than 0"):
         experiment.at(control(experiment, "task.gain").changes(0.0))

@@ -1,4 +1,4 @@
-"""What every declaration promises: wrong values are refused by name, defaults survive a file."""
+"""The promises of every declaration: wrong values are refused by name, defaults survive a file."""
 
 import dataclasses
 import math
@@ -6,7 +6,7 @@ import tomllib
 from copy import deepcopy
 
 import pytest
-from refused import refused, spec_of_key
+from refused import list_refused_values, spec_of_key
 
 import robsim as rs
 from robsim import robots
@@ -56,7 +56,7 @@ LIMITS = {"speed": "1 rad/s", "acceleration": "1 rad/s^2"}
 AVOIDED = {"kind": "avoid_limits"}
 WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
 
-# where a kind of a family stands, and what stands around it
+# the place of a kind of a family in a text, and the keys around it
 PLACES = {
     "ending": (("endings", 0), {}),
     "trajectory": (("task", "trajectory"), {"kind": "follow_joints", "joints": ["upper", "fore"]}),
@@ -136,7 +136,7 @@ NEEDED = {
     "within": {"radius": "1 m"},
     "switch": {**PLACES["condition"][1], "when": {"kind": "error_below", "value": 0.1}},
 }
-# {class: (where it stands, what must be given of it, what stands beside it)}
+# {class: (its place, the keys that it requires, the keys around it)}
 OTHERS = {
     ExperimentTable: ((), {}, {}),
     RobotTable: (("robots", 0), {}, {}),
@@ -162,7 +162,7 @@ OTHERS = {
 
 
 def kinds():
-    """(class, where it stands, its table, what stands beside it) of all declared classes."""
+    """(class, place, table, keys around it) of all declared classes."""
     for noun, family in families().items():
         own = {name: kind for name, kind in family.kinds.items() if _ours(kind)}
         for name, kind in own.items():
@@ -178,7 +178,7 @@ def _ours(kind):
     return kind.__module__.startswith("robsim.")
 
 
-def whole(kind, name, path, table, around):
+def make_tables(kind, name, path, table, around):
     """The tables of a text, and the table in it that is meant."""
     tables = deepcopy(BASE)
     if name in COUPLED:
@@ -220,14 +220,14 @@ every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around")
 @every_kind
 @pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.full)])
 def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around, every):
-    tables, own = whole(kind, name, path, table, around)
+    tables, own = make_tables(kind, name, path, table, around)
     read(tables)
-    before, told = dict(own), []
+    before, reports = dict(own), []
     for key, wrong in wrong_values(kind)[::every]:
         own.clear()
         own |= {**before, key: wrong}
-        told += wrongly_told(tables, key, wrong)
-    assert not told, "\n".join(told)
+        reports += wrongly_told(tables, key, wrong)
+    assert not reports, "\n".join(reports)
 
 
 def wrong_values(kind):
@@ -236,12 +236,12 @@ def wrong_values(kind):
         (key, wrong)
         for each in fields_of(get_text_form(kind))
         for key in each.spec.keys(each.name)
-        for wrong in refused(spec_of_key(each, key))
+        for wrong in list_refused_values(spec_of_key(each, key))
     ]
 
 
 def wrongly_told(tables, key, wrong):
-    """What is wrong with the refusal of a value, if anything."""
+    """The fault of the refusal of a value, or None."""
     shown = f"{key} = {wrong!r:.60}"
     try:
         read(tables)
@@ -249,14 +249,14 @@ def wrongly_told(tables, key, wrong):
         message = str(error)
         good = (line.startswith(f"{SOURCE}: ") and key in line for line in message.split("\n"))
         return [] if all(good) else [f"{shown}: {message}"]
-    except Exception as error:  # noqa: BLE001 - that there is none is what is tested
+    except Exception as error:  # noqa: BLE001 - the test looks for any error
         return [f"{shown}: {error!r}"]
     return [f"{shown} is taken"]
 
 
 @every_kind
-def test_what_is_read_is_written_and_read_again(kind, name, path, table, around):
-    made = read(whole(kind, name, path, table, around)[0])
+def test_values_that_are_read_are_written_and_read_again(kind, name, path, table, around):
+    made = read(make_tables(kind, name, path, table, around)[0])
     again = Experiment.from_text(made.to_toml(), SOURCE)
     assert again == made and again.to_toml() == made.to_toml()
 
@@ -274,8 +274,8 @@ def found_in(value, kind, depth=0):
 @every_kind
 def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table, around):
     if get_text_form(kind) is not kind:
-        return  # its fields are those of a text
-    made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
+        return  # its fields belong to a text
+    made = found_in(read(make_tables(kind, name, path, table, around)[0]), kind)
     for each in fields_of(kind):
         for wrong in numbers_beyond(each.spec) if made is not None else ():
             with pytest.raises(rs.errors.InputError, match=each.name):

@@ -24,9 +24,9 @@ DEGREES = {
 @pytest.mark.parametrize("where", DEGREES)
 def test_degrees_are_warned_of_at_every_door(where):
     call, message = DEGREES[where]
-    with pytest.warns(rs.errors.UnitWarning, match=message) as told:
+    with pytest.warns(rs.errors.UnitWarning, match=message) as record:
         call()
-    assert told[0].filename == __file__  # it is told who wrote it
+    assert record[0].filename == __file__  # the warning points to the caller
 
 
 def test_a_start_and_a_goal_in_degrees_are_warned_of():
@@ -58,7 +58,7 @@ def test_a_start_and_a_goal_in_degrees_are_warned_of():
     ],
 )
 def test_radians_are_never_warned_of(angle):
-    """Multiples of pi, some turns, what was computed, and what stands for no limit."""
+    """Multiples of pi, some turns, computed numbers, and stand-ins for no limit."""
     warn_of_degrees([0.0, angle, -angle], "angles")
 
 

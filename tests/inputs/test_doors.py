@@ -1,4 +1,4 @@
-"""What public values and calls refuse, before any of it reaches compiled code."""
+"""Public values and calls refuse wrong input before any of it reaches compiled code."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_an_observation_is_of_as_many_depths_as_marks(pixels, depth):
         rs.features.Observation.of(pixels, depth, UNIT)
 
 
-def test_an_observation_of_a_batch_is_what_each_of_its_runs_is():
+def test_an_observation_of_a_batch_equals_the_observations_of_its_runs():
     both = rs.features.Observation.of([SQUARE, np.multiply(2.0, SQUARE)], np.ones((2, 4)), UNIT)
     np.testing.assert_array_equal(
         rs.features.Points().measure(both)[0], rs.features.Points().measure(SEEN)[0]
@@ -68,7 +68,7 @@ def test_a_pair_of_cameras_sees_as_many_marks():
         rs.features.Observation.of(SQUARE, np.ones(4), UNIT, other=other, between=rs.Pose.at(0.1))
 
 
-def test_a_feature_is_asked_of_an_observation_of_enough_marks():
+def test_a_feature_requires_an_observation_of_enough_marks():
     with pytest.raises(rs.errors.InputError, match="Ellipse needs at least 5 marks, got 4"):
         rs.features.Ellipse().measure(SEEN)
     with pytest.raises(rs.errors.InputError, match="Points: expected an Observation, got array"):
@@ -147,7 +147,7 @@ def test_a_state_is_made_with_the_run_first():
         rs.laws.ControlState.of([1.0], L, J)
 
 
-def test_the_partitioned_law_is_asked_of_features_that_it_has():
+def test_the_partitioned_law_requires_its_own_features():
     with pytest.raises(rs.errors.InputError, match="needs the features s of at least one mark"):
         rs.laws.PartitionedLaw().command(rs.laws.ControlState(**arrays()))
     with pytest.raises(
@@ -235,7 +235,7 @@ def test_a_tolerance_above_the_image_is_refused(features, least, below):
 
 
 class Takes:
-    """A user's object that looks whether it could write to what it is given."""
+    """A user's object that checks whether it can write to its arguments."""
 
     unit, tolerance, writeable = "1", 1e-5, ()
 

@@ -15,7 +15,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Habit:
-    """A law of a user that keeps what it commanded."""
+    """A law of a user that keeps its commands."""
 
     def command(self, state):
         qd = -state.error @ np.linalg.pinv(state.task_jacobian[0]).T
@@ -74,7 +74,7 @@ def test_settings_of_no_use(free_scene, given, says):
     ],
     ids=lambda part: part if isinstance(part, str) else type(part).__name__,
 )
-def test_a_task_that_remembers_is_refused_by_what_remembers(free_scene, task, says):
+def test_a_task_with_memory_is_refused_by_the_name_of_its_part(free_scene, task, says):
     with pytest.raises(rs.errors.InputError, match=f"equilibria: .*{says}"):
         rs.equilibria(free_scene(SQUARE), task)
 
@@ -85,7 +85,7 @@ def test_a_scene_that_moves_on_its_own_is_refused():
         rs.equilibria(scenario.scene, scenario.task)
 
 
-def test_what_is_no_scene_or_task(free_scene):
+def test_an_invalid_scene_or_task_is_refused(free_scene):
     with pytest.raises(rs.errors.InputError, match="scene: expected a Scene, got 3"):
         rs.equilibria(3, rs.IBVS())
     with pytest.raises(rs.errors.InputError, match="task: expected a task such as IBVS"):

@@ -1,4 +1,4 @@
-"""Scenario files of tasks that follow trajectories: what each key means, and what is refused."""
+"""Scenario files of tasks that follow trajectories: the meaning of each key, and refusals."""
 
 import numpy as np
 import pytest
@@ -203,12 +203,12 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
         ),
     ],
 )
-def test_what_is_wrong_is_one_clear_error(text, words):
+def test_each_fault_is_one_clear_error(text, words):
     with pytest.raises(rs.errors.FileError) as error:
         task_of(text)
-    told = str(error.value)
-    assert all(word in told for word in words), told
-    assert len(told) < 1000
+    message = str(error.value)
+    assert all(word in message for word in words), message
+    assert len(message) < 1000
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_what_is_wrong_is_one_clear_error(text, words):
         (JOINTS + 'to = { lift = "5 m" }\nduration = "1 s"', ["'lift' is to go to 5 m, outside"]),
     ],
 )
-def test_what_a_check_finds(text, words):
+def test_a_check_finds_these_faults(text, words):
     with pytest.raises(rs.errors.FileError) as error:
         Experiment.from_text(CRANE + text).check()
     assert all(word in str(error.value) for word in words), str(error.value)

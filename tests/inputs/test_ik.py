@@ -1,4 +1,4 @@
-"""What inverse kinematics refuses, and in which words."""
+"""The refusals of inverse kinematics, and their messages."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ GOAL = PUMA.fk(PUMA.home)
         (GOAL, {"limits": "no"}, "limits must be True or False"),
     ],
 )
-def test_what_cannot_be_solved_for_is_told(T, told, words):
+def test_a_pose_that_cannot_be_solved_for_is_reported(T, told, words):
     with pytest.raises(rs.errors.InputError, match=words):
         PUMA.ik(T, **told)
 
@@ -83,13 +83,13 @@ ROWS = {
 
 
 @pytest.mark.parametrize("missing", ROWS)
-def test_what_an_arm_lacks_for_a_closed_form_is_told(missing):
+def test_the_obstacle_to_a_closed_form_is_reported(missing):
     arm = rs.Robot.from_dh(ROWS[missing], name="arm")
     with pytest.raises(rs.errors.InputError, match=missing):
         arm.closed_ik(np.eye(4))
 
 
-def test_a_wrist_that_is_not_spherical_is_told_with_its_offset():
+def test_a_wrist_that_is_not_spherical_is_reported_with_its_offset():
     half = np.pi / 2
     rows = [
         [0, 0.1625, 0, half],
@@ -103,7 +103,7 @@ def test_a_wrist_that_is_not_spherical_is_told_with_its_offset():
         rs.Robot.from_dh(rows).closed_ik(np.eye(4))
 
 
-def test_closed_forms_refuse_what_is_no_pose():
+def test_closed_forms_refuse_an_invalid_pose():
     with pytest.raises(rs.errors.InputError, match="not a rotation"):
         PUMA.closed_ik(2 * np.eye(4))
     with pytest.raises(rs.errors.InputError, match="tolerance"):

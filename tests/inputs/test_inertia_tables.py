@@ -1,4 +1,4 @@
-"""Inertia in scenario files: what a robot weighs there."""
+"""Inertia in scenario files: the mass of a robot."""
 
 import numpy as np
 

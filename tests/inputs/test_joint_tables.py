@@ -1,4 +1,4 @@
-"""The keys of joints in a file: each mistake is one line that says where it is and what fits."""
+"""The keys of joints in a file: each mistake gives one line with its place and a valid value."""
 
 import numpy as np
 import pytest
@@ -218,7 +218,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_one_line_that_says_where_it_is(mistake):
+def test_a_mistake_is_one_line_that_names_its_place(mistake):
     old, new, told = MISTAKES[mistake]
     with pytest.raises(rs.errors.FileError) as caught:
         read(old, new)

@@ -1,4 +1,4 @@
-"""What logs are refused, each with one line that says where."""
+"""Refused logs, each with one line that names the place."""
 
 import builtins
 
@@ -111,7 +111,7 @@ def test_rows_that_are_no_log():
         ("a.parquet", r"rs\.logs\.read_log\(path, experiment\)"),
     ],
 )
-def test_a_log_that_is_opened_as_a_run_is_told_what_reads_it(name, reader, tmp_path):
+def test_the_error_for_a_log_opened_as_a_run_names_the_right_function(name, reader, tmp_path):
     (tmp_path / name).write_text("time,q\n0,1\n")
     words = f"is not a NetCDF-4 file; {reader} makes a run of such a log, and save_run its run.nc"
     with pytest.raises(rs.errors.FileError, match=words):
@@ -147,7 +147,7 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
         rs.compare({"a": run})
 
 
-def test_without_pyarrow_it_is_told_what_to_install(tmp_path, monkeypatch):
+def test_without_pyarrow_the_error_names_the_package_to_install(tmp_path, monkeypatch):
     def lacks(*_, **__):
         raise ImportError("Missing optional dependency 'pyarrow'")
 
@@ -157,7 +157,7 @@ def test_without_pyarrow_it_is_told_what_to_install(tmp_path, monkeypatch):
         rs.logs.read_log(tmp_path / "log.parquet", RHINO)
 
 
-def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
+def test_without_rosbags_the_error_names_the_package_to_install(run, tmp_path, monkeypatch):
     there = builtins.__import__
 
     def without(name, *more, **named):

@@ -1,4 +1,4 @@
-"""Scenario files of missions: what is refused, and in which words; and the commands."""
+"""Scenario files of missions: refusals and their messages; and the commands."""
 
 from pathlib import Path
 
@@ -76,7 +76,7 @@ def test_every_key_of_a_phase():
         ),
     ],
 )
-def test_what_is_wrong_is_said_where_it_stands(text, words):
+def test_each_fault_is_reported_at_its_place(text, words):
     with pytest.raises(rs.errors.FileError) as caught:
         rs.Experiment.from_text(TOP + text)
     for word in words:
@@ -87,7 +87,7 @@ def robsim(*arguments):
     return CliRunner().invoke(cli, [str(each) for each in arguments])
 
 
-def test_the_commands_know_missions(tmp_path, monkeypatch):
+def test_the_commands_accept_missions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = TOP + phase() + phase(name="b")
     Path("mission.toml").write_text(text, encoding="utf-8")
@@ -104,8 +104,8 @@ def test_the_commands_know_missions(tmp_path, monkeypatch):
     assert run.attrs["succeeded"] == 1 and run.sizes["time"] == 51
     again = rs.Experiment.of(run).run()
     assert again.run.identical(run)
-    told = robsim("explain", "out")
-    assert told.exit_code == 1 and "this is a whole mission" in str(told.exception)
+    explanation = robsim("explain", "out")
+    assert explanation.exit_code == 1 and "this is a whole mission" in str(explanation.exception)
     short = robsim("run", "mission.toml", "--set", "task.phases.b.duration=400 ms", "-o", "short")
     assert "b  time limit" in short.output and "not completed" in short.output
     wrong = robsim("check", "mission.toml", "--set", "task.phases.c.duration=1 s")

@@ -1,4 +1,4 @@
-"""MJCF files: what they say, and what cannot be written. See tests/peers for MuJoCo's reading."""
+"""MJCF files: their content, and robots that cannot be written. See tests/peers for MuJoCo."""
 
 import xml.etree.ElementTree as ET
 
@@ -8,7 +8,7 @@ import pytest
 import robsim as rs
 
 
-def written(links, folder):
+def write_mjcf(links, folder):
     rs.Robot("robot", links).to_mjcf(folder / "robot.xml")
     return ET.parse(folder / "robot.xml").getroot()
 
@@ -22,7 +22,7 @@ def test_bodies_stand_inside_each_other(tmp_path):
         rs.joints.Link("arm", "base", turn, (ball,)),
         rs.joints.Link("tip", "arm", tied),
     ]
-    root = written(links, tmp_path)
+    root = write_mjcf(links, tmp_path)
     arm = root.find("worldbody/body/body")
     assert arm.attrib == {"name": "arm", "pos": "0.0 0.0 1.0"}
     assert arm.find("joint").attrib == {
@@ -48,7 +48,7 @@ def test_a_chain_of_1000_links_is_written(tmp_path):
     assert text.count("<body ") == 1000 == text.count("</body>")
 
 
-def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
+def test_a_base_that_floats_on_a_moving_body_is_refused_with_all_other_faults(tmp_path):
     links = [
         rs.joints.Link("base"),
         rs.joints.Link("arm", "base", rs.joints.Joint("revolute")),
@@ -62,11 +62,9 @@ def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
     assert not (tmp_path / "robot.xml").exists()
 
 
-def test_meshes_are_left_out_and_that_is_told(tmp_path):
-    with pytest.warns(
-        rs.errors.FileWarning, match="meshes of base are left out"
-    ) as caught:
-        root = written(
+def test_meshes_are_left_out_and_that_is_reported(tmp_path):
+    with pytest.warns(rs.errors.FileWarning, match="meshes of base are left out") as caught:
+        root = write_mjcf(
             [rs.joints.Link("base", shapes=(rs.shapes.Mesh("a.stl"), rs.shapes.Ball(1)))], tmp_path
         )
     assert len(root.findall("worldbody/body/geom")) == 1
@@ -75,7 +73,7 @@ def test_meshes_are_left_out_and_that_is_told(tmp_path):
 
 def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
     shapes = rs.shapes.Capsule(0.1, 0.3, color="r"), rs.shapes.TaperedCylinder(0.2, 0.1, 0.4)
-    root = written([rs.joints.Link("base", shapes=shapes)], tmp_path)
+    root = write_mjcf([rs.joints.Link("base", shapes=shapes)], tmp_path)
     capsule, *slices = root.findall("worldbody/body/geom")
     assert capsule.attrib == {"type": "capsule", "size": "0.1 0.15", "rgba": "1.0 0.0 0.0 1.0"}
     assert [each.get("type") for each in slices] == ["cylinder"] * 4
@@ -85,6 +83,6 @@ def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
 
 def test_quaternions_are_w_first(tmp_path):
     turned = rs.joints.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
-    root = written([rs.joints.Link("base"), rs.joints.Link("a", "base", turned)], tmp_path)
+    root = write_mjcf([rs.joints.Link("base"), rs.joints.Link("a", "base", turned)], tmp_path)
     w, x, y, z = map(float, root.find("worldbody/body/body").get("quat").split())
     assert (x, y) == (0, 0) and w == pytest.approx(z) == pytest.approx(np.sqrt(0.5))

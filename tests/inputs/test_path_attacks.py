@@ -27,7 +27,7 @@ def misspelt(path, rng):
     return f"{head}.{swapped if swapped != key else key[:-1] + 'x'}"
 
 
-def test_a_path_that_does_not_exist_is_refused_with_what_may_be_meant(experiment):
+def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
     rng = np.random.default_rng(3)
     paths = paths_of(experiment)
     for path in paths[::29]:
@@ -58,7 +58,7 @@ def test_the_nearest_path_is_named(path, nearest):
 
 
 @pytest.mark.parametrize("path", ["", ".", "task.", ".gain", "task..gain", "a" * 5000, "task\x00"])
-def test_what_is_no_path_is_one_clear_error(experiment, path):
+def test_an_invalid_path_is_one_clear_error(experiment, path):
     with pytest.raises(rs.RobSimError) as error:
         experiment.at(path, 1.0)
     assert str(error.value) and len(str(error.value)) < 3000

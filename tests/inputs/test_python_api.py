@@ -87,7 +87,7 @@ class Law:
         return rs.laws.JointLaw().command(state)
 
 
-# ---- what is refused: (name, call, exception, what its message says) ----
+# ---- refusals: (name, call, exception, part of the message) ----
 
 SIMULATE = {
     "dt": [
@@ -338,7 +338,7 @@ def test_a_goal_or_start_outside_the_limits_names_the_joint_and_the_limits():
         simulate([[0.2], [0.6], [0.3]], lift(), [0.2])
 
 
-def test_what_is_not_a_scene_or_a_task_is_told():
+def test_an_invalid_scene_or_task_is_reported():
     for scene in (None, "scene", flying().robots[0]):
         with pytest.raises(rs.errors.InputError, match="scene: expected a Scene, got"):
             rs.simulate(scene, rs.IBVS(), START)
@@ -349,7 +349,7 @@ def test_what_is_not_a_scene_or_a_task_is_told():
             rs.simulate(flying(), task, START)
 
 
-def test_a_scene_in_which_nothing_can_be_servoed_is_told():
+def test_a_scene_in_which_nothing_can_be_servoed_is_reported():
     still = rs.Scene([], flying().objects, [rs.MountedCamera("eye", rs.Camera(K))])
     with pytest.raises(
         rs.errors.InputError, match="no joint moves camera 'eye' relative to 'dots'"
@@ -507,7 +507,7 @@ def test_a_run_is_saved_over_another_whole_or_not_at_all(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_what_is_no_run_is_not_opened(tmp_path):
+def test_a_file_that_is_no_run_is_not_opened(tmp_path):
     whole = rs.save_run(simulate(), tmp_path / "run.nc").read_bytes()
     bad = tmp_path / "bad.nc"
     for content in (b"", b"not a run", whole[:100], whole[: len(whole) // 2], whole[:-1]):
@@ -530,8 +530,8 @@ def test_what_is_no_run_is_not_opened(tmp_path):
 # ---- too much ----
 
 
-def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_runs(monkeypatch):
-    told = []
+def test_more_than_the_memory_allows_is_refused_with_a_record_that_fits(monkeypatch):
+    reports = []
     monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 4e9)
     starts = np.tile(START.q, (1000, 1))
     words = (
@@ -539,8 +539,8 @@ def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_r
         r"record every n-th step \(record=(\d+)\) or the end only \(record='summary'\), fewer runs "
     )
     with pytest.raises(rs.errors.InputError, match=words) as refused:
-        simulate(starts, duration=10_000.0, progress=told.append)
-    assert told == []
+        simulate(starts, duration=10_000.0, progress=reports.append)
+    assert reports == []
     need, n = map(int, re.search(words, str(refused.value)).groups())
     assert need / 4.0 <= n <= need / 4.0 + 2
     with pytest.raises(rs.errors.InputError, match="GB are free"):
@@ -553,12 +553,12 @@ def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_r
 PEAK = r"""
 import re
 import numpy as np, robsim as rs
-from robsim.engine import record
-asked, needed = [], record._needed
-def noted(*given):
-    asked.append(needed(*given))
+from robsim.engine import recorder
+asked, estimate = [], recorder._estimate_record_bytes
+def noted(*arguments):
+    asked.append(estimate(*arguments))
     return asked[-1]
-record._needed = noted
+recorder._estimate_record_bytes = noted
 case = rs.load_scenario(rs.examples.path("stereo_in_hand")).with_(hold=True)
 def peak():  # since this process began, unlike ru_maxrss, which is that of its parent, too
     return 1024 * int(re.search(r"VmHWM:\s+(\d+)", open("/proc/self/status").read())[1])
@@ -640,7 +640,7 @@ RETURNED = {
 
 
 @pytest.mark.parametrize("case", RETURNED)
-def test_a_users_feature_or_law_that_returns_what_cannot_be_is_named(case):
+def test_a_users_feature_or_law_with_an_impossible_result_is_named(case):
     task, words = RETURNED[case]
     with pytest.raises(rs.errors.InputError) as error:
         simulate(task=task)
@@ -648,7 +648,7 @@ def test_a_users_feature_or_law_that_returns_what_cannot_be_is_named(case):
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_shape_that_changes_in_the_middle_of_a_run_is_told(threads):
+def test_a_shape_that_changes_in_the_middle_of_a_run_is_reported(threads):
     def measure(self, seen):
         s = Plain.measure(self, seen)
         return s[:, :6] if 0.65 < seen.depth[0, 0] < 0.7 else s
@@ -754,7 +754,7 @@ def blind(low, high):
 
 
 def planar():
-    """A planar arm whose camera looks up; stretched, both joints move it sideways only."""
+    """A planar arm with a camera that looks up; stretched, both joints move it sideways only."""
     arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="arm")
     eye = rs.MountedCamera("eye", rs.Camera(K), on="arm.link2")
     reach = arm.fk([0.3, -0.6])[:3, 3]
@@ -831,10 +831,10 @@ def assert_ended(run, case):
         assert np.isfinite(run[name].values[:step]).all(), name
     np.testing.assert_array_equal(run.q_end, run.q.values[step])
     np.testing.assert_array_equal(run.pixels_end, run.pixels.values[step])
-    assert np.isfinite(run.path_length) and (run.path_length > 0) == (step > 0 and moved(run))
+    assert np.isfinite(run.path_length) and (run.path_length > 0) == (step > 0 and has_moved(run))
 
 
-def moved(run):
+def has_moved(run):
     return not np.array_equal(run.q0, run.q_end)
 
 
@@ -859,7 +859,7 @@ def test_all_outcomes_but_running_are_reached():
 
 
 @pytest.mark.parametrize("kept", [3, "summary"])
-def test_what_is_recorded_does_not_change_the_end(kept):
+def test_the_record_does_not_change_the_end(kept):
     for case in (CASES["diverged"], CASES["behind camera at once"], CASES["joint limit"]):
         whole, part = run_of(case), run_of(case, record=kept)
         for name in ("outcome", "end_time", "path_length", "q_end", "pixels_end", "pixel_error"):
@@ -872,7 +872,7 @@ def test_every_outcome_has_a_sentence_for_the_user():
         assert message.startswith(f"{words}: ") and len(message) > len(words) + 20
 
 
-# ---- the order where several outcomes hold at one instant ----
+# ---- the order of several outcomes at one instant ----
 
 
 class Jump:
@@ -889,7 +889,7 @@ class Jump:
 
 
 def unsteady():
-    """A feature that is not finite as soon as anything has moved; twice it is asked at the goal."""
+    """A feature that is not finite once anything has moved; it is measured twice at the goal."""
 
     class Mine(Plain):
         calls = 0
@@ -976,7 +976,7 @@ def test_a_stall_comes_before_the_time_limit():
 
 @pytest.fixture(autouse=True)
 def listening():
-    """Ctrl-C is heard even where the shell that started us had it ignored."""
+    """Ctrl-C is heard even if the shell that started us had it ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -1001,14 +1001,14 @@ def interrupted(q0=START, task="built in", **settings):
 @pytest.mark.covering(1)
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("threads", [1, 2])
-def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
+def test_ctrl_c_keeps_the_part_simulated_so_far(task, threads, tmp_path):
     starts = np.stack([START.q, GOAL.q, turned(20).q])
     error = interrupted(starts, task, threads=threads, chunk=2)
     assert str(error) == "stopped by the user; the run so far is in .run"
     run = error.run
     assert (run.outcome == Outcome.RUNNING).all()
     steps = run.sizes["time"]
-    assert steps < 100_001  # cut to what was simulated
+    assert steps < 100_001  # cut to the simulated part
     for i in range(3):
         done = np.isfinite(run.q.values[i]).all(axis=1)
         count = int(done.sum())
@@ -1023,7 +1023,7 @@ def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
     np.testing.assert_array_equal(back.q, run.q)
 
 
-def test_what_is_kept_is_the_beginning_of_the_whole_run():
+def test_the_kept_part_is_the_beginning_of_the_whole_run():
     run = interrupted().run
     count = int(np.isfinite(run.q.values[:, 0]).sum())
     assert count > 10
@@ -1044,7 +1044,7 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, stop)
-    simulate()  # what is imported and compiled is there before the clock runs
+    simulate()  # imports and compiles everything before the clock runs
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
         with pytest.raises(rs.errors.Interrupted) as error:
@@ -1056,7 +1056,7 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
 
 
 class Interrupting:
-    """A law during whose third step Ctrl-C comes some times."""
+    """A law that receives Ctrl-C some times during its third step."""
 
     def __init__(self, times=1):
         self.steps, self.times, self.thread = 0, times, None
@@ -1080,14 +1080,14 @@ def test_ctrl_c_ends_a_short_run_in_the_calling_thread_after_its_step():
     np.testing.assert_array_equal(run.q, whole.q[:3])
 
 
-def test_a_second_ctrl_c_in_one_step_only_says_saving(capfd):
+def test_a_second_ctrl_c_in_one_step_only_prints_saving(capfd):
     with pytest.raises(rs.errors.Interrupted) as error:
         simulate(task={"law": Interrupting(times=3)})
     assert error.value.run.sizes["time"] == 3
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_what_somebody_else_does_at_ctrl_c_is_still_done():
+def test_another_handler_of_ctrl_c_is_still_called():
     came, law = [], Interrupting(times=0)
     signal.signal(signal.SIGINT, lambda *given: came.append(1))
     whole = simulate(task={"law": law})
@@ -1105,7 +1105,7 @@ def test_a_short_run_in_another_thread_is_the_same():
     assert runs[0].identical(simulate(task={"law": law}))
 
 
-def test_a_short_run_warns_as_a_long_one_whatever_numpy_was_told():
+def test_a_short_run_warns_as_a_long_one_whatever_the_settings_of_numpy():
     class Rough(Interrupting):
         def command(self, state):
             return super().command(state) + 0.0 * np.log(np.zeros(6)).clip(-1, 1)
@@ -1142,7 +1142,7 @@ def test_it_is_an_input_error_and_no_other(case):
         WRONG[case]()
 
 
-# ---- views, copies and what is left of them ----
+# ---- views, copies and their remaining content ----
 
 
 def test_a_law_cannot_write_into_the_loop():
@@ -1164,7 +1164,7 @@ def test_a_goal_is_a_copy():
         task.goal.q[0] = 1.0
 
 
-def test_collinear_marks_are_told_for_a_computed_goal_too():
+def test_collinear_marks_are_reported_for_a_computed_goal_too():
     scene = flying(marks=[[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]])
     goal = rs.GoalPose(GOAL.inv())
     with pytest.warns(rs.errors.RankWarning, match="its marks lie on one line"):

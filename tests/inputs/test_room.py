@@ -12,7 +12,7 @@ STAT = "anon 5\ninactive_file 300000000\ntotal_inactive_file 200000000\n"
 
 @pytest.fixture
 def system(monkeypatch, tmp_path):
-    """A system without any limit, in which files can be put."""
+    """A system without any limit, and with a folder for the files of the system."""
 
     def file(name, text):
         path = tmp_path / name
@@ -27,7 +27,7 @@ def system(monkeypatch, tmp_path):
 
 
 def test_the_least_that_any_limit_leaves_counts(system):
-    assert get_free_memory() == 0.5e12 - OWN  # half of what there is
+    assert get_free_memory() == 0.5e12 - OWN  # half of the total
     system("meminfo", "MemTotal: 16000000 kB\nMemAvailable: 8000000 kB\n")
     assert get_free_memory() == 8192e6 - OWN
     system("cgroup/memory/memory.limit_in_bytes", "6000000000\n")
@@ -46,7 +46,7 @@ def test_the_least_that_any_limit_leaves_counts(system):
     assert get_free_memory() == 0.0
 
 
-def test_where_the_system_does_not_tell_there_are_a_few_gigabytes(system, monkeypatch):
+def test_a_system_that_does_not_report_its_memory_has_a_few_gigabytes(system, monkeypatch):
     def unknown(name):
         raise ValueError("unrecognized configuration name")
 

@@ -1,4 +1,4 @@
-"""Run files: what a seal keeps, what is refused, and what is read of others by an explicit word."""
+"""Run files: content under a seal, refusals, and foreign files read by an explicit option."""
 
 import hashlib
 import json
@@ -39,7 +39,7 @@ def parts(path):
 
 
 def sealed(content, index):
-    """A file with a right checksum, whatever its index says."""
+    """A file with a right checksum, whatever its index claims."""
     text = index if isinstance(index, bytes) else json.dumps(index).encode()
     whole = content + text + len(text).to_bytes(8, "little")
     return whole + hashlib.sha256(whole).digest() + MAGIC
@@ -49,7 +49,7 @@ def entry(index, name):
     return next(each for each in index["variables"] if each["name"] == name)
 
 
-# ---- what is kept ----
+# ---- kept content ----
 
 
 def test_values_types_and_attributes_are_kept_as_they_are(run, tmp_path):
@@ -107,17 +107,17 @@ def test_the_same_run_gives_the_same_file(run, path):
         {"q": ("time", np.zeros(11))},
     ],
 )
-def test_what_could_not_be_opened_is_not_saved(run, odd, tmp_path):
+def test_a_run_that_could_not_be_opened_is_not_saved(run, odd, tmp_path):
     with pytest.raises(rs.errors.FileError, match="cannot write"):
         rs.save_run(run.assign(odd), tmp_path / "run.nc")
     assert not list(tmp_path.iterdir())
 
 
-# ---- what was changed ----
+# ---- changed files ----
 
 
 @pytest.mark.parametrize("name", ["q", "outcome", "end_time"])
-def test_an_edited_number_is_told(path, name):
+def test_an_edited_number_is_reported(path, name):
     _, index = parts(path)
     changed = bytearray(path.read_bytes())
     changed[entry(index, name)["offset"]] ^= 1
@@ -127,7 +127,7 @@ def test_an_edited_number_is_told(path, name):
 
 
 @pytest.mark.parametrize("name", ["scenario", "robsim"])
-def test_an_edited_text_is_told(run, path, name):
+def test_an_edited_text_is_reported(run, path, name):
     text = run.attrs[name].encode()[-5:]
     path.write_bytes(path.read_bytes().replace(text, text[:-1] + b"9"))
     with pytest.raises(rs.errors.FileError, match=r"run\.nc was changed"):
@@ -190,7 +190,7 @@ def test_an_index_that_is_no_plain_json_is_refused(path, text):
         ("image_size", [1, 2, 3], "attribute image_size is"),
     ],
 )
-def test_what_is_sealed_must_be_a_run(path, name, value, told):
+def test_a_sealed_file_must_be_a_run(path, name, value, told):
     content, index = parts(path)
     index["attributes"][name] = value
     path.write_bytes(sealed(content, index))
@@ -273,12 +273,12 @@ def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called)
     with pytest.raises(rs.errors.FileError, match=r"run\.nc has no seal: .*--unsealed"):
         rs.open_run(path)
     assert rs.open_run(path, unsealed=True).identical(run)
-    status, _, told = called("explain", path)
-    assert status == 2 and "--unsealed" in told
+    status, _, message = called("explain", path)
+    assert status == 2 and "--unsealed" in message
     assert called("explain", path, "--unsealed")[0] == 0
 
 
-def test_what_hdf5_cannot_read_is_told(path):
+def test_a_file_that_hdf5_cannot_read_is_reported(path):
     path.write_bytes(parts(path)[0][:3000])
     with pytest.raises(rs.errors.FileError, match=r"run\.nc cannot be read as a run"):
         rs.open_run(path, unsealed=True)
@@ -287,7 +287,7 @@ def test_what_hdf5_cannot_read_is_told(path):
         rs.open_run(path, unsealed=True)
 
 
-# ---- what a replay finds ----
+# ---- results of a replay ----
 
 
 def test_a_replay_of_an_edited_run_tells_the_first_difference(run):
@@ -322,7 +322,7 @@ def test_a_difference_under_another_version_names_the_versions(run):
         rs.replay(edited)
 
 
-def test_instants_that_are_none_are_told(run):
+def test_instants_that_are_none_are_reported(run):
     with pytest.warns(rs.errors.ReplayWarning, match="3 of its instants are missing now"):
         rs.replay(run.assign_coords(time=run.time + np.arange(11) // 8 * 1e-3))
 

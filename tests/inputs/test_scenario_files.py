@@ -1,4 +1,4 @@
-"""Scenario files: what each key means, and that whatever is wrong is one clear FileError."""
+"""Scenario files: the meaning of each key, and one clear FileError for every fault."""
 
 import math
 import time
@@ -167,7 +167,7 @@ def refusal(text=RHINO, old="", new="", **changes):
     return str(caught.value)
 
 
-# what the keys mean
+# the meaning of the keys
 
 
 def read_again(scenario):
@@ -237,7 +237,7 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     )
 
 
-def test_what_is_not_given_is_as_in_simulate_and_in_ibvs():
+def test_missing_keys_have_the_defaults_of_simulate_and_ibvs():
     import inspect
 
     scenario = read(RHINO[: RHINO.index("[start]")], "gain = 1.5", "")
@@ -474,7 +474,7 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
     assert load_scenario(path).task.gain == 1.5
 
 
-# what is believed
+# beliefs
 
 
 def believed(changes, base=RHINO):
@@ -485,7 +485,7 @@ def test_no_belief_is_none():
     assert read().task.belief is None
 
 
-def test_a_belief_changes_what_it_names_and_nothing_else():
+def test_a_belief_changes_the_numbers_it_names_and_nothing_else():
     truth = read().scene
     belief = believed('[[belief.cameras]]\nname = "eye"\nfocal = [900, 900]')
     assert belief.camera().camera.K.tolist() == [[900, 0, 319.5], [0, 900, 239.5], [0, 0, 1]]
@@ -576,7 +576,7 @@ def test_changes_reach_every_kind_of_path():
     assert scenario.task.belief.object().pose.position[0] == 0.3
 
 
-def test_changes_are_in_the_text_and_the_text_says_the_same():
+def test_changes_are_in_the_text_and_the_text_gives_the_same_experiment():
     scenario = read(set={"task.gain": "2", "belief.cameras.eye.focal": "[900, 900]"})
     assert "gain = 2" in scenario.text
     again = Experiment.from_text(scenario.text)
@@ -623,7 +623,7 @@ def test_a_motion_is_changed_by_the_name_of_its_robot():
     assert "cannot be set" in refusal(text, set=["motions.belt.robot=fly"])
 
 
-def test_a_change_takes_what_makes_no_sense_beside_it_away():
+def test_a_change_removes_keys_that_make_no_sense_beside_it():
     task = read(RICH, set={"task.law": "joint", "task.inverse": "pseudo_inverse"}).task
     assert (task.law, task.inverse) == (rs.laws.JointLaw(), rs.laws.PseudoInverse())
     goal = read(
@@ -657,7 +657,7 @@ def test_a_change_that_cannot_be_made_names_the_nearest(change, parts):
     assert all(part in message for part in parts), message
 
 
-# what is wrong in a file
+# faults in a file
 
 WRONG = [
     # the top of the file
@@ -692,7 +692,7 @@ WRONG = [
     ("[run]", "[sensing]\nnoise = -1\n[run]", ["sensing.noise", "0", "-1"]),
     ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
     ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
-    # what is wrong with images and joints
+    # faults of images and joints
     ("[run]", '[sensing]\nnoise = "1 px"\n[run]', ["sensing.noise", "number", "'1 px'"]),
     ("[run]", "[sensing]\nnose = 1\n[run]", ["sensing.nose", "did you mean 'noise'"]),
     ("[run]", "[sensing]\nlatency = 0.04\n[run]", ["sensing.latency", "unit of time", "0.04"]),
@@ -795,7 +795,7 @@ WRONG = [
     ('name = "cube"', "", ["objects[0].name", "missing"]),
     ('name = "cube"', 'name = "eye"', ["two things", "'eye'"]),
     ('name = "cube"', 'name = "world"', ["two things", "'world'"]),
-    # what does not go together
+    # contradictory keys
     ("focal = [800, 810]", "", ["cameras.eye", "focal is missing", "K = [[fx"]),
     (
         "focal = [800, 810]",
@@ -877,7 +877,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize("old,new,parts", WRONG)
-def test_what_is_wrong_is_told_with_file_key_value_and_what_would_be_valid(old, new, parts):
+def test_each_fault_is_reported_with_file_key_value_and_a_valid_value(old, new, parts):
     start = time.perf_counter()
     message = refusal(RHINO, old, new)
     assert time.perf_counter() - start < 5  # a file that is slow to refuse takes minutes
@@ -920,7 +920,7 @@ WRONG_LINKS = [
 
 
 @pytest.mark.parametrize("old,new,parts", WRONG_LINKS)
-def test_what_is_wrong_in_a_robot_is_told_with_its_link(old, new, parts):
+def test_a_fault_of_a_robot_is_reported_with_its_link(old, new, parts):
     message = refusal(RICH, old, new)
     assert message.startswith("bench.toml: ")
     assert all(part in message for part in parts), message
@@ -976,7 +976,7 @@ def test_a_start_in_the_plane_is_two_lengths_and_an_angle(kind):
         ),
     ],
 )
-def test_what_is_wrong_with_a_joint_in_the_plane_is_told(old, new, parts):
+def test_a_fault_of_a_joint_in_the_plane_is_reported(old, new, parts):
     message = refusal(CART, old, new)
     assert all(part in message for part in parts), message
 
@@ -1063,7 +1063,7 @@ WRONG_TASKS = [
     ('kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"', ["task.lag", "3 m", "unit of time"]),
     ('kind = "ibvs"\ngoal = { s = [] }', ["task.goal.s", "a list of one or more"]),
     ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "q and s: give one"]),
-    # what is done to the command
+    # shaping of the command
     ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
     ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),
     (POSTURE % '["1 deg"]', ["task.secondary.q", "1 coordinates, expected 5", "upper_arm"]),
@@ -1124,7 +1124,7 @@ WRONG_TASKS = [
 
 
 @pytest.mark.parametrize("task,parts", WRONG_TASKS)
-def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
+def test_a_fault_of_a_task_is_reported_with_its_key(task, parts):
     message = refusal(RHINO, 'kind = "ibvs"\ngain = 1.5', task)
     assert all(line.startswith("bench.toml: ") for line in message.splitlines())
     assert all(part in message for part in parts), message
@@ -1132,7 +1132,7 @@ def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
     assert len(set(paths)) == len(paths) <= 3, message
 
 
-def test_two_tasks_for_one_joint_are_told_when_they_are_bound():
+def test_two_tasks_for_one_joint_are_reported_when_they_are_bound():
     scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("parallel"))
     with pytest.raises(
         rs.errors.FileError, match=r"^bench\.toml: task: two tasks command one joint: sh"
@@ -1151,7 +1151,7 @@ def test_tasks_within_tasks_are_not_too_many(levels):
     assert time.perf_counter() - start < 5
 
 
-def test_ten_problems_are_told_and_the_others_counted():
+def test_ten_problems_are_reported_and_the_others_counted():
     many = "\n".join(f"key{i} = {i}" for i in range(12))
     lines = refusal(RHINO, "gain = 1.5", many).splitlines()
     assert len(lines) == 11
@@ -1159,7 +1159,7 @@ def test_ten_problems_are_told_and_the_others_counted():
     assert lines[10] == "bench.toml: and 2 more"
 
 
-def test_problems_in_several_tables_are_told_together():
+def test_problems_in_several_tables_are_reported_together():
     text = RHINO.replace("gain = 1.5", "gain = -1").replace('dt = "40 ms"', "dt = 3")
     assert [line.split(": ")[1] for line in refusal(text).splitlines()] == ["task.gain", "run.dt"]
 
@@ -1228,7 +1228,7 @@ def test_a_long_file_is_refused_in_time():
     assert time.perf_counter() - start < 20
 
 
-# what a run would find
+# faults that a run would find
 
 
 def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
@@ -1239,7 +1239,7 @@ def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
         scenario.run()
 
 
-def test_a_scene_in_which_nothing_moves_is_told_with_the_file():
+def test_a_scene_in_which_nothing_moves_is_reported_with_the_file():
     scenario = read(RHINO, 'on = "rhino_xr4.tool"', "")
     with pytest.raises(
         rs.errors.FileError, match=r"^bench\.toml: task: no joint moves camera 'eye'"
@@ -1333,7 +1333,7 @@ QUIET = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def tried_with(**strategies):
-    """A property is tried with 60 examples by default and with 250 where all tests run."""
+    """A property is tried with 60 examples by default and with 250 if all tests run."""
 
     def decorate(holds):
         @pytest.mark.parametrize("count", [60, pytest.param(250, marks=pytest.mark.full)])

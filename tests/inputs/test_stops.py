@@ -25,7 +25,7 @@ LONG = rs.load_scenario(examples.path("visp_tutorial")).with_(
 
 @pytest.fixture(autouse=True)
 def _as_in_a_fresh_process():
-    """Python's own handlers, even where the shell that started us had one ignored."""
+    """Python's own handlers, even if the shell that started us had one ignored."""
     for number in SIGNALS:
         own = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
         signal.signal(number, own)
@@ -48,13 +48,13 @@ def test_all_stops_are_one_thing_and_any_number_of_them_keeps_what_was_simulated
     run = error.value.run
     assert handlers() == before and run.outcome == rs.Outcome.RUNNING and run.sizes["time"] > 1
     assert np.isfinite(run.q).all()
-    said = capfd.readouterr().err.splitlines()
-    assert set(said) == {"robsim: saving what was simulated so far"}
-    assert len(said) >= len(SIGNALS)
+    output = capfd.readouterr().err.splitlines()
+    assert set(output) == {"robsim: saving what was simulated so far"}
+    assert len(output) >= len(SIGNALS)
 
 
 @pytest.mark.parametrize("number", SIGNALS[1:])
-def test_what_is_ignored_or_somebody_elses_stays_so(number):
+def test_an_ignored_or_foreign_handler_stays_so(number):
     came = []
 
     def send(share):
@@ -80,7 +80,7 @@ def test_a_stop_before_anything_was_simulated_is_keyboard_interrupt(monkeypatch)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_a_comparison_that_is_stopped_while_it_measures_has_what_was_simulated(monkeypatch):
+def test_a_comparison_that_is_stopped_while_it_measures_has_the_simulated_part(monkeypatch):
     from robsim.analysis import compared_scheme
 
     def stop(*given):
@@ -121,7 +121,7 @@ def test_a_summary_that_is_stopped_between_its_parts_has_those_that_were_done(mo
 
 
 class Clock:
-    """A clock on which a step takes some time."""
+    """A clock that advances with each step."""
 
     def __init__(self, seconds):
         self.now, self.seconds = 0.0, seconds
@@ -223,7 +223,7 @@ def started(folder, *arguments, code=TOLD):
 @pytest.mark.parametrize(
     "number", [SIGNALS[0], *(pytest.param(each, marks=pytest.mark.full) for each in SIGNALS[1:])]
 )
-def test_a_command_that_is_stopped_saves_and_says_where_and_by_what(tmp_path, number):
+def test_a_command_that_is_stopped_saves_and_reports_the_file_and_the_signal(tmp_path, number):
     child = started(tmp_path, "run", "long.toml", "-o", "out")
     while child.stdout.readline() != "begun\n":
         assert child.poll() is None
@@ -241,7 +241,7 @@ def test_a_command_that_is_stopped_saves_and_says_where_and_by_what(tmp_path, nu
     assert run.outcome == rs.Outcome.RUNNING and np.isfinite(run.q).all()
 
 
-def test_a_command_that_is_stopped_while_it_imports_says_a_word(tmp_path):
+def test_a_command_that_is_stopped_while_it_imports_prints_a_word(tmp_path):
     code = """
 import importlib, os, signal, sys
 class Finder:

@@ -1,4 +1,4 @@
-"""The command that serves a studio: what it says, whom it lets in, and how it ends."""
+"""The command that serves a studio: its output, the visitors it admits, and how it ends."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def served():
 
 
 def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
-    said = served.stdout.readline()
-    address = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)[0]
-    assert said.strip() == f"open {address} in a browser; Ctrl-C ends it"
+    output = served.stdout.readline()
+    address = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", output)[0]
+    assert output.strip() == f"open {address} in a browser; Ctrl-C ends it"
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     page = opener.open(address, timeout=20).read().decode()
     assert page.startswith("<!doctype html>") and "connect-src 'self'" in page
@@ -54,7 +54,7 @@ def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
         (["--speed"], "No such option"),
     ],
 )
-def test_what_is_wrong_is_said_before_anything_is_served(
+def test_each_fault_is_reported_before_anything_is_served(
     arguments, reason, tmp_path, monkeypatch, called
 ):
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""Folders that are to hold a study, and what the studio says of those that do not."""
+"""Folders that should hold a study, and the message of the studio if they do not."""
 
 import json
 
@@ -75,9 +75,7 @@ DAMAGE = [
 
 
 @pytest.mark.parametrize(("damage", "reason"), DAMAGE)
-def test_what_is_wrong_with_a_study_is_said_before_anything_is_served(
-    damage, reason, folder, called
-):
+def test_a_fault_of_a_study_is_reported_before_anything_is_served(damage, reason, folder, called):
     damage(folder)
     status, out, err = called("studio", folder, "--no-open")
     assert status == 2 and not out

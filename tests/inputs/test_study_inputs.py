@@ -1,4 +1,4 @@
-"""What is no study: one clear error each, before anything runs."""
+"""Invalid studies: one clear error each, before anything runs."""
 
 import json
 import re
@@ -83,7 +83,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("wanted", BAD)
-def test_what_is_no_study_is_refused(wanted):
+def test_an_invalid_study_is_refused(wanted):
     given = {"runs": 5, **BAD[wanted]}
     with pytest.raises(rs.errors.InputError, match=wanted):
         rs.study(FLYING, **given)
@@ -128,7 +128,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wanted", WRONG)
-def test_what_is_no_sampler_is_refused(wanted):
+def test_an_invalid_sampler_is_refused(wanted):
     with pytest.raises(rs.errors.InputError, match=wanted):
         WRONG[wanted]()
 
@@ -157,7 +157,7 @@ def test_a_store_of_another_study_is_not_touched(tmp_path):
         ({"kernels": "0"}, None),
     ],
 )
-def test_a_store_of_another_version_is_told(tmp_path, change, wanted):
+def test_a_store_of_another_version_is_reported(tmp_path, change, wanted):
     made = rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
     about = tmp_path / "study.json"
     about.write_text(json.dumps({**json.loads(about.read_text()), **change}))
@@ -177,7 +177,7 @@ def test_a_damaged_part_is_named(tmp_path):
     for data in (b"", whole[: len(whole) // 2], whole[:50] + b"\0" * 50 + whole[100:]):
         part.write_bytes(data)
         try:
-            assert rs.open_study(tmp_path).table is not None  # where no checked byte was hit
+            assert rs.open_study(tmp_path).table is not None  # if no checked byte was hit
         except rs.errors.FileError as error:
             assert str(part) in str(error)
     part.rename(part.with_name("rows-0000000000000-0000000000004.parquet"))
@@ -186,7 +186,7 @@ def test_a_damaged_part_is_named(tmp_path):
         _ = rs.open_study(tmp_path).runs
 
 
-def test_a_scheduler_that_does_not_answer_is_told_soon(monkeypatch):
+def test_a_scheduler_that_does_not_answer_is_reported_soon(monkeypatch):
     assert dask_cluster.PATIENCE < 15
     monkeypatch.setattr(dask_cluster, "PATIENCE", 0.5)
     silent = socket.create_server(("127.0.0.1", 0))
@@ -197,7 +197,7 @@ def test_a_scheduler_that_does_not_answer_is_told_soon(monkeypatch):
         connect_client("host")
 
 
-def test_commands_tell_what_is_no_study(called, tmp_path):
+def test_commands_report_an_invalid_study(called, tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(TEXT)
     _, _, err = called("study", path)

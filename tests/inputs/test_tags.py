@@ -1,4 +1,4 @@
-"""Wrong tags, boards and targets are refused; what needs no other program is as it should be."""
+"""Wrong tags, boards and targets are refused; parts that need no other program are correct."""
 
 import re
 import sys
@@ -60,17 +60,17 @@ def test_it_is_refused(make, reason):
         make()
 
 
-def test_what_looks_like_millimetres_is_warned_of():
+def test_possible_millimetres_are_warned_of():
     with pytest.warns(
         rs.errors.UnitWarning, match="size of a tag in metres: 80 looks like mil"
-    ) as told:
+    ) as record:
         rs.vision.Tag("tag36h11", 7, size=80)
-    assert told[0].filename == __file__ and str(told[0].message).endswith("80 mm is 0.08")
+    assert record[0].filename == __file__ and str(record[0].message).endswith("80 mm is 0.08")
     with pytest.warns(
         rs.errors.UnitWarning, match="square of a board in metres: 30 looks like"
-    ) as told:
+    ) as record:
         rs.vision.Board("DICT_4X4_50", 5, 4, 30.0, 20.0)
-    assert len(told) == 1
+    assert len(record) == 1
     assert rs.vision.Tag("tag36h11", 7, size=10.0).size == 10.0
 
 
@@ -97,7 +97,7 @@ def test_marks_are_the_corners_of_the_black_square():
     )
 
 
-def test_what_is_missing_is_told(monkeypatch):
+def test_a_missing_part_is_reported(monkeypatch):
     """Each extra program by its name, with the command that installs it."""
     for name in ("cv2", "pyapriltags"):
         monkeypatch.setitem(sys.modules, name, None)
@@ -111,7 +111,7 @@ def test_what_is_missing_is_told(monkeypatch):
         rs.vision.TagDetector([rs.vision.Tag("DICT_4X4_50", 0, 0.1)])
 
 
-def test_yaml_without_its_reader_is_told(monkeypatch, tmp_path):
+def test_yaml_without_its_reader_is_reported(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "yaml", None)
     (tmp_path / "a.yaml").write_text("K: 3\n")
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""Ten mistakes of ten kinds: each is told in one line, with its key and what would be valid."""
+"""Ten mistakes of ten kinds: each is reported in one line, with its key and a valid value."""
 
 import pytest
 
@@ -69,14 +69,14 @@ def refusal(text):
 
 
 @pytest.mark.parametrize("what", MISTAKES)
-def test_a_mistake_is_told_in_one_line(what):
+def test_a_mistake_is_reported_in_one_line(what):
     old, new, told = MISTAKES[what]
     assert old in TEXT
     message = refusal(TEXT.replace(old, new, 1))
     assert message.startswith(f"bench.toml: {told}") and "\n" not in message
 
 
-def test_several_are_told_together_and_none_because_of_another():
+def test_several_are_reported_together_and_none_because_of_another():
     text, several = TEXT, ("a misspelt key", "no unit", "another unit", "another type")
     for what in several:
         old, new, _ = MISTAKES[what]
@@ -125,7 +125,7 @@ TOLD = [
 
 
 def test_ten_mistakes_in_one_file_are_ten_messages():
-    """Nothing is told of the frame of the camera, for its robot is not known."""
+    """No error mentions the frame of the camera, for its robot is invalid."""
     lines = refusal(TEN).split("\n")
     assert len(lines) == len(TOLD) == 10
     for line, told in zip(lines, TOLD, strict=True):

@@ -1,4 +1,4 @@
-"""Tools in scenario files: what `Robot.with_tool` does, and what it refuses."""
+"""Tools in scenario files: the effects of `Robot.with_tool`, and its refusals."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def joined():
     return arm.with_tool(gripper, rs.Pose.at(z=-0.1083), bare=True).at(rs.Pose.at(z=0.1))
 
 
-def test_a_tool_in_a_file_is_that_of_python():
+def test_a_tool_in_a_file_agrees_with_python():
     scenario = read()
     assert scenario.scene.robot() == joined()
     again = Experiment.from_text(scenario.to_toml())

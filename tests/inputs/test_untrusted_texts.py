@@ -1,4 +1,4 @@
-"""Texts that nobody checked: where a refusal says that it is, and how soon it comes."""
+"""Texts that nobody checked: the key that a refusal names, and its time."""
 
 import io
 import sys
@@ -35,7 +35,7 @@ def checked(task=LEAF, old="", new="", more=""):
     return experiment
 
 
-def refused(*args, **kwargs):
+def get_refusal(*args, **kwargs):
     with pytest.raises((rs.errors.FileError, rs.errors.GoalError)) as caught:
         checked(*args, **kwargs)
     return str(caught.value)
@@ -86,8 +86,8 @@ SPEED = 'rates = ["1 m/s", "0 m/s", "0 m/s", "0 rad/s", "0 rad/s", "0 rad/s"]'
     ],
 )
 def test_a_refusal_names_its_key(said, key):
-    """Also where the parts of an experiment are checked, or brought together."""
-    assert refused(**said).startswith(f"<text>: {key}")
+    """Also when the parts of an experiment are checked, or brought together."""
+    assert get_refusal(**said).startswith(f"<text>: {key}")
 
 
 @pytest.mark.parametrize(
@@ -100,37 +100,37 @@ def test_a_refusal_names_its_key(said, key):
         ("".join(f"[a.b.c.d.e.f.g.h{i}]\n" for i in range(1001)), "more than 1000 keys of 8 parts"),
     ],
 )
-def test_what_is_no_toml_is_told_with_its_line(more, message):
-    assert message in refused(more=more)
+def test_invalid_toml_is_reported_with_its_line(more, message):
+    assert message in get_refusal(more=more)
 
 
 def test_a_whole_number_that_python_cannot_write_is_shown():
-    assert "run.seed" in refused(more=f"[run]\nseed = 0x{'f' * 5000}\n")
+    assert "run.seed" in get_refusal(more=f"[run]\nseed = 0x{'f' * 5000}\n")
 
 
 @pytest.mark.parametrize("kind", ["cameras", "objects", "robots"])
 def test_a_part_is_believed_once(kind):
     name = {"cameras": "eye", "objects": "dots", "robots": "free_camera"}[kind]
-    told = f'[[belief.{kind}]]\nname = "{name}"\n'
-    assert refused(more=2 * told) == (
+    text = f'[[belief.{kind}]]\nname = "{name}"\n'
+    assert get_refusal(more=2 * text) == (
         f"<text>: belief.{kind}.{name}: there are two tables of this name; give one"
     )
-    assert checked(more=told).task.belief.robots[0].name == "free_camera"
+    assert checked(more=text).task.belief.robots[0].name == "free_camera"
 
 
 def test_a_robot_is_believed_once_also_by_its_model():
-    told = '[[belief.robots]]\nname = "free_camera"\n[[belief.robots]]\nmodel = "free_camera"\n'
-    assert "belief.robots.free_camera: there are two tables" in refused(more=told)
+    text = '[[belief.robots]]\nname = "free_camera"\n[[belief.robots]]\nmodel = "free_camera"\n'
+    assert "belief.robots.free_camera: there are two tables" in get_refusal(more=text)
 
 
 def test_tasks_within_tasks_are_counted():
     """A tree of 4096 schemes took a minute and a half."""
     assert checked(tree(6)).task.second.second.first.when.value == 0.1
-    assert "task: composed of more than 64 tasks" in refused(tree(7))
-    assert "more than 1100 tasks, nested tasks included" in refused(tree(12))
+    assert "task: composed of more than 64 tasks" in get_refusal(tree(7))
+    assert "more than 1100 tasks, nested tasks included" in get_refusal(tree(12))
     assert checked(chain(16)).task.first.first.second == rs.IBVS()
-    assert "tasks are nested more than 16 deep" in refused(chain(17))
-    assert "tasks are nested more than 16 deep" in refused(chain(60))
+    assert "tasks are nested more than 16 deep" in get_refusal(chain(17))
+    assert "tasks are nested more than 16 deep" in get_refusal(chain(60))
 
 
 def test_python_counts_tasks_as_well():
@@ -143,20 +143,20 @@ def test_python_counts_tasks_as_well():
 def test_the_features_of_all_tasks_are_counted():
     marks = ", ".join(f'"{i % 100}, {i // 100}, 1000 mm"' for i in range(10_000))
     several = '{ kind = "ibvs", features = ["points", "points"] }'
-    told = refused(switch(several), '"0,0,1 m", "1,0,9 m", "0,1,9 m", "1,1,9 m"', marks)
-    assert told == "<text>: task.second: all tasks together have more than 40000 features"
+    message = get_refusal(switch(several), '"0,0,1 m", "1,0,9 m", "0,1,9 m", "1,1,9 m"', marks)
+    assert message == "<text>: task.second: all tasks together have more than 40000 features"
 
 
 def test_only_so_many_robots_are_looked_up():
-    """100 000 models took 20 s, and then one line said that there are too many."""
+    """100 000 models took 20 s, and then one line reported that there are too many."""
     many = ", ".join(['{ model = "none" }'] * 65)
-    told = refused(old='{ model = "free_camera" }', new=many)
-    assert told.startswith("<text>: robots: must have at most 64 items, not 65")
+    message = get_refusal(old='{ model = "free_camera" }', new=many)
+    assert message.startswith("<text>: robots: must have at most 64 items, not 65")
 
 
 def test_of_many_problems_ten_are_kept():
     phases = ", ".join(f'{{ name = "p{i}", task = {{ kind = "x{i}" }} }}' for i in range(900))
-    lines = refused(f'{{ kind = "mission", phases = [{phases}] }}').splitlines()
+    lines = get_refusal(f'{{ kind = "mission", phases = [{phases}] }}').splitlines()
     assert len(lines) == 11 and lines[-1] == "<text>: and 890 more"
 
 
@@ -172,7 +172,7 @@ def test_of_many_problems_ten_are_kept():
 )
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_title_is_shown_by_any_terminal(monkeypatch, encoding, shown, stream):
-    """What its encoding lacks is escaped, and so are controls, which could write anywhere."""
+    """Escapes all characters outside its encoding, and controls, which could write anywhere."""
     written = io.BytesIO()
     monkeypatch.setattr(sys, stream, io.TextIOWrapper(written, encoding, errors="strict"))
     print_text("Ω \x1b[31m café", err=stream == "stderr")

@@ -1,4 +1,4 @@
-"""URDF files: what is refused, and with which words; what is read otherwise; what comes out."""
+"""URDF files: refusals and their messages; elements that are read with a warning; the result."""
 
 import time
 import warnings
@@ -72,13 +72,13 @@ def read(tmp_path):
     return made
 
 
-def refused(read, *change, text=ARM):
+def get_refusal(read, *change, text=ARM):
     with pytest.raises(rs.errors.FileError) as caught:
         read(text, *change)
     return str(caught.value)
 
 
-# what is refused
+# refusals
 
 CORPUS_SAYS = {
     "01_billion_laughs": "a DOCTYPE is not allowed, nor are the entities that it could define",
@@ -192,23 +192,23 @@ def test_the_rest_of_the_corpus_is_read():
         ('<?xml version="1.0"?>', "<!DOCTYPE robot []>", ":1: a DOCTYPE is not allowed"),
     ],
 )
-def test_a_mistake_is_told_with_its_line_its_element_and_what_is_allowed(read, old, new, message):
-    assert message in refused(read, old, new)
+def test_a_mistake_is_reported_with_its_line_its_element_and_valid_values(read, old, new, message):
+    assert message in get_refusal(read, old, new)
 
 
-def test_all_mistakes_are_told_at_once(read):
+def test_all_mistakes_are_reported_at_once(read):
     text = ARM.replace('lower="-1.5"', 'lower="3"').replace('"0.6 0 0.8"', '"0 0 0"')
-    lines = refused(read, 'link="finger"', 'link="fingr"', text=text).split("\n")
+    lines = get_refusal(read, 'link="finger"', 'link="fingr"', text=text).split("\n")
     assert [line.split("arm.urdf:")[1].split(":")[0] for line in lines] == ["24", "30", "32"]
 
 
 def test_a_file_of_mistakes_is_not_read_to_its_end(read):
     many = '<link name="a"><visual/></link>\n' * 1000
-    lines = refused(read, text=f'<robot name="r">{many}</robot>').split("\n")
+    lines = get_refusal(read, text=f'<robot name="r">{many}</robot>').split("\n")
     assert len(lines) == 51 and "was not read further" in lines[-1]
 
 
-def test_what_only_looks_like_our_second_link_keeps_its_place(read):
+def test_a_chain_that_only_looks_like_our_second_link_keeps_its_place(read):
     """A root that is called as those links are that a joint of ours takes to write."""
     tail = '<joint name="b.tail" type="fixed"><parent link="b.axis"/><child link="b"/>'
     text = f'<robot name="r"><link name="b.axis"/><link name="b"/>{tail}<origin xyz="1 2 3"/>'
@@ -217,7 +217,7 @@ def test_what_only_looks_like_our_second_link_keeps_its_place(read):
     assert robot.fk([], "b")[:3, 3].tolist() == [1, 2, 3]
 
 
-def test_what_hardly_follows_another_does_not_hold_it(read):
+def test_a_joint_that_hardly_follows_another_does_not_hold_it(read):
     arm = read(ARM, 'multiplier="0.01"', 'multiplier="1e-320"')
     assert arm.limits[1].tolist() == [-np.inf, np.inf]
 
@@ -226,21 +226,21 @@ def test_loops_of_mimics_end(read):
     text = ARM.replace(
         '<axis xyz="0.6 0 0.8"/>', '<axis xyz="0.6 0 0.8"/><mimic joint="grip" multiplier="2"/>'
     )
-    assert "mimics itself" in refused(read, text=text)
+    assert "mimics itself" in get_refusal(read, text=text)
 
 
 def test_names_that_become_the_same_are_refused(read):
     text = ARM.replace('link="lower"', 'link="up/er"').replace('name="lower"', 'name="up/er"')
     text = text.replace('name="upper"', 'name="up_er"').replace('link="upper"', 'link="up_er"')
-    assert "line 5 has the same converted name 'up_er'" in refused(read, text=text)
+    assert "line 5 has the same converted name 'up_er'" in get_refusal(read, text=text)
 
 
 @pytest.mark.parametrize("text", ["", "  \n", "robot", "<robot", "<a/>", "\0", "<robot name='r'/>"])
-def test_what_is_no_robot_is_refused(read, text):
-    assert "arm.urdf" in refused(read, text=text)
+def test_an_invalid_robot_is_refused(read, text):
+    assert "arm.urdf" in get_refusal(read, text=text)
 
 
-def test_what_cannot_be_read_is_refused(tmp_path):
+def test_a_file_that_cannot_be_read_is_refused(tmp_path):
     for path in (tmp_path / "none.urdf", tmp_path, 3, "a\0b", None):
         with pytest.raises(rs.errors.FileError):
             rs.Robot.from_urdf(path)
@@ -263,18 +263,18 @@ def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
         ("<robot name='r'>" + "<link name='a'/>" * 2049 + "</robot>", "from 1 to 2048 are allowed"),
     ],
 )
-def test_what_is_too_much_is_refused(read, text, message):
-    assert message in refused(read, text=text)
+def test_a_file_that_is_too_large_is_refused(read, text, message):
+    assert message in get_refusal(read, text=text)
 
 
 @pytest.mark.parametrize("digits", ["1" * 100_000, "1" * 1_000_000 + "e", "0." + "0" * 200_000])
 def test_endless_numbers_are_refused_at_once(read, digits):
     start = time.perf_counter()
-    assert "xyz = '" in refused(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
+    assert "xyz = '" in get_refusal(read, 'xyz="0 0 1"', f'xyz="{digits} 0 0"')
     assert time.perf_counter() - start < 1.0
 
 
-# what is read otherwise than it is written, and told
+# elements that are read otherwise than written, with a warning
 
 
 @pytest.mark.parametrize(
@@ -301,7 +301,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('scale="1 1 2"', 'scale="1 1 2 1"', "scale = '1 1 2 1': expected 3 numbers; left out"),
     ],
 )
-def test_oddities_are_told_in_one_warning(read, old, new, message):
+def test_oddities_are_reported_in_one_warning(read, old, new, message):
     with pytest.warns(rs.errors.FileWarning) as caught:
         read(ARM, old, new)
     assert len(caught) == 1 and message in str(caught[0].message)
@@ -317,7 +317,7 @@ def test_oddities_are_told_in_one_warning(read, old, new, message):
         (INERTIAL, '<inertial><mass value="2"/></inertial>'),
     ],
 )
-def test_what_is_left_out_changes_no_pose(read, old, new):
+def test_left_out_elements_change_no_pose(read, old, new):
     arm, q = read(), [0.3, 1.2]
     with pytest.warns(rs.errors.FileWarning, match="left out"):
         other = read(ARM, old, new)
@@ -326,7 +326,7 @@ def test_what_is_left_out_changes_no_pose(read, old, new):
     assert kept[1:3] == [(1, old != INERTIAL), (int("lower.stl" not in old), False)]
 
 
-def test_what_collides_is_shown_where_what_is_to_be_seen_is_left_out(read):
+def test_collision_shapes_are_shown_if_the_visual_ones_are_left_out(read):
     with pytest.warns(rs.errors.FileWarning, match="radius is 0"):
         arm = read(ARM, 'radius="0.05"', 'radius="0"')
     assert arm.links[1].shapes == (rs.Block(1, 1, 1),)
@@ -349,7 +349,7 @@ def test_a_long_name_is_shortened_and_stays_its_own(read):
     np.testing.assert_array_equal(arm.frames([0.3, 1.2]), read().frames([0.3, 1.2]))
 
 
-def test_a_warning_tells_one_of_each_kind_and_the_lines_of_the_others(read):
+def test_a_warning_has_one_message_of_each_kind_and_the_lines_of_the_others(read):
     rumours = "\n".join(["<rumour/>"] * 3)
     with pytest.warns(rs.errors.FileWarning) as caught:
         read(ARM.replace('name="tube"', 'name="tube" mood=""'), "</gazebo>", f"</gazebo>{rumours}")
@@ -377,7 +377,7 @@ PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/>
 </robot>"""
 
 
-def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
+def test_limits_of_mimics_that_leave_no_room_are_left_out(read):
     """As the gripper of the PR2 has them: then its fingers could not move at all."""
     with pytest.warns(
         rs.errors.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"
@@ -401,7 +401,7 @@ def test_a_link_called_world_gets_another_name(read):
 
 
 def tree(*links):
-    """A file of links: (name, what it hangs from, the type of the joint)."""
+    """A file of links: (name, parent, type of the joint)."""
     limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
     joints = "".join(
         f'<joint name="j_{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
@@ -429,7 +429,7 @@ TWO = [("upper", "base_link", "revolute"), ("lower", "upper", "revolute")]
         ([("a", "base_link", "fixed"), ("b", "a", "fixed"), ("c", "base_link", "fixed")], "c"),
     ],
 )
-def test_the_tip_is_the_tool_or_what_most_joints_move(read, links, tip):
+def test_the_tip_is_the_tool_or_the_link_that_most_joints_move(read, links, tip):
     robot = read(tree(*links))
     assert robot.tip == tip
     q = np.full(robot.nq, 0.3)
@@ -451,7 +451,7 @@ ARMS = [(f"{side}_{link}", "base_link", "revolute") for link in ("ee", "arm") fo
         ([(f"leg{i}", "base_link", "revolute") for i in range(12)], "leg0", "'leg8' and 3 more"),
     ],
 )
-def test_where_several_could_be_the_tip_that_is_told(read, links, tip, others):
+def test_where_several_could_be_the_tip_that_is_reported(read, links, tip, others):
     with pytest.warns(
         rs.errors.FileWarning, match=f"the tip is taken to be '{tip}', and could "
     ) as caught:
@@ -469,7 +469,7 @@ def test_the_tip_can_be_named(read):
         read(tree(*HAND), tip="hnd")
 
 
-def test_home_can_be_said_whole_or_joint_by_joint(read):
+def test_home_can_be_set_whole_or_joint_by_joint(read):
     assert read(home=[0.1, 0.2]).home.tolist() == [0.1, 0.2]
     text = ARM.replace('lower="-1.5"', 'lower="0.5"')
     assert read(text, home={"elbow": 0.2}).home.tolist() == [0.5, 0.2]
@@ -500,7 +500,7 @@ def test_a_home_that_does_not_fit_is_refused(read, home, message):
 # what comes out
 
 
-def test_the_robot_is_what_the_file_says(read):
+def test_the_robot_agrees_with_the_file(read):
     arm = read()
     assert arm.name == "arm" and [k.name for k in arm.links] == ["base", "upper", "lower", "finger"]
     assert arm.coordinate_names == ("shoulder", "elbow") and arm.nv == 2
@@ -516,7 +516,7 @@ def test_the_robot_is_what_the_file_says(read):
         np.testing.assert_allclose(arm.fk(q, name), pose.matrix, rtol=0, atol=1e-15)
 
 
-def test_inertia_and_shapes_are_what_the_file_says(read):
+def test_inertia_and_shapes_agree_with_the_file(read):
     _, upper, lower, _ = read().links
     tensor = [[1, 0.1, 0], [0.1, 2, 0], [0, 0, 2.5]]
     assert upper.inertia == rs.shapes.Inertia(2.0, (0, 0, 0.1), tensor) and lower.inertia is None
@@ -658,7 +658,7 @@ def test_any_number_gives_a_robot_or_a_file_error(tmp_path_factory, name, value)
 
 
 def fingers(multiplier, count, limit=1):
-    """Return fingers of which each mimics the one before it."""
+    """Return fingers that each mimic the one before."""
     text = '<robot name="hand"><link name="palm"/>'
     for i in range(count):
         mimic = f'<mimic joint="j{i - 1}" multiplier="{multiplier}" offset="1"/>' if i else ""
@@ -672,7 +672,7 @@ def fingers(multiplier, count, limit=1):
 
 def test_mimics_through_mimics_stay_finite(read):
     """1e9 to the power of 40 was infinite, and home no number; 1e18 could not be read again."""
-    message = refused(read, text=fingers(1e9, 41))
+    message = get_refusal(read, text=fingers(1e9, 41))
     assert "<joint 'j2'>: mimic: ratio 1e+18 and offset 1e+09 to 'j0', through others" in message
     assert np.isfinite(read(text=fingers(0.5, 9, 1e9), tip="l0").home).all()
 
@@ -714,14 +714,14 @@ def test_the_mass_of_a_bare_link_is_kept(read):
     assert standing.links[0].inertial.mass == 0.001
 
 
-def test_stray_text_is_told(read):
+def test_stray_text_is_reported(read):
     with pytest.warns(rs.errors.FileWarning, match="text 'axis 0 0 1' stands between the elements"):
         read(ARM, '<child link="lower"/>', '<child link="lower"/> axis 0 0 1')
 
 
 @pytest.mark.parametrize("space", ["\u00a0", "\u2003", "\u3000", "\x85"])
 def test_only_the_blanks_of_xml_separate_numbers(read, space):
-    assert "is no number" in refused(read, 'xyz="0 0 1"', f'xyz="0{space}0 1"')
+    assert "is no number" in get_refusal(read, 'xyz="0 0 1"', f'xyz="0{space}0 1"')
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-32", "utf-7", "cp037", "koi8-r"])

@@ -107,13 +107,13 @@ def test_nor_is_the_file_of_a_tool_needed(bench):
         ),
     ],
 )
-def test_what_is_wrong_is_told_with_its_key(bench, old, new, told):
+def test_each_fault_is_reported_with_its_key(bench, old, new, told):
     with pytest.raises(rs.errors.FileError, match=f"^[^\n]*bench.toml: {told}[^\n]*$"):
         bench(old, new)
 
 
 def test_an_arm_with_meshes_is_used_like_any_other(tmp_path):
-    """Its file names a mesh, whose folder no text holds; there or not, it makes no difference."""
+    """The file names a mesh in a folder that no text names; the mesh makes no difference."""
     (tmp_path / "arm.urdf").write_text(
         """<robot name="arm"><link name="base"/><link name="hand"><visual><geometry>
         <mesh filename="package://nowhere/hand.stl"/></geometry></visual></link>

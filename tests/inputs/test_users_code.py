@@ -1,4 +1,4 @@
-"""What a user's own classes may give, and what they are told if it is not that."""
+"""The results that a user's own classes may return, and the errors for any other result."""
 
 import numpy as np
 import pytest
@@ -114,7 +114,7 @@ def test_a_law_of_its_own_passes_over_nothing_in_silence(name, what):
 
 
 def two_eyes(size):
-    """A body that flies with two cameras, the second of which has an image of this size."""
+    """A body that flies with two cameras; the second has an image of this size."""
     marks = [[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1], [0.1, 0.1, 1]]
     plate = rs.Object("plate", marks=marks, pose=rs.Pose.at(0.03, 0.02, 0))
     K = [[500, 0, 100], [0, 500, 100], [0, 0, 1]]
@@ -137,7 +137,7 @@ def test_a_mark_that_any_camera_loses_ends_the_run(marks):
         assert rs.Outcome(int(run.outcome)).name == ending
 
 
-def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant():
+def test_with_a_constant_interaction_matrix_a_feature_is_measured_once_an_instant():
     class Counted:
         unit, tolerance, calls = "1", 1e-5, 0
 
@@ -154,7 +154,7 @@ def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant()
     assert Counted.calls == before + 6
 
 
-# what a new user stumbled over
+# mistakes of new users
 
 
 LINE = [[0, 0, 0], [0, 0, 0.02], [0, 0, 0.05]]

@@ -1,4 +1,4 @@
-"""What those are told who ask for poses, points or planes with something that is not usable."""
+"""The errors of poses, points and planes that are estimated from unusable input."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ RIG = rs.Pose.at(0.1, 0, 0)
         (SQUARE, PIXELS, CAMERA, 1e300, r"noise: expected pixels, at most 1e\+100, got 1e\+300"),
     ],
 )
-def test_a_pose_says_what_it_needs(marks, pixels, camera, noise, message):
+def test_a_pose_reports_the_input_that_it_needs(marks, pixels, camera, noise, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.vision.estimate_pose(marks, pixels, camera, noise=noise)
 
@@ -51,7 +51,7 @@ def test_no_runs_have_no_poses():
     assert rs.vision.decompose_homography(np.zeros((0, 3, 3))).rotations.shape == (0, 4, 3, 3)
 
 
-def test_an_estimate_is_a_value_that_says_what_it_is():
+def test_an_estimate_is_a_value_with_a_readable_text():
     found = rs.vision.estimate_pose(SQUARE, PIXELS, CAMERA)
     assert found == rs.vision.estimate_pose(SQUARE, PIXELS, CAMERA)
     assert repr(found).startswith("<PoseEstimate position [0.0, 0.0, 1.0] rms ")
@@ -77,7 +77,7 @@ def test_an_estimate_is_a_value_that_says_what_it_is():
         ({"T_left_right": rs.Pose(np.stack([RIG.matrix] * 2)), "pixels_left": [PIXELS] * 3}, "une"),
     ],
 )
-def test_two_images_say_what_they_need(change, message):
+def test_two_images_report_the_input_that_they_need(change, message):
     given = {"pixels_left": PIXELS, "pixels_right": PIXELS, "left": CAMERA, "right": CAMERA}
     with pytest.raises(rs.errors.InputError, match=message):
         rs.vision.triangulate(**({"T_left_right": RIG} | given | change))
@@ -93,7 +93,7 @@ def test_two_images_say_what_they_need(change, message):
         (np.zeros((2, 4, 2)), np.zeros((3, 4, 2)), "unequal shapes"),
     ],
 )
-def test_a_homography_says_what_it_needs(a, b, message):
+def test_a_homography_reports_the_input_that_it_needs(a, b, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.vision.estimate_homography(a, b)
 
@@ -107,7 +107,7 @@ def test_a_homography_says_what_it_needs(a, b, message):
         ("H", "H: expected numbers"),
     ],
 )
-def test_motions_say_what_they_need(H, message):
+def test_motions_report_the_input_that_they_need(H, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.vision.decompose_homography(H)
 
@@ -120,7 +120,7 @@ def test_a_homography_that_is_not_known_has_no_motions():
 
 @pytest.mark.parametrize("size", [1e-49, 1e-9, 1e9, 1e150, 1e300])
 def test_numbers_without_sense_are_no_errors_of_ours(size):
-    """Whatever the size of what is given: an answer, or none, or an InputError."""
+    """Whatever the size of the input: an answer, or none, or an InputError."""
     assert rs.vision.estimate_pose(size * SQUARE / 0.1, PIXELS, CAMERA).rms.shape == ()
     assert rs.vision.estimate_pose(SQUARE, size * PIXELS, CAMERA).rms.shape == ()
     assert rs.vision.estimate_homography(PIXELS, size * PIXELS).shape == (3, 3)

@@ -1,4 +1,4 @@
-"""Weightings that contradict what is servoed on are refused, in one line, before anything runs."""
+"""Weightings that contradict the features are refused, in one line, before anything runs."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_weighed_is_refused_in_one_line(case):
+def test_a_task_without_marks_to_weigh_is_refused_in_one_line(case):
     given, words = REFUSED[case]
     with pytest.raises(rs.errors.InputError, match=words) as error:
         given = {"weighting": "border"} | given

@@ -114,7 +114,7 @@ def _turntable():
 
 
 def _conveyor():
-    """An arm that follows what a conveyor carries past it."""
+    """An arm that follows an object on a passing conveyor."""
     belt = rs.robots.conveyor().at(rs.Pose.at(0.31, 0, -0.5))
     plate = _plate(on="conveyor.belt")
     eye = _eye(on="panda.flange")
@@ -186,7 +186,7 @@ def arrange():
 
 @pytest.fixture(scope="session")
 def around():
-    """Starts (runs, nq) near home, from which the laws need not converge."""
+    """Starts (runs, nq) near home; the laws need not converge from them."""
 
     def get(scene, runs=1, spread=0.03, seed=0):
         rng, each = np.random.default_rng(seed), []

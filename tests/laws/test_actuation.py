@@ -44,8 +44,8 @@ def integrated(u, v, lag, limit, rate, dt, steps):
 @given(
     st.floats(-3, 3), st.floats(-3, 3), st.floats(0.02, 1), st.floats(0.5, 4), st.floats(0.5, 50)
 )
-def test_the_response_is_that_of_the_differential_equation(u, v, lag, limit, rate):
-    """The midpoint rule errs by h^2, at the end of the ramp, where the slope bends, as well."""
+def test_the_response_agrees_with_the_differential_equation(u, v, lag, limit, rate):
+    """The midpoint rule errs by h^2, also at the bend of the slope at the end of the ramp."""
     exact, rough = (
         followed(u, v, lag, limit, rate, 0.3),
         integrated(u, v, lag, limit, rate, 0.3, 3000),
@@ -92,10 +92,10 @@ def closed(scene, **actuation):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
-def test_the_joints_go_as_the_response_says(arm):
+def test_the_joints_move_as_the_response_predicts(arm):
     """q moves by the mean, and qd_actual is the velocity, of each period."""
-    told = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
-    run = closed(arm, **told)
+    options = {"lag": 0.05, "velocity": 0.3, "acceleration": 1.5}
+    run = closed(arm, **options)
     q, qd, v = run.q.values, run.qd.values, run.qd_actual.values
     np.testing.assert_array_equal(v[0], 0.0)
     for k in range(len(q) - 1):
@@ -104,7 +104,7 @@ def test_the_joints_go_as_the_response_says(arm):
             assert v[k + 1, j] == after
             assert q[k + 1, j] == pytest.approx(q[k, j] + 0.02 * mean, abs=1e-15)
     assert np.abs(v).max() <= 0.3 and np.abs(np.diff(v, axis=0)).max() <= 1.5 * 0.02 + 1e-12
-    assert np.abs(qd).max() > 0.3  # it was asked for more
+    assert np.abs(qd).max() > 0.3  # the command was larger
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
@@ -122,7 +122,7 @@ def test_a_joint_has_its_own_limit(arm):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
-def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
+def test_the_camera_velocity_agrees_with_the_joints_not_with_the_command(arm):
     run = closed(arm, lag=0.2)
     robot = arm.robot()
     for k in (0, 5, 50):
@@ -132,7 +132,7 @@ def test_the_camera_velocity_is_that_of_the_joints_not_of_the_command(arm):
 
 
 class Seen:
-    """A law that keeps what it is told of the joints."""
+    """A law that keeps the state of the joints that it receives."""
 
     def __init__(self):
         self.q = []
@@ -160,7 +160,7 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
     assert 0.4 * step < np.abs(told[:, 0] - true[:, 0]).max() <= 0.5 * step + 1e-12
 
 
-def counted(steps, q):
+def quantise(steps, q):
     def add(program, rows):
         out = program.rows(len(q))
         program.add(quantise_encoders, steps=program.constant(steps), q=rows, out=out)
@@ -172,14 +172,14 @@ def counted(steps, q):
 def test_a_count_is_the_nearest_one():
     far = 2.0**80  # more than an integer of 64 bits has room for
     q = np.array([[0.24, 0.26, -0.8, far, np.nan], [0.1, 0.2, 0.3, far, np.nan]])
-    found = counted([0.5, 0.0], q)
+    found = quantise([0.5, 0.0], q)
     np.testing.assert_array_equal(found, [[0.0, 0.5, -1.0, far, np.nan], q[1]])
 
 
 @pytest.mark.parametrize("step", [1e-320, 1e-20, 1e-14, 1.0, 1e6])
 def test_steps_too_small_or_numbers_too_large_to_count_change_nothing(step):
     q = np.array([[1e300, -1e25, np.inf, -np.inf, np.nan, 320.25 if step < 1e-13 else 0.0]])
-    np.testing.assert_array_equal(counted([step], q), q)
+    np.testing.assert_array_equal(quantise([step], q), q)
 
 
 def test_a_unicycle_that_lags_is_moved_by_its_mean_velocity_and_an_arm_exactly(after):
@@ -215,7 +215,7 @@ def _error(after, scene, dt, parts=100):
         ({"encoder": np.nan}, "Actuation.encoder: nan"),
     ],
 )
-def test_what_makes_no_sense_is_refused(made, words):
+def test_contradictory_values_are_refused(made, words):
     with pytest.raises(rs.errors.InputError) as error:
         rs.Actuation(**made)
     assert words in str(error.value)

@@ -17,7 +17,7 @@ from robsim.analysis.task_tree import list_servo_tasks
 
 MARKS = np.array([[-0.06, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.06, 0], [-0.06, 0.05, 0.02]])
 EYE = rs.Camera([[800, 0, 500], [0, 800, 500], [0, 0, 1]], size=(1000, 1000))
-OUT_OF_REACH = 38  # the end that the belief of this one asks for
+OUT_OF_REACH = 38  # the end that this belief leads to
 CASES = [i for i in range(51) if i != OUT_OF_REACH]
 IMAGES = 2000
 START, GROWN, REST = 1e-7, 1e-4, 1e-10  # metres and radians: at first, later, and of nothing
@@ -96,7 +96,7 @@ def linear_of(experiment):
 
 
 def limit_of(experiment):
-    """The largest gain and what limits it, as advice has them, without the time for the rest."""
+    """The largest gain and its reason, as advice has them, without the time for the rest."""
     linear = linear_of(experiment)
     (leaf,) = list_servo_tasks(linear.task)
     gain = leaf.gain
@@ -175,7 +175,7 @@ def test_the_largest_gain_of_closed_forms(name, change, limit, cause):
 
 @pytest.mark.parametrize("lost", [0.1, 0.6])
 def test_the_mean_square_of_lost_images(lost):
-    """It settles below gain dt = 2 (1 - p) / (1 + p), where one image in 1/(1 - p) comes."""
+    """With one image in 1/(1 - p) periods, it settles below gain dt = 2 (1 - p) / (1 + p)."""
     changes = ["sensing.period=40 ms", f"sensing.dropped={lost}"]
     found, why = limit_of(example("slow_camera", *changes))
     assert 0.04 * found == pytest.approx(2 * (1 - lost) / (1 + lost), rel=1e-4)
@@ -218,7 +218,7 @@ def test_the_noise_of_the_closed_form(gain):
     ids=["rare and late", "lost and late", "outliers and lag"],
 )
 def test_the_noise_of_runs(changes):
-    """Over 200 runs of 4 s, of which independent parts are some 0.3 s long: within 4 percent."""
+    """Over 200 runs of 4 s, with independent parts some 0.3 s long: within 4 percent."""
     experiment = example("noise_floor").with_(title=None, **changes)
     advice = rs.advise(experiment)
     start = np.tile(advice.q, (200, 1))
@@ -247,8 +247,8 @@ def camera_in_target(scene, q):
     return T_w_o.inv() @ T_w_c
 
 
-def test_what_a_mistake_moves_is_where_runs_end():
-    """All mistakes in what an arm with a computed goal believes, to the second order of each."""
+def test_the_predicted_shift_of_a_mistake_is_the_end_of_runs():
+    """All errors of the belief of an arm with a computed goal, to the second order of each."""
     scene = scene_of("in hand")
     task = rs.IBVS(goal=goal_at_home(scene), belief=scene.believe(focal=1.02), gain=4.0)
     experiment = rs.Experiment(scene, task, start=scene.home + 0.02, duration=10, hold=True)
@@ -276,7 +276,7 @@ def test_mistakes_leave_a_shown_goal_where_it_is():
     assert "Calibration: no small mistake moves the end, but" in str(advice)
 
 
-def test_the_limit_of_a_small_mistake_is_that_of_the_task_which_makes_it():
+def test_the_limit_of_a_small_mistake_agrees_with_the_task_which_makes_it():
     experiment = example("depth_scale")
     before = rs.advise(experiment)
     effects = {effect.name: effect for effect in before.effects}
@@ -339,7 +339,7 @@ def test_outliers_are_noise_where_no_robust_weights_leave_them_out():
     assert [each for each in advice.notes if each.startswith("outliers have no part in the noise")]
 
 
-def test_what_is_shown_of_it():
+def test_the_text_of_advice_shows_its_numbers():
     advice = rs.advise(example("noise_floor", "task.gain=60"))
     assert repr(advice).startswith("Advice(gain 60: stable up to 50 per second (limited by the")
     assert "1.2 times too high" in advice.stability
@@ -368,6 +368,6 @@ def test_a_law_that_reads_the_joints_at_once_is_stable_for_longer():
     limit = find_largest_factor(linear.scaled, linear.timing)
     assert limit > 1.2 * limit_of(experiment)[0]
     z, d = np.exp(1j * np.linspace(1e-3, np.pi, 200_000)), 2
-    gains = -(z - 1) / (0.7 * z**-d + 0.3) / 0.04  # for which z is a root: z - 1 + g dt (...) = 0
+    gains = -(z - 1) / (0.7 * z**-d + 0.3) / 0.04  # z is a root: z - 1 + g dt (...) = 0
     found = gains.real[:-1][np.diff(np.sign(gains.imag)) != 0]
     assert limit == pytest.approx(found[found > 0].min(), rel=1e-4)

@@ -22,13 +22,13 @@ def test_without_a_mistake_it_is_the_truth():
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 @pytest.mark.parametrize("joints", ["RRR", "RPR", "PPR"])
 @pytest.mark.parametrize("row", range(3))
-def test_errors_of_a_row_are_those_of_the_table(convention, joints, row):
+def test_errors_of_a_row_agree_with_the_table(convention, joints, row):
     errors = np.array([0.05, 0.02, -0.03, 0.04])
     wrong = ROWS.copy()
     wrong[row] += errors
-    told = {"abc"[row]: dict(zip(("theta", "d", "a", "alpha"), errors, strict=True))}
+    options = {"abc"[row]: dict(zip(("theta", "d", "a", "alpha"), errors, strict=True))}
     truth = scene(ROWS, convention, joints)
-    believed = truth.believe(dh=told, convention=convention)
+    believed = truth.believe(dh=options, convention=convention)
     q = [0.3, 0.2, -0.7]
     for link in "abc":
         np.testing.assert_allclose(
@@ -63,10 +63,12 @@ def test_the_target():
 
 def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors_are_equal():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    goal, told = visp.task.goal, {"duration": 1.0}
-    one = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=1.3), visp.start, **told)
-    four = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1.3] * 4), visp.start, **told)
-    uneven = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1, 1, 1, 1.3]), visp.start, **told)
+    goal, options = visp.task.goal, {"duration": 1.0}
+    one = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=1.3), visp.start, **options)
+    four = rs.simulate(visp.scene, rs.IBVS(goal, depth_scale=[1.3] * 4), visp.start, **options)
+    uneven = rs.simulate(
+        visp.scene, rs.IBVS(goal, depth_scale=[1, 1, 1, 1.3]), visp.start, **options
+    )
     np.testing.assert_array_equal(one.q.values, four.q.values)
     assert np.abs(one.q.values - uneven.q.values).max() > 1e-3
     assert rs.replay(uneven).identical(uneven)
@@ -113,7 +115,7 @@ def test_the_depth_factors_must_be_one_for_each_mark():
         rs.IBVS(depth_scale=[1, 0])
 
 
-def test_the_run_names_what_was_believed_wrongly():
+def test_the_run_names_the_wrong_beliefs():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     for mistake, said in (({}, "the truth"), ({"focal": 2.0}, "differs from the truth: camera")):
         task = rs.IBVS(visp.task.goal, belief=visp.scene.believe(**mistake))
@@ -125,14 +127,14 @@ VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 
 
 def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
-    """A flying body that believes its camera turned by 0.3 rad flies what it means, turned back."""
+    """A flying body that believes its camera turned by 0.3 rad flies the command, turned back."""
     turn = rs.Pose.at(rpy=(0, 0, 0.3))
     start = rs.Pose(VISP.scene.pose("camera", VISP.start).matrix)
-    told = {"duration": 0.04, "dt": 0.04}
+    options = {"duration": 0.04, "dt": 0.04}
     goal = rs.tasks.TaughtGoal(VISP.task.goal.q)
-    plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
+    plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **options)
     askew = VISP.scene.believe(hand_eye=turn)
-    wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **told)
+    wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **options)
     V, meant = wrong.camera_velocity.values[0], plain.camera_velocity.values[0]
     for part in (slice(0, 3), slice(3, 6)):
         np.testing.assert_allclose(V[part], turn.rotation @ meant[part], atol=1e-12)

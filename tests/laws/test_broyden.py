@@ -106,7 +106,7 @@ def test_a_start_is_kept_as_a_value():
         ([[1, 2], [3]], "Broyden start: expected numbers"),
     ],
 )
-def test_what_is_no_start_is_refused(start, message):
+def test_an_invalid_start_is_refused(start, message):
     with pytest.raises(InputError, match=message):
         Broyden(start)
 

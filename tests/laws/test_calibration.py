@@ -1,4 +1,4 @@
-"""Calibration of a camera on a robot: what is exact, rates by their order, covariance, views."""
+"""Calibration of a camera on a robot: exact views, rates by their order, covariance, next views."""
 
 from dataclasses import replace
 
@@ -27,13 +27,13 @@ def bench():
 
 @pytest.fixture(scope="module")
 def exact(bench):
-    """The bench without noise, whose controller believes what is true."""
+    """The bench without noise, with a controller that believes the true values."""
     return bench.at({"belief": None, "sensing.noise": 0.0})
 
 
 @pytest.fixture(scope="module")
 def q(bench):
-    """Coordinates from which the camera sees the whole board."""
+    """Coordinates with the whole board in view."""
     return rs.calibration.sample_viewpoints(bench, 200, LOOK, seed=3)
 
 
@@ -67,7 +67,7 @@ def test_a_mount_follows_from_exact_poses(method, count):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("axis", np.eye(3).tolist())
 def test_a_camera_may_be_mounted_by_half_a_turn(method, axis):
-    """There the tangent of half the angle, by which Tsai and Lenz go, is infinite."""
+    """There the tangent of half the angle, which Tsai and Lenz use, is infinite."""
     mount = rs.Pose.at(0.1, 0.2, 0.3, rotvec=np.pi * np.array(axis))
     A, B, X, _ = poses(5, 7, mount)
     np.testing.assert_allclose(
@@ -101,7 +101,7 @@ def test_a_bench_without_noise_is_found_exactly(exact, q, start):
 
 
 def test_a_wrong_lens_is_found_with_the_mount(bench, q):
-    """What is believed at first is a lens 2 percent too long without its distortion."""
+    """The belief at first is a lens 2 percent too long without its distortion."""
     still = bench.at({"sensing.noise": 0.0, "belief.cameras.camera.distortion": [0, 0, 0, 0]})
     found = rs.calibrate(rs.calibration.simulate_views(still, q[:8]), LENS)
     scale = np.maximum(np.abs(found.model.numbers(found.free)), 1.0)
@@ -129,7 +129,7 @@ def _without_places(scene):
 
 
 def test_offsets_of_encoders_are_found(bench, exact, q):
-    """The first and the last joint are no part: theirs cannot be told from place and mount."""
+    """The first and the last joint are left out: place and mount absorb their offsets."""
     offsets = np.radians([0, 0.4, -0.3, 0.2, -0.5, 0])
     views = rs.calibration.simulate_views(exact, q[:8])
     told = rs.calibration.CalibrationViews(views.scene, q[:8] - offsets, views.pixels)
@@ -150,7 +150,7 @@ def test_marks_that_are_not_seen_are_left_out(exact, q):
     assert (np.isnan(found.residuals) == np.isnan(some)).all()
 
 
-def test_rates_of_pixels_are_those_of_finite_differences(exact, q):
+def test_rates_of_pixels_agree_with_finite_differences(exact, q):
     """Of all unknowns at once, with eight coefficients: the error of a step h is of order h^2."""
     lens = exact.at("cameras.camera.distortion", [-0.1, 0.05, 1e-3, -2e-3, 0.02, 0.01, -0.02, 0.03])
     views = rs.calibration.simulate_views(lens, q[:3])
@@ -203,12 +203,12 @@ def test_rates_with_joints_where_the_camera_stands(to_hand):
         (0.5, 2, np.inf, np.log(2)),
     ],
 )
-def test_quantiles_are_those_of_tables(level, n, m, value):
+def test_quantiles_agree_with_tables(level, n, m, value):
     assert abs(fisher_quantile(level, n, m) / value - 1) < 3e-5
 
 
 def normalised_squares(bench, q, trials, also):
-    """d' C^-1 d of the mount for views with other noise in each trial, and what is held."""
+    """d' C^-1 d of the mount for views with other noise in each trial, and the fixed parameters."""
     found = [
         rs.calibrate(rs.calibration.simulate_views(bench, q, seed=i), also) for i in range(trials)
     ]
@@ -220,7 +220,7 @@ def normalised_squares(bench, q, trials, also):
     return np.array(squares), found
 
 
-def test_errors_are_as_large_as_the_covariance_says(bench, q):
+def test_errors_are_as_large_as_the_covariance_predicts(bench, q):
     """Of 20 trials the mean of d' C^-1 d is 6 m / (m - 2), to 3 of its standard deviations."""
     squares, found = normalised_squares(bench, q[:8], 20, ["focal", "center"])
     m = found[0].freedom
@@ -240,7 +240,7 @@ def test_the_ellipsoid_of_95_percent_holds_the_truth_in_95_of_100_trials(bench, 
         assert 0.92 <= share <= 0.98, (part, share)
 
 
-def test_the_covariance_is_that_of_the_noise_that_is_given(bench, q):
+def test_the_covariance_agrees_with_the_noise_that_is_given(bench, q):
     views = rs.calibration.simulate_views(bench, q[:5])
     own, given = rs.calibrate(views, ["focal"]), rs.calibrate(views, ["focal"], noise=0.4)
     np.testing.assert_allclose(
@@ -256,7 +256,7 @@ def spreads(found):
 
 
 def planned(bench, q, some, seed):
-    """A calibration from three views and the seven that it asks for next."""
+    """A calibration from three views and the seven next views that it proposes."""
     first = rs.calibrate(
         rs.calibration.simulate_views(bench, q[some[:3]], seed=seed), ["focal", "center"]
     )
@@ -267,8 +267,8 @@ def planned(bench, q, some, seed):
     ), more
 
 
-def test_ten_chosen_views_tell_more_than_twenty_random_ones(bench, q):
-    """Of five trials, by what the covariance says."""
+def test_ten_chosen_views_are_worth_more_than_twenty_random_ones(bench, q):
+    """In five trials, by the covariance."""
     rng = np.random.default_rng(2)
     pairs = []
     for i in range(5):
@@ -302,7 +302,7 @@ def test_ten_chosen_views_reach_the_error_of_twenty_random_ones(bench, q):
 
 
 def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
-    """Against the determinants of what `calibrate` would tell, from first principles."""
+    """Against the determinants of the covariances of `calibrate`, from first principles."""
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:4]))
     more = found.next_poses(q[4:14], 2)
     known = np.linalg.inv(found.covariance)
@@ -317,8 +317,8 @@ def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
     assert (np.diff(more.angle) < 0).all()
 
 
-def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, q):
-    """The camera stops where the believed lens sees the goal: from `estimate_pose` instead."""
+def test_the_cost_of_a_wrong_lens_is_the_shift_of_the_pose(bench, exact, q):
+    """The camera stops where the believed lens shows the goal: from `estimate_pose` instead."""
     still = exact.at({"task.tolerance": 1e-6, "run.duration": 25})
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     cost = found.cost(still, 30, seed=1)
@@ -336,7 +336,7 @@ def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, 
         assert abs(table["distance_to_goal"][i] / wanted - 1) < 0.05
 
 
-def test_a_cost_is_that_of_the_covariance(bench, q):
+def test_a_cost_agrees_with_the_covariance(bench, q):
     """Draws have its moments, and do not depend on how many there are."""
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     short = bench.with_(duration=0.04)

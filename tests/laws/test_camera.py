@@ -69,7 +69,7 @@ def test_moving_camera_and_points_together_changes_nothing(seed):
 # the chapter's convention
 
 
-def test_the_intrinsics_are_those_of_equation_10():
+def test_the_intrinsics_agree_with_equation_10():
     """u = u0 - X f / (Z px cos a), v = v0 + Y f / (Z py) + X f tan a / (Z py)."""
     f, px, py, a, u0, v0 = CHAPTER
     X, Y, Z = 0.12, -0.34, 1.7
@@ -99,7 +99,7 @@ def test_the_two_conventions_differ_by_a_quarter_turn_of_the_camera():
     close(intrinsics_from_chapter(chapter_intrinsics(*CHAPTER)), camera.K, 0)
 
 
-def test_what_is_up_for_the_chapter_s_camera_is_in_a_smaller_row():
+def test_up_for_the_chapter_s_camera_is_in_a_smaller_row():
     up, right = np.array([[0.1, 0, 1]]), np.array([[0, 0.1, 1]])  # x up, y to the right
     camera = Camera.from_chapter(8e-3, 1e-5, 1e-5, 0, u0=240, v0=320)
     close(camera.project(up, T_CHAPTER_CAMERA), [[320, 160]], 1e-12)
@@ -157,7 +157,7 @@ def test_the_derivative_of_the_lens_is_met_by_differences_of_second_order(lens):
 @steady
 @given(radius=st.floats(0, 0.9), angle=st.floats(-np.pi, np.pi))
 def test_normalise_undoes_the_lens_within_its_valid_radius(lens, radius, angle):
-    """The valid radius of the lens, or 0.8 (77 degrees of view) where it is longer."""
+    """The valid radius of the lens, but at most 0.8 (77 degrees of view)."""
     camera = Camera(K, distortion=lens)
     r = radius * min(camera.valid_radius, 0.8)
     x = np.array([[r * np.cos(angle), r * np.sin(angle)]])
@@ -210,7 +210,7 @@ def test_the_image_grows_with_the_radius_up_to_where_it_folds_and_not_beyond(len
     assert (np.diff(seen)[2:] < 0).all()
 
 
-def test_what_a_lens_folds_back_into_the_image_is_outside():
+def test_points_that_a_lens_folds_back_into_the_image_are_outside():
     camera = Camera(K, size=(640, 480), distortion=(-0.3, 0, 0, 0))
     points = [[0.3, 0, 1], [1.0, 0, 1], [1.7, 0, 1]]  # the last lies beyond 1.054
     columns = camera.project(points, HERE)[:, 0]

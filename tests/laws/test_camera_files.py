@@ -24,7 +24,7 @@ INFO = {
 finite = st.floats(-1e6, 1e6, allow_nan=False)
 
 
-def seen(camera):
+def project(camera):
     return camera.project(POINTS, HERE)
 
 
@@ -33,7 +33,7 @@ def test_a_resized_camera_sees_where_the_pixels_of_the_scaled_image_are(size):
     """The area of a pixel is scaled, not its centre: u' + 0.5 = (u + 0.5) width'/width."""
     scale = np.array(size) / CAMERA.size
     np.testing.assert_allclose(
-        seen(CAMERA.resized(*size)), (seen(CAMERA) + 0.5) * scale - 0.5, rtol=0, atol=1e-10
+        project(CAMERA.resized(*size)), (project(CAMERA) + 0.5) * scale - 0.5, rtol=0, atol=1e-10
     )
 
 
@@ -43,7 +43,7 @@ def test_a_camera_resized_and_back_is_the_same():
     assert back.distortion == CAMERA.distortion and back.size == CAMERA.size
 
 
-def test_stretching_is_said():
+def test_stretching_is_reported():
     with pytest.raises(
         rs.errors.InputError, match="640 x 480 pixels resized to 640 x 360 changes the a"
     ):
@@ -55,7 +55,7 @@ def test_stretching_is_said():
 
 def test_a_cropped_camera_sees_the_same_pixels_from_another_corner():
     part = CAMERA.cropped(100, 50, 320, 240)
-    np.testing.assert_allclose(seen(part), seen(CAMERA) - [100, 50], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(project(part), project(CAMERA) - [100, 50], rtol=0, atol=1e-10)
     assert part.size == (320, 240)
 
 
@@ -93,7 +93,7 @@ COLMAP = {
 
 
 def by_colmap(parameters, lens):
-    """Pixels by COLMAP's formulas (src/colmap/sensor/models.h), whose image begins at (0, 0)."""
+    """Pixels by COLMAP's formulas (src/colmap/sensor/models.h); the image begins at (0, 0)."""
     one = len(parameters) - len(lens) == 3
     fx, fy, cx, cy = [parameters[0], *parameters[:3]] if one else parameters[:4]
     k1, k2, p1, p2, k3, k4, k5, k6 = [*lens, *[0.0] * (8 - len(lens))]
@@ -111,7 +111,9 @@ def test_a_camera_of_colmap_sees_half_a_pixel_less(model, tmp_path):
     path = tmp_path / "cameras.txt"
     path.write_text(f"# a comment\n\n7 {model} 640 480 {' '.join(map(str, parameters))}\n")
     camera = rs.Camera.from_file(path)
-    np.testing.assert_allclose(seen(camera) + 0.5, by_colmap(parameters, lens), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        project(camera) + 0.5, by_colmap(parameters, lens), rtol=0, atol=1e-9
+    )
 
 
 def test_one_of_several_cameras_is_chosen_by_its_name(tmp_path):
@@ -151,14 +153,14 @@ def test_a_message_of_ros_1_or_2_gives_its_camera(as_message, capital):
     assert rs.Camera.from_ros(SimpleNamespace(**info) if as_message else info) == CAMERA
 
 
-def test_a_rectified_camera_is_that_of_p_without_a_lens():
+def test_a_rectified_camera_agrees_with_p_without_a_lens():
     camera = rs.Camera.from_ros(INFO, rectified=True)
     assert camera == rs.Camera([[700, 0, 300], [0, 700, 200], [0, 0, 1]], (640, 480))
 
 
-def test_a_region_of_interest_and_bins_are_those_of_the_image_that_comes():
+def test_a_region_of_interest_and_bins_agree_with_the_image_that_comes():
     roi = {"x_offset": 100, "y_offset": 50, "width": 321, "height": 240}
     camera = rs.Camera.from_ros({**INFO, "roi": roi, "binning_x": 2, "binning_y": 3})
     assert camera.size == (160, 80)
-    wanted = (seen(CAMERA) - [100, 50] + 0.5) / [2, 3] - 0.5  # a bin's middle, from its pixels'
-    np.testing.assert_allclose(seen(camera), wanted, rtol=0, atol=1e-10)
+    wanted = (project(CAMERA) - [100, 50] + 0.5) / [2, 3] - 0.5  # a bin's middle, from its pixels'
+    np.testing.assert_allclose(project(camera), wanted, rtol=0, atol=1e-10)

@@ -72,7 +72,7 @@ def turned(rng, far):
         (Capsule(0.1, 1), Capsule(0.2, 1), Pose.at(), -0.3),
         (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0, 0, 2), 1.0),  # its upper end to a face
         (TaperedCylinder(0.5, 0.2, 1), CUBE, Pose.at(0.1, 0, -1.25), 0.25),
-        (  # its slanted side, whose tangent plane has the slope 3/10, to a face
+        (  # its slanted side, with a tangent plane of slope 3/10, to a face
             TaperedCylinder(0.5, 0.2, 1).at(Pose.at(rpy=(0, 0, np.pi / 32))),
             CUBE,
             Pose.at(0.35, 0, 0) @ Pose.at(rpy=(0, -np.arctan(0.3), 0)) @ Pose.at(1.5, 0, 0),
@@ -179,7 +179,7 @@ def test_no_two_points_are_nearer(seed):
 @pytest.mark.parametrize(
     "seeds", [range(6), pytest.param(range(6, 25), marks=pytest.mark.full)], ids=str
 )
-def test_what_overlaps_is_parted_by_its_depth(seeds):
+def test_overlapping_shapes_are_parted_by_their_depth(seeds):
     """A point common to both is found, and there is an axis along which the depth parts them."""
     for seed in seeds:
         rng = np.random.default_rng(seed)
@@ -237,7 +237,7 @@ def test_of_a_robot_its_nearest_link_counts():
     )
 
 
-def test_a_batch_gives_what_each_row_gives():
+def test_a_batch_equals_its_rows():
     s, rng = scene(), np.random.default_rng(1)
     q = rng.uniform(-3, 3, (3, 200, 2))  # more than are looked at together
     whole = rs.kinematics.clearance(s, q, ["arm", "eye"], "post")
@@ -259,6 +259,6 @@ def test_a_batch_gives_what_each_row_gives():
         ("arm", ["post", 3], "expected the name"),
     ],
 )
-def test_what_cannot_touch_is_refused(one, other, told):
+def test_shapes_that_cannot_touch_are_refused(one, other, told):
     with pytest.raises(InputError, match=told):
         rs.kinematics.clearance(scene(), [0, 0], one, other)

@@ -1,4 +1,4 @@
-"""What a comparison measures, against closed forms, hand-made runs and single rows."""
+"""The measures of a comparison, against closed forms, hand-made runs and single rows."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def one(found, name="a"):
 
 
 def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
-    """Form "goal": the position decays as exp(-t) along a line, of which the tolerance is left."""
+    """Form "goal": the position decays as exp(-t) along a line, and the tolerance is left."""
     start = rs.Pose.at(0.2, -0.1, -1.4)
     task = rs.PBVS(GOAL, tolerance=1e-4)
     found = one(rs.compare(free_scene(SQUARE, **SEEN), {"a": task}, start, dt=0.01, duration=12))
@@ -34,7 +34,7 @@ def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
     # V = -e: at the start its length is the distance
     assert found["peak_speed"] == pytest.approx(straight, rel=1e-9)
     # integral of |e(0)|^2 exp(-2t), of a command that is held for dt: (1 - exp(-dt)) per step, so
-    # the sum is |e(0)|^2 dt / (1 - exp(-2 dt)) where the pose is exact: (1 - dt)^2 per step
+    # the sum is |e(0)|^2 dt / (1 - exp(-2 dt)) if the pose is exact: (1 - dt)^2 per step
     ratio = (1 - 0.01) ** 2
     assert found["effort_linear"] == pytest.approx(straight**2 * 0.01 / (1 - ratio), rel=1e-5)
     assert found["travel_linear"] == pytest.approx(0.2 + 0.1 + 0.4, abs=2e-4)
@@ -43,9 +43,9 @@ def test_a_translation_under_pbvs_is_the_straight_way(free_scene):
 @pytest.mark.parametrize(
     ("degrees", "farthest"), [(30, 1.0353), (60, 1.1547), (90, 1.4142), (120, 2.0)]
 )
-def test_camera_retreat_is_that_of_chaumette(free_scene, degrees, farthest):
-    """Chaumette 1998: Z*/cos(theta0/2) - Z*. Periods of 4 ms are eight times those of the golden
-    run, whose error of first order in dt is 0.2 percent of Z at 0.5 ms and 120 degrees: at 4 ms
+def test_camera_retreat_agrees_with_chaumette(free_scene, degrees, farthest):
+    """Chaumette 1998: Z*/cos(theta0/2) - Z*. Periods of 4 ms are eight times the golden
+    run's. Its error of first order in dt is 0.2 percent of Z at 0.5 ms and 120 degrees: at 4 ms
     up to 1.6 percent of Z."""
     start = GOAL @ rs.Pose.at(rotvec=(0, 0, np.radians(degrees)))
     tasks = {"a": rs.IBVS(GOAL), "mean": rs.IBVS(GOAL, interaction="mean")}
@@ -55,7 +55,7 @@ def test_camera_retreat_is_that_of_chaumette(free_scene, degrees, farthest):
     assert one(found, "mean")["retreat"] < 1e-9
     assert np.isnan(one(found)["path_ratio"])  # a turn on the spot has no straight way
     assert one(found, "mean")["rotation"] == pytest.approx(np.radians(degrees), abs=1e-4)
-    # there and back again, to what the tolerance leaves
+    # there and back again, to within the tolerance
     assert one(found)["path_length"] == pytest.approx(2 * one(found)["retreat"], abs=1e-3)
 
 
@@ -67,9 +67,9 @@ def test_the_retreat_at_small_periods_is_the_closed_form(free_scene):
 
 
 @pytest.mark.parametrize("gain", [pytest.param(0.5, marks=pytest.mark.full), 2.0])
-def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
+def test_time_to_converge_agrees_with_an_exponential(free_scene, gain):
     """Of a pure translation, e is 0.4 exp(-gain t) in one component: ln(e0/tol)/gain, and the
-    period in which that falls; commands that are held contract by 1 - gain dt per period."""
+    period around that time; commands that are held contract by 1 - gain dt per period."""
     task = rs.PBVS(GOAL, gain=gain, tolerance=1e-3)
     dt = 0.001
     found = one(
@@ -81,7 +81,7 @@ def test_time_to_converge_is_that_of_an_exponential(free_scene, gain):
     assert abs(found["time"] - late) < dt * (1 + 0.5 * gain * late)
 
 
-def test_what_does_not_converge_has_no_time_and_says_so(free_scene):
+def test_a_run_that_does_not_converge_has_no_time_and_reports_it(free_scene):
     start = GOAL @ rs.Pose.at(0.2, 0, 0)
     found = rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL)}, start, duration=1)
     assert np.isnan(one(found)["time"])
@@ -143,7 +143,7 @@ def test_a_carried_target_is_measured_where_the_camera_stands():
     assert found["retreat"] == 0.0 and found["peak_speed"] == pytest.approx(0.3, rel=1e-9)
 
 
-def test_rotation_is_what_the_camera_turned_forth_and_back():
+def test_rotation_is_the_turn_of_the_camera_forth_and_back():
     """A camera that swings 0.15 rad out and back, by a law that follows the clock."""
 
     class Swing:
@@ -160,12 +160,12 @@ def test_rotation_is_what_the_camera_turned_forth_and_back():
     assert found["path_length"] == pytest.approx(0.0, abs=1e-12)
 
 
-# ---- hand-made runs: what is measured of marks and joints ----
+# ---- hand-made runs: measures of marks and joints ----
 
 
 @pytest.fixture(scope="module")
 def recorded():
-    """A run whose record can be replaced, and its scene."""
+    """A run with a record that can be replaced, and its scene."""
     lens = rs.Camera([[500, 0, 319.5], [0, 500, 239.5], [0, 0, 1]], size=(640, 480))
     arm = rs.robots.puma560()
     plate = rs.Pose(arm.fk(arm.home)) @ rs.Pose.at(0, 0, 0.5)
@@ -238,7 +238,7 @@ def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_s
     found = one(rs.compare(free_scene(SQUARE), {"a": given}, GOAL @ rs.Pose.at(0.1, 0, 0)))
     for key in ("border_margin", "limit_margin", "image_excursion", "image_detour", "pixel_error"):
         assert np.isnan(found[key])
-    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # the end of what converged is the goal
+    assert found["retreat"] == pytest.approx(0.0, abs=1e-4)  # a converged run ends at the goal
 
 
 # ---- batches ----
@@ -293,16 +293,16 @@ def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, mo
     """In parts of two runs, and with the noise of the numbers that the runs have."""
     scene, tasks, starts, _ = batch
     monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 200)  # of 76 moments: two runs
-    told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
+    options = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
     shares = []
-    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
-    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **told).data)
+    found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **options)
+    xr.testing.assert_identical(found.data, rs.compare(scene, tasks, starts, **options).data)
     assert shares == sorted(shares) and shares[-1] <= 1
     for name, task in tasks.items():
-        expected = rs.simulate(scene, task, starts, record="summary", **told)
+        expected = rs.simulate(scene, task, starts, record="summary", **options)
         assert found.runs[name].identical(expected)
-    alone = rs.compare(scene, tasks, starts[0], record="summary", **told)
-    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **told)
+    alone = rs.compare(scene, tasks, starts[0], record="summary", **options)
+    expected = rs.simulate(scene, tasks["pose"], starts[0], record="summary", **options)
     assert alone.runs["pose"].identical(expected)
     assert float(alone.data.rotation[0]) == float(found.data.rotation[0, 0])
 
@@ -358,7 +358,7 @@ def test_where_no_start_can_begin_there_is_no_share(free_scene):
     ]
 
 
-def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
+def test_a_start_that_cannot_begin_under_one_scheme_alone_is_reported_for_it(free_scene):
     starts = np.stack([(GOAL @ rs.Pose.at(x, 0, 0)).q for x in (0.0, 0.8)])
     small, large = free_scene(SQUARE, **SEEN), free_scene(0.3 * SQUARE)
     scenes = {"a": small, "b": large}
@@ -368,7 +368,7 @@ def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
     assert why in str(found).splitlines() and "under b" not in str(found)
 
 
-def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
+def test_all_schemes_have_the_noise_of_the_same_seed_and_run(batch):
     scene, tasks, starts, _ = batch
     same = {"a": tasks["image"], "b": tasks["image"]}
     settings = {"sensing": rs.Sensing(noise=0.5), "seed": 3, "duration": 1}
@@ -381,7 +381,7 @@ def test_noise_is_that_of_the_same_seed_and_run_for_all(batch):
 # ---- the table and its data ----
 
 
-def test_every_measure_has_a_unit_and_says_what_it_is(batch):
+def test_every_measure_has_a_unit_and_a_meaning(batch):
     *_, found = batch
     assert found.data.title == "RobSim comparison" and found.data.outcome.dims == ("scheme", "run")
     for key in measures.MEASURES:
@@ -428,7 +428,7 @@ def test_schemes_may_have_scenes_starts_and_settings_of_their_own(free_scene):
 # ---- errors ----
 
 
-def test_what_cannot_be_compared_is_told_by_name(free_scene):
+def test_runs_that_cannot_be_compared_are_reported_by_name(free_scene):
     scene, bad = free_scene(SQUARE, **SEEN), rs.IBVS(rs.Pose.at(0, 0, 1))
     cases = {
         "expected tasks by name, as in {'mine': IBVS\\(\\)}, got {}": {},
@@ -475,12 +475,12 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare({"a": mission})
 
 
-def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene):
-    """Straight along one axis: travel and speed are those of the coordinates themselves."""
+def test_the_motion_of_joints_that_lag_is_measured_not_their_command(free_scene):
+    """Straight along one axis: travel and speed belong to the coordinates themselves."""
     scene, start = free_scene(SQUARE), GOAL @ rs.Pose.at(0, 0, -0.3)
     for actuation in (rs.Actuation(velocity=0.05), rs.Actuation(lag=0.1, acceleration=1.0)):
-        told = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
-        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **told)
+        options = {"duration": 2.0, "dt": 0.01, "actuation": actuation}
+        found = rs.compare(scene, {"a": rs.PBVS(GOAL)}, start, **options)
         run, data = found.runs["a"], found.data.isel(scheme=0)
         way = np.abs(np.diff(run.q.values[:, 2])).sum()
         assert float(data.travel_linear) == pytest.approx(way, rel=5e-3)
@@ -492,13 +492,13 @@ def test_what_joints_that_lag_did_is_measured_not_what_was_commanded(free_scene)
         )
 
 
-def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
-    scene, told = free_scene(SQUARE), []
+def test_the_refusal_of_one_scheme_is_reported_before_another_runs(free_scene):
+    scene, reports = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
     good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
     with pytest.raises(rs.errors.InputError, match="scheme 'b': sensing: the period of the camera"):
-        rs.compare({"a": good, "b": good.with_(**rare)}, progress=told.append)
-    assert not told
+        rs.compare({"a": good, "b": good.with_(**rare)}, progress=reports.append)
+    assert not reports
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.1, np.nan, "half", [0.1, 0.9], None])
@@ -509,7 +509,7 @@ def test_a_quantile_that_is_no_share_is_refused(free_scene, share):
             found.quantile(share)
 
 
-def test_ctrl_c_gives_the_comparison_of_what_was_simulated(free_scene):
+def test_ctrl_c_gives_the_comparison_of_the_simulated_part(free_scene):
     shares = []
 
     def stop(share):

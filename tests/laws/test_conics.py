@@ -22,8 +22,8 @@ def round_marks(angles, a=0.2, b=0.2):
     return np.stack([a * np.cos(angles), b * np.sin(angles), 0 * angles], axis=1)
 
 
-def seen(x, depth=None):
-    """What is observed of normalised points (N, 2) in one run."""
+def observe(x, depth=None):
+    """Return the observation of normalised points (N, 2) in one run."""
     depth = np.ones(len(x)) if depth is None else depth
     camera = rs.Camera(np.eye(3))
     return rs.features.Observation.of(x, depth, camera)
@@ -31,7 +31,7 @@ def seen(x, depth=None):
 
 def seen_from(T_c_o, marks):
     X = T_c_o @ marks
-    return seen(X[:, :2] / X[:, 2:], X[:, 2])
+    return observe(X[:, :2] / X[:, 2:], X[:, 2])
 
 
 def random_view(seed):
@@ -52,7 +52,7 @@ def test_the_interaction_matrix_of_an_ellipse_is_its_derivative(n, seed):
 
 @steady
 @given(seed=seeds, a=st.floats(0.05, 0.3), b=st.floats(0.05, 0.3))
-def test_an_ellipse_in_space_is_seen_as_its_dual_conic_says(seed, a, b):
+def test_the_image_of_an_ellipse_in_space_agrees_with_its_dual_conic(seed, a, b):
     """H diag(a^2, b^2, -1) H' is the dual of the image, H = (r1 r2 t): centre and n without a fit.
 
     The dual of (z - c)' M^-1 (z - c) = 1 is proportional to (M - c c', -c; -c', -1), and n = M / 4.
@@ -88,7 +88,7 @@ def test_more_marks_than_five_are_fitted():
     errors = {}
     for n in (5, 200):
         view = seen_from(T, round_marks(np.arange(n) * 2 * np.pi / n))
-        noisy = [seen(view.points[0] + 1e-4 * rng.normal(size=(n, 2))) for _ in range(30)]
+        noisy = [observe(view.points[0] + 1e-4 * rng.normal(size=(n, 2))) for _ in range(30)]
         errors[n] = np.std([Ellipse().measure(v)[0] - exact for v in noisy], axis=0)
     assert (errors[200] < 0.35 * errors[5]).all()
 
@@ -110,7 +110,7 @@ def test_a_circle_fixes_no_more_than_five_motions():
     ids=["hyperbola", "line", "four", "one"],
 )
 def test_where_there_is_no_ellipse_there_is_no_number(points):
-    assert np.isnan(Ellipse().measure(seen(points))).all()
+    assert np.isnan(Ellipse().measure(observe(points))).all()
 
 
 # spheres
@@ -124,7 +124,7 @@ def test_the_interaction_matrix_of_a_sphere_is_its_derivative(seed, radius):
 
 @steady
 @given(seed=seeds, radius=st.floats(0.02, 0.4))
-def test_a_sphere_is_what_its_outline_tells(seed, radius):
+def test_a_sphere_agrees_with_its_outline(seed, radius):
     """The unit vectors u along tangent rays have w . u = 1 for w = s / sqrt(|s|^2 - 1)."""
     rng = np.random.default_rng(seed)
     X = rng.uniform([-0.4, -0.4, 0.8], [0.4, 0.4, 2.0])
@@ -138,12 +138,12 @@ def test_a_sphere_is_what_its_outline_tells(seed, radius):
     u = np.append(touch[:, :2] / touch[:, 2:], np.ones((9, 1)), axis=1)  # their image
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     w = np.linalg.lstsq(u, np.ones(9), rcond=None)[0]
-    s = Sphere(radius).measure(seen([X[:2] / X[2]], [X[2]]))[0]
+    s = Sphere(radius).measure(observe([X[:2] / X[2]], [X[2]]))[0]
     np.testing.assert_allclose(w / np.sqrt(w @ w - 1), s, rtol=1e-9, atol=1e-9)
 
 
 def test_the_interaction_matrix_of_a_sphere_is_a_cross_product():
-    view = seen([[0.1, -0.2]], [1.5])
+    view = observe([[0.1, -0.2]], [1.5])
     s, L = Sphere(0.25).measure(view)[0], Sphere(0.25).interaction(view)[0]
     v, w = np.array([0.1, 0.2, -0.3]), np.array([0.4, -0.5, 0.6])
     np.testing.assert_allclose(L @ [*v, *w], -v / 0.25 + np.cross(s, w), rtol=0, atol=1e-15)

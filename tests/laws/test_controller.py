@@ -25,7 +25,7 @@ def experiment(name):
     return rs.load_scenario(examples.path(name))
 
 
-def seen(run, t):
+def get_pixels(run, t):
     """The pixels of one step, camera by camera and target by target."""
     pairs = list(zip(run.mark_camera.values, run.mark_target.values, strict=True))
     return {
@@ -35,16 +35,16 @@ def seen(run, t):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_commands_what_the_loop_commands_to_the_bit(name):
+def test_its_commands_equal_those_of_the_loop_to_the_bit(name):
     made = experiment(name).with_(sensing=rs.Sensing(), actuation=rs.Actuation(), duration=0.8)
     run, controller = made.run(), rs.Controller(made)
     columns = [list(run.velocity.values).index(n) for n in controller.velocity_names]
     for t in range(int(np.isfinite(run.error_norm.values).sum())):
-        command = controller.step(seen(run, t), run.q.values[t], t * made.dt)
+        command = controller.step(get_pixels(run, t), run.q.values[t], t * made.dt)
         np.testing.assert_array_equal(command.velocities, run.qd.values[t, columns])
 
 
-def test_what_a_scheme_remembers_goes_on_until_a_reset():
+def test_the_memory_of_a_scheme_lasts_until_a_reset():
     made = experiment("visp_tutorial").at("task.interaction", "broyden").with_(duration=0.4)
     run, controller = made.run(), rs.Controller(made)
     for _ in range(2):
@@ -83,7 +83,7 @@ def test_a_mark_that_is_not_seen_now_is_left_out():
         ("text", None, 0.0, "pixels of"),
     ],
 )
-def test_what_does_not_fit_at_the_start_is_refused(pixels, q, t, words):
+def test_an_unsuitable_start_is_refused(pixels, q, t, words):
     made = experiment("visp_tutorial")
     pixels = np.zeros((4, 2)) if pixels is None else pixels
     q = made.scene.home if q is None else q
@@ -101,7 +101,7 @@ def test_a_mission_has_no_one_controller_and_no_one_run():
         rs.Controller(mission.scene)
 
 
-def test_instants_are_those_of_the_run_to_the_bit():
+def test_instants_agree_with_the_run_to_the_bit():
     made = experiment("latency_and_gain").with_(duration=1.0)
     run, instants = made.run(), list(made.steps())
     assert len(instants) == np.isfinite(run.error_norm.values).sum()
@@ -120,8 +120,8 @@ def test_steps_are_of_one_start():
 
 
 @pytest.mark.full  # as another process is started
-def test_what_has_run_goes_to_another_process_and_runs_there(tmp_path):
-    """Machine code stays where it is: its addresses mean nothing elsewhere."""
+def test_an_experiment_that_has_run_goes_to_another_process_and_runs_there(tmp_path):
+    """Machine code is not sent: its addresses are invalid in another process."""
     made = experiment("visp_tutorial").with_(duration=0.4)
     expected = made.run().q_end.values
     made.scene.robots[0].fk(made.scene.robots[0].home)

@@ -1,4 +1,4 @@
-"""A run is made into a Dataset when it is read, and nobody can tell."""
+"""A run becomes a Dataset when it is read, and users cannot notice it."""
 
 import copy
 import pickle
@@ -29,15 +29,15 @@ def is_set(dataset, slot):
     return True
 
 
-def made():
+def make_small_dataset():
     return xr.Dataset({"a": ("x", [1.0, 2.0])}, {"x": [3, 4]})
 
 
-def deferred(dataset=made, attrs=lambda: {"title": "t"}):
+def deferred(dataset=make_small_dataset, attrs=lambda: {"title": "t"}):
     return LazyDataset.of(dataset, attrs)
 
 
-WHOLE = made().assign_attrs(title="t")
+WHOLE = make_small_dataset().assign_attrs(title="t")
 
 
 def counting(function):
@@ -88,7 +88,7 @@ def test_a_variable_can_be_set_and_deleted():
 
 
 def test_each_half_is_made_once_and_only_when_it_is_read():
-    variables, attrs = counting(made), counting(lambda: {"title": "t"})
+    variables, attrs = counting(make_small_dataset), counting(lambda: {"title": "t"})
     dataset = deferred(variables, attrs)
     assert not any(is_set(dataset, slot) for slot in (*PARTS, "_attrs"))
     assert float(dataset.a[1]) == 2.0 and float(dataset["a"][0]) == 1.0
@@ -101,7 +101,7 @@ def test_assigned_attributes_are_not_made_again():
     attrs = counting(dict)
     dataset = deferred(attrs=attrs)
     dataset.attrs = {"own": 1}
-    assert dataset.identical(made().assign_attrs(own=1)) and attrs.calls == 0
+    assert dataset.identical(make_small_dataset().assign_attrs(own=1)) and attrs.calls == 0
 
 
 def test_an_accessor_of_xarray_keeps_its_object():
@@ -135,7 +135,7 @@ def test_after_an_interruption_it_is_made_anew():
     def first_time():
         if attempts.calls == 1:
             raise KeyboardInterrupt
-        return made()
+        return make_small_dataset()
 
     attempts = counting(first_time)
     dataset = deferred(attempts)
@@ -146,7 +146,7 @@ def test_after_an_interruption_it_is_made_anew():
 
 def test_threads_that_read_at_once_read_the_same_object():
     begin = threading.Barrier(8)
-    variables = counting(made)
+    variables = counting(make_small_dataset)
     dataset, seen = deferred(variables), []
 
     def read():
@@ -164,7 +164,7 @@ def test_threads_that_read_at_once_read_the_same_object():
 # ---- runs ----
 
 
-def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_asked_for():
+def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_requested():
     run = TUTORIAL.run()
     assert not any(is_set(run, slot) for slot in (*PARTS, "_attrs"))
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.TIME_LIMIT and not is_set(run, "_attrs")
@@ -184,7 +184,7 @@ def test_a_run_that_was_read_keeps_nothing_of_the_loop():
     assert gone() is None
 
 
-def test_what_is_read_late_is_what_is_read_at_once(tmp_path):
+def test_a_late_read_equals_an_early_read(tmp_path):
     starts = np.stack([TUTORIAL.start, TUTORIAL.start + 0.01 * np.eye(7)[0]])
     early, late = (TUTORIAL.with_(start=starts).run(threads=n) for n in (1, 2))
     early.load()
@@ -205,7 +205,7 @@ class Changing(DeclaredValue):
         return -self.share * 0.1 * state.error[:, :6]
 
 
-def test_a_run_says_what_a_law_was_that_has_changed_since(monkeypatch):
+def test_a_run_names_a_law_that_has_changed_since(monkeypatch):
     from robsim.declare.kind_families import family, register
 
     monkeypatch.setattr(family("law"), "loaded", dict(family("law").loaded))
@@ -263,5 +263,5 @@ def test_a_kept_controller_warns_each_time():
         (np.zeros(3), False),
     ],
 )
-def test_only_what_is_of_ours_is_known_to_stay(value, stays):
+def test_only_our_own_values_are_taken_as_constant(value, stays):
     assert is_immutable(value) is stays

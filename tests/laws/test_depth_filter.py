@@ -18,7 +18,7 @@ DT = 0.04
 seeds = st.integers(0, 2**32)
 
 
-def moved(X, V, dt):
+def move_marks(X, V, dt):
     """Marks X (N, 3, B) in axes of a camera that moved by exp(V dt)."""
     T = np.empty((3, 4, V.shape[1]))
     se3.exp_se3(np.ascontiguousarray(-V * dt), T)
@@ -55,14 +55,14 @@ def inverse(state):
 
 
 class Servo:
-    """Four marks, and a camera whose twist dies down in one second as a servo's does."""
+    """Four marks, and a camera with a twist that decays in one second, as in servoing."""
 
     def __init__(self, seed, runs=50, noise=0.0):
         self.rng, self.noise = np.random.default_rng(seed), noise
         size = 4, 2, runs
         goal = [self.rng.uniform(-0.15, 0.15, size), self.rng.uniform(0.4, 0.8, (4, 1, runs))]
         self.V = np.concatenate([self.rng.uniform(-w, w, (3, runs)) for w in (0.2, 0.3)])
-        self.X = moved(np.concatenate(goal, axis=1), self.V, -1.0)
+        self.X = move_marks(np.concatenate(goal, axis=1), self.V, -1.0)
 
     def image(self):
         x = self.X[:, :2] / self.X[:, 2:]
@@ -73,7 +73,7 @@ class Servo:
         state, P = begin(depth, self.image(), K)
         found, V = [], self.V.copy()
         for _ in range(round(duration / DT)):
-            self.X = moved(self.X, V, DT)
+            self.X = move_marks(self.X, V, DT)
             state, P = step(depth, state, P, known * V, DT, self.image(), K)
             found.append((np.abs(1.0 / inverse(state) / self.X[:, 2] - 1), state, P))
             V *= np.exp(-DT)
@@ -107,7 +107,7 @@ def test_with_a_pixel_of_noise_the_depth_is_found_to_a_few_percent(seed, factor)
     assert np.isfinite(state).all() and np.isfinite(P).all()
 
 
-def test_the_errors_are_about_as_large_as_the_covariance_says():
+def test_the_errors_are_about_as_large_as_the_covariance_predicts():
     """Before the drift that it allows for, and that these marks have not, counts."""
     servo = Servo(3, runs=300, noise=1.0)
     _, state, P = servo.run(DepthFilter(0.6), duration=0.24)
@@ -128,14 +128,16 @@ def test_without_motion_nothing_is_learnt():
     assert np.isfinite(P).all() and (P[-1][:, 2, 2] >= P[0][:, 2, 2]).all()
 
 
-def test_turning_in_place_says_nothing_of_distance():
+def test_turning_in_place_gives_no_information_on_distance():
     servo = Servo(5)
     servo.V[:3] = 0.0
-    expected = 0.9 * moved(np.concatenate([servo.image(), np.ones((4, 1, 50))], 1), servo.V, 1.0)
+    expected = 0.9 * move_marks(
+        np.concatenate([servo.image(), np.ones((4, 1, 50))], 1), servo.V, 1.0
+    )
     depth = DepthFilter(0.9)
     state, P = begin(depth, servo.image(), K)
     for _ in range(25):
-        servo.X = moved(servo.X, servo.V, DT)
+        servo.X = move_marks(servo.X, servo.V, DT)
         state, P = step(depth, state, P, servo.V, DT, servo.image(), K)
     np.testing.assert_allclose(1.0 / inverse(state), expected[:, 2], rtol=1e-9)
 
@@ -148,7 +150,7 @@ def test_turning_in_place_says_nothing_of_distance():
     st.sampled_from([0.01, 1.0, 30.0]),
     st.sampled_from([-1.0, 0.0, 1.0, 3.0]),
 )
-def test_whatever_it_is_told_it_stays_finite_and_its_covariance_positive(
+def test_with_any_input_it_stays_finite_and_its_covariance_positive(
     seed, start, sigma, noise, known
 ):
     """Wrong starts, wrong trust, wrong twists, five pixels of noise."""
@@ -180,7 +182,7 @@ def test_a_mark_that_is_not_measured_is_predicted():
     before = np.concatenate([states[-1][:, :2], np.ones((4, 1, 50))], 1) / states[-1][:, 2:]
     unseen = np.full((4, 2, 50), np.nan)
     state, P = step(depth, states[-1], Ps[-1], servo.V, DT, unseen, K)
-    X = moved(before, servo.V, DT)
+    X = move_marks(before, servo.V, DT)
     np.testing.assert_allclose(state[:, :2], X[:, :2] / X[:, 2:], atol=1e-14)
     np.testing.assert_allclose(1.0 / inverse(state), X[:, 2], rtol=1e-14)
     assert np.isfinite(P).all()
@@ -222,7 +224,7 @@ def test_the_covariance_follows_the_jacobian_and_grows_by_the_drift():
     np.testing.assert_allclose(covariance[0, :, :, 0], F @ P @ F.T + np.diag(drift), rtol=1e-13)
 
 
-def test_the_correction_is_that_of_kalman():
+def test_the_correction_agrees_with_kalman():
     rng = np.random.default_rng(8)
     root = rng.normal(size=(3, 3))
     P, R = root @ root.T, np.diag([0.3, 0.7]) ** 2
@@ -248,7 +250,7 @@ def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
     depth, V = DepthFilter(0.9), servo.V
     frames = [servo.image()]
     for _ in range(5):
-        servo.X = moved(servo.X, V, DT)
+        servo.X = move_marks(servo.X, V, DT)
         frames.append(servo.image())
 
     def run(part):
@@ -264,7 +266,7 @@ def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
             np.testing.assert_array_equal(a, b[..., part])
 
 
-def test_what_is_given_is_left_as_it_was():
+def test_the_arguments_are_not_changed():
     servo, depth = Servo(10), DepthFilter(0.9)
     given_ = *begin(depth, servo.image(), K), servo.V, servo.image()
     before = [a.copy() for a in given_]
@@ -292,6 +294,6 @@ def test_it_is_a_value(again):
         ((np.nan,), "DepthFilter.start: nan"),
     ],
 )
-def test_what_is_no_filter_is_refused(arguments, message):
+def test_an_invalid_filter_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         DepthFilter(*arguments)

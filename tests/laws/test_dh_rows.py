@@ -31,7 +31,7 @@ goal = { q = ["0 deg", "0 deg", "0 deg", "0 deg", "0 deg", "0 deg"] }
 
 @pytest.mark.parametrize("kind", ["fixed", "revolute", "prismatic"])
 @pytest.mark.parametrize("convention", ["standard", "modified"])
-def test_the_constants_of_a_joint_are_those_of_its_row(kind, convention):
+def test_the_constants_of_a_joint_agree_with_its_row(kind, convention):
     row = replace(ROW, convention=convention)
     joint = rs.joints.Joint(kind, dh=row)
     place, tail = row.constants(kind == "revolute")
@@ -71,7 +71,7 @@ def test_a_row_is_replaced_with_the_constants():
         ({"dh": ROW, "place": rs.joints.Joint(dh=ROW).place}, "dh and place or tail: give one"),
     ],
 )
-def test_what_is_no_row_is_refused(given, words):
+def test_an_invalid_row_is_refused(given, words):
     with pytest.raises(rs.errors.InputError) as caught:
         rs.joints.Joint(**{"kind": "revolute", **given})
     assert words in str(caught.value)

@@ -32,7 +32,7 @@ def L_of(X, scale=1.0):
 
 
 def by_hand(run, scene, scale, gain):
-    """The diagnosis of each instant, where the camera stands on the floating body."""
+    """The diagnosis of each instant; the camera is fixed to the floating body."""
     rows = []
     for q, qd in zip(run.q.values, run.qd.values, strict=True):
         X = (scene.pose("eye", q).inv() @ scene.pose("square", q)) @ SQUARE
@@ -68,7 +68,7 @@ def by_hand(run, scene, scale, gain):
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.7])
-def test_numbers_are_those_of_numpy(scale):
+def test_numbers_agree_with_numpy(scale):
     scene = flying()
     run = rs.simulate(scene, rs.IBVS(gain=2.0, depth_scale=scale), START, duration=2)
     found = rs.diagnose(run)
@@ -79,7 +79,7 @@ def test_numbers_are_those_of_numpy(scale):
         assert found[name].attrs["units"] and found[name].attrs["long_name"]
 
 
-def test_a_mean_interaction_matrix_is_that_of_the_law():
+def test_a_mean_interaction_matrix_agrees_with_the_law():
     scene = flying()
     run = rs.simulate(scene, rs.IBVS(interaction="mean"), START, duration=1)
     found = rs.diagnose(run)
@@ -128,7 +128,7 @@ def test_the_rate_of_v_is_its_difference_quotient_along_the_run(name):
     assert apart[1] < 0.01 and apart[1] < apart[0] / 3
 
 
-def test_v_of_a_wrong_belief_is_that_of_the_truth():
+def test_v_of_a_wrong_belief_agrees_with_the_truth():
     """With a goal that was shown, both are zero in the end; on the way they differ."""
     run = rs.simulate(flying(), rs.IBVS(belief=WRONG), START, duration=20)
     found = rs.diagnose(run)
@@ -136,7 +136,7 @@ def test_v_of_a_wrong_belief_is_that_of_the_truth():
     assert abs(float(found.lyapunov[0]) / float(run.lyapunov[0]) - 1) > 0.2
 
 
-def test_a_goal_that_the_true_camera_cannot_see_leaves_what_is_true_unknown():
+def test_a_goal_that_the_true_camera_cannot_see_leaves_the_true_values_unknown():
     believed = flying(focal=0.25)
     goal = rs.GoalPose(rs.Pose.at(0, 0, 0.15))
     run = rs.simulate(flying(), rs.IBVS(goal=goal, belief=believed), START, duration=0.4)
@@ -163,7 +163,7 @@ def test_an_equilibrium_of_v_has_no_rate_and_rank_six_of_eight():
     assert float(found.stability) < 1e-9  # k > 6: never above zero
 
 
-def test_a_camera_law_that_stalls_is_told_from_a_joint_law():
+def test_a_camera_law_that_stalls_is_distinguished_from_a_joint_law():
     """There V' is zero at the end although the error could still be made smaller."""
     run = rs.load_scenario(examples.path("camera_law_stalls")).run()
     found = rs.diagnose(run)
@@ -172,7 +172,7 @@ def test_a_camera_law_that_stalls_is_told_from_a_joint_law():
 
 
 @pytest.mark.parametrize("record", [1, 3, "all", "summary"])
-def test_what_was_recorded_is_diagnosed(record):
+def test_a_recorded_run_is_diagnosed(record):
     sensing = rs.Sensing(noise=0.1)
     settings = {"duration": 0.4, "sensing": sensing}
     whole = rs.diagnose(rs.simulate(flying(), rs.IBVS(), START, **settings))
@@ -199,7 +199,7 @@ def test_a_run_of_a_batch_is_diagnosed_with_its_own_noise():
         rs.Partitioned(),
     ],
 )
-def test_of_several_tasks_and_other_laws_what_is_meaningful_is_given(task):
+def test_a_diagnosis_of_several_tasks_and_other_laws_has_the_meaningful_parts(task):
     run = rs.simulate(flying(), task, START, duration=1)
     found = rs.diagnose(run)
     for name in ("lyapunov", "lyapunov_rate", "rank_task_jacobian", "border_margin", "singularity"):
@@ -208,7 +208,7 @@ def test_of_several_tasks_and_other_laws_what_is_meaningful_is_given(task):
     np.testing.assert_allclose(found.lyapunov, run.lyapunov, rtol=1e-9)
 
 
-def test_a_run_that_is_not_repeated_is_told():
+def test_a_run_that_is_not_repeated_is_reported():
     run = rs.simulate(flying(), rs.IBVS(), START, duration=1)
     with pytest.raises(rs.errors.InputError, match="is not reproduced: q_end"):
         rs.diagnose(run.assign(q_end=run.q_end + 1e-15))
@@ -216,7 +216,7 @@ def test_a_run_that_is_not_repeated_is_told():
         rs.diagnose(3)
 
 
-def test_the_pose_of_the_target_is_that_of_the_scene():
+def test_the_pose_of_the_target_agrees_with_the_scene():
     scene = flying()
     pose = scene.pose("eye", START).inv() @ scene.pose("square", START)
     found = compute_target_pose(make_camera_target(scene, None, None), START[:, None])[0]

@@ -10,8 +10,8 @@ RUNS = 50
 
 @pytest.fixture(scope="module")
 def cone():
-    """Starts behind the goal, which lies at the origin and looks along x, from which the board
-    can be seen: up to 20 degrees off the axis and turned by as much from the way to the goal."""
+    """Starts behind the goal, which lies at the origin and looks along x; the board
+    is in view: up to 20 degrees off the axis and turned by as much from the way to the goal."""
     rng = np.random.default_rng(0)
     rho, off, turn = rng.uniform([0.1, -0.35, -0.35], [0.8, 0.35, 0.35], (RUNS, 3)).T
     return np.stack([-rho * np.cos(off), -rho * np.sin(off), off + turn], axis=1)
@@ -59,7 +59,7 @@ def test_the_function_of_lyapunov_sinks_at_the_rate_of_theory(arrange, cone, wha
     assert misses[0] / misses[1] == pytest.approx(2.0, abs=0.1)
 
 
-def test_the_command_is_that_of_the_published_law(arrange, cone):
+def test_the_command_agrees_with_the_published_law(arrange, cone):
     """From the true pose instead of the estimated one, for every step of every run."""
     task = rs.Docking(gain=0.8, turn=2.5, h=1.5)
     run = rs.simulate(arrange("unicycle"), task, cone, duration=3, hold=True)

@@ -31,8 +31,8 @@ def at(run, t):
     return run.pixels.values[t], run.q.values[t]
 
 
-def moved(scene, q, velocities):
-    """Where a free camera is after a period."""
+def move_camera(scene, q, velocities):
+    """The pose of a free camera after a period."""
     return scene.robots[0].integrate(q, velocities, DT)
 
 
@@ -80,7 +80,7 @@ def test_marks_that_are_left_out_are_not_seen(controller, run):
             assert found.health.lost == tuple(f"square[{i}]" for i in range(4))
 
 
-def test_others_and_doubtful_targets_are_told_and_not_used(controller, run):
+def test_other_and_doubtful_targets_are_reported_and_not_used(controller, run):
     pixels, q = at(run, 0)
     first = controller.step({"square": pixels, "tag36h11:7": pixels + 9}, q, 0.0)
     assert first.health.unused == ("tag36h11:7",) and first.phase == "moving"
@@ -90,7 +90,7 @@ def test_others_and_doubtful_targets_are_told_and_not_used(controller, run):
     assert second.health.unused == ("doubtful square",) and len(second.health.lost) == 4
 
 
-def test_what_a_detector_calls_doubtful_is_not_used(controller, run):
+def test_marks_that_a_detector_calls_doubtful_are_not_used(controller, run):
     from robsim.vision.tags.detector import Detections
 
     pixels, q = at(run, 0)
@@ -121,8 +121,8 @@ def test_an_image_that_is_older_than_the_last_is_not_used(controller, run):
     assert third.health.unused == () and third.health.age == pytest.approx(0.08)
 
 
-def test_depths_are_those_of_when_the_image_was_taken(one, run):
-    """With the depths of its own time an image commands what it did when it was new."""
+def test_depths_agree_with_the_time_of_the_image(one, run):
+    """With the depths at its exposure, a late image gives the command of a new one."""
     measured = one.at("task.interaction", "current")
     controller, late = rs.Controller(measured), rs.Controller(measured)
     for t in range(6):
@@ -157,7 +157,7 @@ def test_several_cameras_each_with_times_of_its_own():
 
 
 def test_calls_may_come_early_late_or_not_at_all(one, run):
-    """A period has the number that its time says; within one the command stays."""
+    """The time of a period determines its number; within a period the command stays."""
     exact, odd = rs.Controller(one), rs.Controller(one)
     rng = np.random.default_rng(5)
     for t in range(40):
@@ -170,18 +170,18 @@ def test_calls_may_come_early_late_or_not_at_all(one, run):
         np.testing.assert_array_equal(again.velocities, expected.velocities)
 
 
-def test_convergence_is_told_when_the_run_ends(one):
+def test_convergence_is_reported_when_the_run_ends(one):
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum()) - 1
-    told = [controller.step(*at(run, t), t * DT) for t in range(last + 1)]
+    commands = [controller.step(*at(run, t), t * DT) for t in range(last + 1)]
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.CONVERGED
-    assert [each.health.converged for each in told] == [False] * last + [True]
-    assert told[-1].phase == "converged" and told[0].phase == "moving"
-    np.testing.assert_array_equal(told[-1].error, run.error.values[last])
+    assert [each.health.converged for each in commands] == [False] * last + [True]
+    assert commands[-1].phase == "converged" and commands[0].phase == "moving"
+    np.testing.assert_array_equal(commands[-1].error, run.error.values[last])
 
 
 def test_marks_that_may_be_out_of_the_image_need_not_have_been_seen():
-    """As a detector gives them, without what it does not see: it begins, and goes on as the run."""
+    """As a detector returns them, without hidden marks: it starts, and continues as the run."""
     made = rs.load_scenario(examples.path("marks_come_and_go")).with_(sensing=rs.Sensing())
     made = made.at("task.weighting", ["border"])
     run, controller = made.run(), rs.Controller(made)
@@ -247,7 +247,7 @@ AT_THE_START = [each for each in ODD if each[2] != "clock goes backwards"]
 
 
 @pytest.mark.parametrize(("name", "value", "words"), AT_THE_START, ids=range(len(AT_THE_START)))
-def test_what_is_odd_at_the_start_is_an_error(one, run, name, value, words):
+def test_odd_input_at_the_start_is_an_error(one, run, name, value, words):
     given = {"pixels": run.pixels.values[0], "q": run.q.values[0], "t": 0.0, "run": None}
     with pytest.raises(rs.errors.InputError, match=words):
         rs.Controller(one).step(**{**given, name: value})
@@ -261,7 +261,7 @@ def test_marks_that_are_infinite_are_not_seen(controller, run):
     assert controller.step(pixels, q, DT).health.lost == ("square[0]",)
 
 
-def test_what_is_given_may_be_used_again(controller, run):
+def test_arguments_may_be_used_again(controller, run):
     """No array of the caller's is kept or changed, and none of a command changes later."""
     pixels, q = (x.copy() for x in at(run, 0))
     command = controller.step(pixels, q, 0.0)
@@ -290,8 +290,8 @@ def test_no_memory_is_taken_as_time_goes_on(controller, run):
 
 
 def test_rows_of_a_drive_are_a_run_that_is_explained(one):
-    """What was driven with two thirds of the gain, by another period and with rare images, is a
-    log; of the very controller it is the run."""
+    """A drive with two thirds of the gain, by another period and with rare images, is a
+    log; a drive with the controller itself is the run."""
     run, controller = one.run(), rs.Controller(one)
     last = int(np.isfinite(run.error_norm.values).sum())
     rows = []
@@ -310,12 +310,12 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
         slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
-    told = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
-    assert "are 0.667 times the commands of this controller" in str(told)
+    explanation = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
+    assert "are 0.667 times the commands of this controller" in str(explanation)
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
-    """Released by hand, and held by the watchdog while no image came: the log says as much."""
+    """Moved by hand, and held by the watchdog while no image came: the log reports both."""
     safety = rs.Safety(watchdog=rs.control.Watchdog(0.1), hold_to_run=True, ramp=0.2)
     made = one.with_(safety=safety)
     controller, q, rows, held = rs.Controller(made), made.start.copy(), [], 0
@@ -324,10 +324,16 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
         command = controller.step(image, q, t * DT, run=True)
         rows.append(controller.row())
         held += command.phase == "holding"
-        q = q + 0 * q if command.phase == "waiting" else moved(one.scene, q, command.velocities)
+        q = (
+            q + 0 * q
+            if command.phase == "waiting"
+            else move_camera(one.scene, q, command.velocities)
+        )
     assert held > 10
-    told = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
-    assert "are the commands of this controller" in told or "are 1 times the commands" in told, told
+    message = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
+    assert (
+        "are the commands of this controller" in message or "are 1 times the commands" in message
+    ), message
 
 
 def test_a_controller_of_a_file(one):

@@ -1,4 +1,4 @@
-"""A controller on its own in what goes wrong with robots: pauses, clocks, lost marks, odd data."""
+"""A controller on its own under the faults of robots: pauses, clocks, lost marks, odd data."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def at(run, t):
     return run.pixels.values[t], run.q.values[t]
 
 
-def driven(controller, run, steps, first=0, start=0.0):
+def drive(controller, run, steps, first=0, start=0.0):
     """The commands of a controller that is fed a run for some periods."""
     return [controller.step(*at(run, t), start + t * DT) for t in range(first, first + steps)]
 
@@ -50,7 +50,7 @@ def test_a_scheme_with_a_memory_begins_when_the_marks_are_there(one, run, scheme
 def test_after_a_pause_it_begins_anew_from_rest(one, run, scheme):
     made = one.at(REMEMBERS.get(scheme, {"task.gain": one.task.gain}))
     controller = rs.Controller(made.with_(safety=SAFE))
-    driven(controller, run, 20)
+    drive(controller, run, 20)
     pause = controller.step(*at(run, 20), 60.0)
     assert pause.phase == "holding" and not pause.velocities.any()
     assert pause.health.fault.startswith("no call for 59.2 s")
@@ -94,7 +94,7 @@ def test_a_missed_call_is_no_leap_along_a_path():
 
 def test_images_from_the_future_are_not_used(one, run):
     controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
-    driven(controller, run, 5)
+    drive(controller, run, 5)
     odd = controller.step(rs.control.Marks(run.pixels.values[9], 1000.0), run.q.values[5], 5 * DT)
     assert odd.health.unused == ("image of camera taken in the future",)
     assert odd.health.age == pytest.approx(DT)
@@ -115,35 +115,35 @@ def test_stamps_of_another_clock_never_count_as_new(one, run):
 
 def test_a_clock_that_stands_still_is_a_fault(one, run):
     controller = rs.Controller(one.with_(safety=SAFE))
-    moving = driven(controller, run, 20)[-1].velocities
+    moving = drive(controller, run, 20)[-1].velocities
     for _ in range(999):
         command = controller.step(*at(run, 20), 19 * DT)
     np.testing.assert_array_equal(command.velocities, moving)
     command = controller.step(*at(run, 20), 19 * DT)
     assert "stands still at 0.76 s" in command.health.fault and command.phase == "holding"
-    assert driven(controller, run, 1, first=20)[0].phase == "moving"
+    assert drive(controller, run, 1, first=20)[0].phase == "moving"
 
 
 @pytest.mark.parametrize("wrong", [np.nan, -7.0, 1e17, 1e300, -1e300, "x"])
 def test_a_wrong_time_is_soon_forgotten(one, run, wrong):
     controller = rs.Controller(one.with_(safety=SAFE))
-    before = driven(controller, run, 20)[-1].velocities
+    before = drive(controller, run, 20)[-1].velocities
     for _ in range(10):  # in one period: it brakes once
         bad = controller.step(*at(run, 20), wrong)
         assert bad.health.fault.startswith("t") and bad.phase == "holding"
         if wrong == -7.0:
             break
     assert np.abs(before - bad.velocities).max() <= 0.5 * DT * (1 + 1e-9)
-    after = driven(controller, run, 4, first=20)
+    after = drive(controller, run, 4, first=20)
     assert after[-1].phase == "moving" and after[-1].health.fault == ""
 
 
 def test_a_clock_that_was_set_goes_on(one, run):
     """After a leap to and fro it brakes, begins anew, and images count again."""
     controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.2))))
-    driven(controller, run, 10)
+    drive(controller, run, 10)
     for start in (1e6, 0.0):
-        phases = [each.phase for each in driven(controller, run, 5, first=10, start=start)]
+        phases = [each.phase for each in drive(controller, run, 5, first=10, start=start)]
         assert phases[0] == "holding" and phases[-1] == "moving"
 
 
@@ -152,19 +152,19 @@ def test_a_pose_is_not_followed_from_marks_that_are_frozen(one, run):
         safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))
     )
     controller = rs.Controller(made)
-    driven(controller, run, 10)
+    drive(controller, run, 10)
     pixels = run.pixels.values[10].copy()
     pixels[3] = np.nan
-    told = [controller.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
-    assert [each.phase for each in told] == ["moving"] * 2 + ["holding"] * 4
-    assert told[-1].health.lost == ("square[3]",)
+    commands = [controller.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
+    assert [each.phase for each in commands] == ["moving"] * 2 + ["holding"] * 4
+    assert commands[-1].health.lost == ("square[3]",)
     points = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
-    driven(points, run, 10)
-    told = [points.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
-    assert {each.phase for each in told} == {"moving"}  # of points three are enough
+    drive(points, run, 10)
+    commands = [points.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
+    assert {each.phase for each in commands} == {"moving"}  # of points three are enough
 
 
-def test_what_is_not_seen_has_not_arrived(one):
+def test_an_unseen_target_has_not_arrived(one):
     controller, goal = rs.Controller(one), one.task.goal.q
     pixels = one.scene.view(goal).pixels
     assert controller.step(pixels, goal, 0.0).phase == "converged"
@@ -196,14 +196,14 @@ def test_of_several_cameras_one_that_finds_nothing_has_lost_its_marks():
         lambda p: rs.control.Marks({"camera": {"square": p}}, 0.05, doubtful={"square"}),
     ],
 )
-def test_what_is_doubtful_is_so_however_deep(one, run, given):
+def test_a_doubtful_mark_is_doubtful_however_deep(one, run, given):
     controller = rs.Controller(one)
-    driven(controller, run, 1)
+    drive(controller, run, 1)
     command = controller.step(given(run.pixels.values[1]), run.q.values[1], 0.05)
     assert command.health.unused == ("doubtful square",) and len(command.health.lost) == 4
 
 
-def test_a_doubtful_name_that_is_none_of_the_targets_is_told(one, run):
+def test_a_doubtful_name_that_is_none_of_the_targets_is_reported(one, run):
     controller = rs.Controller(one)
     odd = rs.control.Marks(run.pixels.values[0], 0.0, doubtful=["sqare"])
     assert controller.step(odd, run.q.values[0], 0.0).health.unused == ("doubtful sqare",)
@@ -220,7 +220,7 @@ def test_joints_in_another_unit_are_a_fault():
 
 
 def test_a_command_cannot_be_changed(one, run):
-    command = driven(rs.Controller(one), run, 1)[0]
+    command = drive(rs.Controller(one), run, 1)[0]
     for array in (command.velocities, command.error):
         with pytest.raises(ValueError, match="read-only"):
             array[:] = 1e3
@@ -229,10 +229,10 @@ def test_a_command_cannot_be_changed(one, run):
 @pytest.mark.parametrize("scheme", ["broyden", "estimated"])
 def test_pixels_that_are_none_leave_no_trace(one, run, scheme):
     controller = rs.Controller(one.at(REMEMBERS[scheme]))
-    driven(controller, run, 10)
+    drive(controller, run, 10)
     wild = run.pixels.values[10] * 1e160
     assert len(controller.step(wild, run.q.values[10], 10 * DT).health.lost) == 4
-    after = driven(controller, run, 30, first=11)
+    after = drive(controller, run, 30, first=11)
     assert after[-1].phase == "moving" and np.abs(after[-1].velocities).max() < 1.0
 
 
@@ -247,12 +247,12 @@ def test_a_law_that_fails_brakes_the_robot_within_its_limits(one, run):
 
     made = one.at("task.law", Fails()).with_(safety=rs.Safety(acceleration=0.3))
     controller = rs.Controller(made)
-    commands = driven(controller, run, 20)
+    commands = drive(controller, run, 20)
     Fails.bad = True
-    bad = driven(controller, run, 10, first=20)
+    bad = drive(controller, run, 10, first=20)
     assert {each.phase for each in bad} == {"holding"} and bad[0].health.fault == "oops"
     Fails.bad = False
-    every = np.array([c.velocities for c in [*commands, *bad, *driven(controller, run, 5, 30)]])
+    every = np.array([c.velocities for c in [*commands, *bad, *drive(controller, run, 5, 30)]])
     assert np.abs(np.diff(every, axis=0)).max() <= 0.3 * DT * (1 + 1e-9)
     assert 0 < np.abs(every[29]).max() < np.abs(every[19]).max()
 
@@ -266,12 +266,12 @@ def test_a_law_that_fails_stops_a_robot_without_limits_at_once(one, run):
                 raise ZeroDivisionError("oops")
             return -state.gain * np.linalg.lstsq(state.task_jacobian[0], state.error[0])[0][None]
 
-    commands = driven(rs.Controller(one.at("task.law", Fails())), run, 20)
+    commands = drive(rs.Controller(one.at("task.law", Fails())), run, 20)
     assert commands[12].velocities.any() and commands[13].phase == "holding"
     assert not any(command.velocities.any() for command in commands[13:])
 
 
-def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
+def test_a_command_that_was_not_finite_once_is_braked_and_forgotten(one, run):
     class Leaps:
         in_camera, bad = False, False
 
@@ -281,12 +281,12 @@ def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
 
     made = one.at("task.law", Leaps()).with_(safety=rs.Safety(acceleration=0.3))
     controller = rs.Controller(made)
-    commands = driven(controller, run, 20)
+    commands = drive(controller, run, 20)
     Leaps.bad = True
     with np.errstate(divide="ignore"):
-        commands += driven(controller, run, 2, first=20)
+        commands += drive(controller, run, 2, first=20)
     Leaps.bad = False
-    commands += driven(controller, run, 10, first=22)
+    commands += drive(controller, run, 10, first=22)
     assert [each.phase for each in commands[19:25]] == ["moving", *["holding"] * 3, *["moving"] * 2]
     every = np.array([each.velocities for each in commands])
     assert np.abs(np.diff(every, axis=0)).max() <= 0.3 * DT * (1 + 1e-9)
@@ -307,32 +307,32 @@ ODDER = [
 
 
 @pytest.mark.parametrize("given", ODDER, ids=range(len(ODDER)))
-def test_odd_containers_are_told_in_a_line(one, run, given):
+def test_odd_containers_are_reported_in_a_line(one, run, given):
     controller = rs.Controller(one)
-    driven(controller, run, 3)
+    drive(controller, run, 3)
     command = controller.step(given, run.q.values[3], 3 * DT)
     assert command.phase == "holding" and 0 < len(command.health.fault) < 300
-    assert driven(controller, run, 1, first=4)[0].phase == "moving"
+    assert drive(controller, run, 1, first=4)[0].phase == "moving"
     with pytest.raises(rs.errors.InputError):
         rs.Controller(one).step(given, run.q.values[0], 0.0)
 
 
 def test_a_fault_is_of_one_call(one, run):
     controller = rs.Controller(one)
-    driven(controller, run, 3)
+    drive(controller, run, 3)
     assert controller.step("x", run.q.values[3], 3 * DT).health.fault
     same = controller.step(run.pixels.values[3], run.q.values[3], 3.1 * DT)
     assert same.health.fault == "" and same.phase == "holding"
 
 
-def test_why_it_holds_is_told(one, run):
+def test_why_it_holds_is_reported(one, run):
     controller = rs.Controller(one.with_(safety=rs.Safety(hold_to_run=True)))
-    assert driven(controller, run, 1)[0].health.limits == ("not released",)
+    assert drive(controller, run, 1)[0].health.limits == ("not released",)
 
 
 @pytest.mark.parametrize("k", [1, 2, 3, 4])
 @pytest.mark.parametrize("start", [0.0, 123.456, 1.7e9])
-def test_a_watchdog_of_whole_periods_is_that_of_the_simulation(one, k, start):
+def test_a_watchdog_of_whole_periods_agrees_with_the_simulation(one, k, start):
     made = one.with_(
         sensing=rs.Sensing(period=5 * DT), safety=rs.Safety(watchdog=rs.control.Watchdog(k * DT))
     ).with_(duration=1.6)

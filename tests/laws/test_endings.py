@@ -71,7 +71,7 @@ def test_one_of_a_users_own_sees_each_run_of_a_batch(experiment):
         assert int(own.ending) == int(runs.ending[i])
 
 
-def test_what_always_ends_a_run_comes_first(experiment):
+def test_the_built_in_endings_come_first(experiment):
     class Now:
         def holds(self, now):
             return np.ones(len(now.q), dtype=bool)
@@ -90,7 +90,7 @@ def test_a_text_holds_endings_and_a_run_is_explained_by_them(experiment):
     assert "Region" in rs.explain(run).what
 
 
-def test_numbers_that_differ_from_run_to_run_are_those_of_the_frames(experiment):
+def test_numbers_that_differ_from_run_to_run_agree_with_the_frames(experiment):
     """The camera of each run has its own mount, and so its own way into the region."""
     name = f"cameras.{experiment.scene.cameras[0].name}.position"
     made = experiment.with_(endings=[box()]).vary({name: [[0, 0, 0], [0.02, 0, 0], [0, 0.03, 0]]})
@@ -121,7 +121,7 @@ class Kind:
         (lambda now: True, "endings"),
     ],
 )
-def test_what_is_no_ending_is_refused(experiment, endings, message):
+def test_an_invalid_ending_is_refused(experiment, endings, message):
     with pytest.raises(rs.errors.InputError, match=message):
         experiment.run(endings=endings)
 

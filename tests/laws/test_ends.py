@@ -14,7 +14,7 @@ def ends(run):
 
 
 @pytest.mark.parametrize("record", ["all", "summary"])
-def test_a_run_says_how_far_it_ended_from_its_goal(free_scene, record):
+def test_a_run_reports_the_distance_of_its_end_from_its_goal(free_scene, record):
     """Of a start that is cut off after one period under a tiny gain, that is the start itself."""
     start = GOAL @ rs.Pose.at(0.1, -0.2, -0.2, rotvec=(0.1, 0.2, -0.2))
     how = {"dt": 0.01, "duration": 0.01, "record": record}
@@ -36,7 +36,7 @@ def test_a_batch_has_the_bits_of_its_runs_alone(free_scene):
         np.testing.assert_array_equal(run.goal_pose[i], alone.goal_pose)
 
 
-def test_a_goal_pose_is_that_of_the_camera_to_the_target(free_scene):
+def test_a_goal_pose_agrees_with_the_camera_to_the_target(free_scene):
     away = rs.Pose.at(0, 0, 0.9, rotvec=(0, 0, 0.3))  # T_c_o at the goal
     run = rs.simulate(free_scene(SQUARE), rs.PBVS(rs.GoalPose(away)), GOAL, dt=0.01, duration=0.01)
     np.testing.assert_allclose(run.goal_pose, away.inv().matrix, atol=1e-15)
@@ -44,7 +44,7 @@ def test_a_goal_pose_is_that_of_the_camera_to_the_target(free_scene):
     assert ends(run) == pytest.approx((0.099, 0.297), rel=1e-2)
 
 
-def test_what_is_given_as_numbers_has_no_pose(free_scene):
+def test_a_goal_of_numbers_has_no_pose(free_scene):
     given = rs.IBVS(rs.GoalFeatures(SQUARE[:, :2].ravel()))
     run = rs.simulate(free_scene(SQUARE), given, GOAL @ rs.Pose.at(0.1, 0, 0), duration=1)
     assert np.isnan(ends(run)).all() and np.isnan(run.goal_pose).all()
@@ -81,12 +81,12 @@ def test_tools_have_goals_too():
     assert float(run.distance_to_goal) == pytest.approx(off) and np.isnan(run.angle_to_goal)
 
 
-def test_two_marks_leave_motions_free_and_explain_says_so(free_scene):
+def test_two_marks_leave_motions_free_and_explain_reports_it(free_scene):
     task = rs.IBVS(GOAL)
     start = GOAL @ rs.Pose.at(0.1, 0.05, 0, rotvec=(0.1, 0.1, 0))
     with pytest.warns(rs.errors.RankWarning):
         run = rs.simulate(free_scene(SQUARE[:2]), task, start, duration=15)
     assert int(run.outcome) == rs.Outcome.CONVERGED and run.goal_pose.attrs["free_motions"] == 2
     assert float(run.distance_to_goal) > 0.01
-    told = str(rs.explain(run, trials=False))
-    assert "The features leave 2 motions of the joints free" in told
+    message = str(rs.explain(run, trials=False))
+    assert "The features leave 2 motions of the joints free" in message

@@ -1,4 +1,4 @@
-"""Equilibria: those of the literature are found, and an independent vector field agrees."""
+"""Equilibria agree with the literature and with an independent vector field."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ CASES = {
 }
 
 
-def found(free_scene, name, interaction="current", **settings):
+def search(free_scene, name, interaction="current", **settings):
     points, goal = CASES[name]
     return rs.equilibria(
         free_scene(points), rs.IBVS(goal=goal, interaction=interaction), **settings
@@ -72,7 +72,7 @@ def velocity(T_w_c, name, interaction):
 )
 def test_a_vector_field_written_by_hand_agrees(free_scene, name, interaction):
     """Each is a zero of it, and the eigenvalues of its own Jacobian are the same."""
-    for each in found(free_scene, name, interaction):
+    for each in search(free_scene, name, interaction):
         T, h = camera(each).matrix, 2e-5
         f, error = velocity(T, name, interaction)
         assert np.abs(f).max() < 1e-10
@@ -110,11 +110,11 @@ def test_at_the_goal_all_motions_decay_with_the_gain(free_scene, interaction, ga
     ],
 )
 def test_the_traps_of_the_literature(free_scene, name, norm, place, turn):
-    """Where the runs of `test_golden_loops` stop, to the digits that are known of it.
+    """The end of the runs of `test_golden_loops`, to the digits that are certain.
 
     These are of runs that were stopped near the trap: one last digit is 0.05 of a unit off.
     """
-    equilibria = found(free_scene, name)
+    equilibria = search(free_scene, name)
     assert kinds(equilibria) == ["goal", "minimum", "saddle"]
     (trap,), (saddle,) = equilibria.minima, equilibria.saddles
     last_digit = 1e-4 if name == "planar" else 1e-5
@@ -129,8 +129,8 @@ def test_the_traps_of_the_literature(free_scene, name, norm, place, turn):
 @pytest.mark.parametrize("name", ["planar", "tilted"])
 def test_with_l_desired_the_trap_is_a_saddle_and_with_l_mean_it_is_gone(free_scene, name):
     """Two motions lead away from it; with L mean the goal is alone on this side of the marks."""
-    trap = found(free_scene, name).minima[0]
-    desired, mean = found(free_scene, name, "desired"), found(free_scene, name, "mean", cone=1.5)
+    trap = search(free_scene, name).minima[0]
+    desired, mean = search(free_scene, name, "desired"), search(free_scene, name, "mean", cone=1.5)
     assert kinds(desired) == ["goal", "saddle"] and not mean.minima
     saddle = desired.saddles[0]
     assert (saddle.eigenvalues.real > 0).sum() == 2
@@ -143,7 +143,7 @@ def test_with_l_desired_the_trap_is_a_saddle_and_with_l_mean_it_is_gone(free_sce
 def test_a_square_that_is_faced_has_no_trap(free_scene):
     """Starts from near and far, nearly all round: nothing but the goal under L current."""
     wide = {"count": 1000, "distance": (0.4, 3.0), "cone": np.radians(85)}
-    equilibria = found(free_scene, "square", **wide)
+    equilibria = search(free_scene, "square", **wide)
     assert kinds(equilibria) == ["goal"] and equilibria.goal.share > 0.95
 
 
@@ -152,7 +152,7 @@ def test_a_square_that_is_faced_has_four_saddles_under_l_desired(free_scene):
 
     Then L_goal' e = 0: the rows of L_goal, times s_goal with the signs + - + -, add up to zero.
     """
-    equilibria = found(free_scene, "square", "desired", cone=np.radians(60), count=400)
+    equilibria = search(free_scene, "square", "desired", cone=np.radians(60), count=400)
     assert kinds(equilibria) == ["goal"] + 4 * ["saddle"]
     s_goal, _ = image(FACING.matrix, SQUARE)
     for each in equilibria.saddles:
@@ -185,7 +185,7 @@ def test_about_46_percent_of_the_starts_are_trapped(free_scene):
 
 def test_three_points_have_four_poses_without_error(free_scene):
     """The marks look as at the goal from four places, which are all stable: k = 6 is no cure."""
-    equilibria = found(free_scene, "three")
+    equilibria = search(free_scene, "three")
     assert kinds(equilibria) == ["goal"] + 3 * ["false goal"]
     points, goal = CASES["three"]
     for each in equilibria:
@@ -216,7 +216,7 @@ def test_two_points_leave_a_set_of_goals(free_scene):
 
 def test_a_mirrored_square_leaves_a_set_of_equilibria_under_l_mean(free_scene):
     """Seen from behind, turned over about any axis of its plane: L_now' e = -L_goal' e there."""
-    equilibria = found(free_scene, "square", "mean", count=400, cone=np.pi)
+    equilibria = search(free_scene, "square", "mean", count=400, cone=np.pi)
     assert kinds(equilibria) == ["goal", "degenerate"]
     one = equilibria[1]
     turn = rs.Pose(one.T_c_o).rotvec
@@ -256,7 +256,7 @@ def test_a_puma_takes_the_goal_with_all_its_postures(puma_scene, puma_goal):
         np.testing.assert_allclose(each.eigenvalues, -1.0, atol=1e-6)
 
 
-def test_what_is_out_of_reach_of_joints_or_image_is_said():
+def test_a_goal_out_of_reach_of_joints_or_image_is_reported():
     """The elbow may not bend to the other side, and the goal itself is in the image."""
     robot = rs.robots.planar_2r()
     rows = [[0, 0, 1, 0], [0, 0, 1, 0]]
@@ -340,13 +340,13 @@ def test_a_wrong_belief_keeps_a_shown_goal_and_moves_its_eigenvalues(free_scene)
 
 
 def test_the_same_seed_gives_the_same_bits(free_scene):
-    one, again, other = (found(free_scene, "planar", count=30, seed=seed) for seed in (3, 3, 4))
+    one, again, other = (search(free_scene, "planar", count=30, seed=seed) for seed in (3, 3, 4))
     assert one == again and hash(one) == hash(again) and one != other
     np.testing.assert_array_equal(one.starts, again.starts)
 
 
-def test_it_is_a_sequence_that_says_who_ended_where(free_scene):
-    equilibria = found(free_scene, "tilted", count=60)
+def test_it_is_a_sequence_with_the_end_of_each_start(free_scene):
+    equilibria = search(free_scene, "tilted", count=60)
     assert len(equilibria) == len(list(equilibria)) == 3
     assert equilibria[0] is equilibria.goal and equilibria[1:2] == equilibria.minima
     counts = np.bincount(equilibria.ends[equilibria.ends >= 0], minlength=3) / 60
@@ -366,14 +366,14 @@ def test_none_may_be_found(free_scene):
     assert str(nothing).endswith("elsewhere   100.0%  1 time limit")
 
 
-def test_the_table_says_what_is_there(free_scene):
-    text = str(found(free_scene, "tilted", count=60))
+def test_the_table_lists_the_equilibria(free_scene):
+    text = str(search(free_scene, "tilted", count=60))
     assert text.startswith("3 equilibria; runs from 60 starts\n")
     assert [row.split()[0] for row in text.splitlines()[2:5]] == ["goal", "minimum", "saddle"]
     assert "0.0275" in text and "-1.0508 to  -0.9519" in text
 
 
-def test_starts_of_a_flying_camera_are_where_the_documentation_says(free_scene):
+def test_starts_of_a_flying_camera_are_placed_as_documented(free_scene):
     """Distance and cosine of the angle are uniform, the middle of the marks is in the centre."""
     points, goal = CASES["planar"]
     field = VectorField.of(free_scene(points), rs.IBVS(goal=goal))

@@ -1,4 +1,4 @@
-"""Loops that learn what they are not told: depth by a filter, the Jacobian by Broyden's rule."""
+"""Loops that learn unknown quantities: depth by a filter, the Jacobian by Broyden's rule."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ STARTS = 10
 
 
 def filtered(scene, task, run):
-    """What the filter of a noisy run ends with, (runs, N) each: relative error of 1/Z, and its own
+    """The final state of the filter of a noisy run, (runs, N): relative error of 1/Z, and its own
     relative standard deviation. The run is gone through again with its own measurements."""
     controller, memory = task.bind(scene), {}
     for step in range(run.sizes["time"]):
@@ -64,7 +64,7 @@ def test_a_filtered_depth_serves_under_a_pixel_of_noise(arrange, around, wrong, 
 @pytest.mark.parametrize("wrong", [0.7, 1.5])
 def test_a_filtered_depth_is_right_at_the_end(arrange, around, wrong, name):
     """Within a tenth for nearly all marks; the others moved too little across their rays, and
-    there the filter says so itself: its error is within four of its own standard deviations."""
+    there the filter is uncertain: its error is within four of its own standard deviations."""
     scene = arrange(name)
     Z = scene.view(points="plate").depth.mean()
     task = rs.IBVS(features="pixels", depth=rs.laws.DepthFilter(wrong * float(Z)))
@@ -114,8 +114,8 @@ SEVERAL = {
 
 
 @pytest.mark.parametrize("task", SEVERAL)
-def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange, around, task):
-    """What it learns explains the step that was made, not the one that it would have made."""
+def test_among_several_tasks_broyden_learns_from_the_final_command(arrange, around, task):
+    """The update explains the step that was executed, not the step of the scheme alone."""
     scene, before = arrange("eye_in_hand"), None
     controller = SEVERAL[task].bind(scene)
     sight, q = controller.sights[0], move_runs_last(around(scene, 3), 1)
@@ -135,7 +135,7 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
 
 @pytest.mark.parametrize("task", [rs.PBVS(), rs.Hybrid()], ids=["PBVS", "Hybrid"])
 def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
-    """A small plate seen from in front, whose tilt the noise hides."""
+    """A small plate seen from in front; the noise hides its tilt."""
     scene = arrange("eye_in_hand")
     run = rs.simulate(
         scene, task, around(scene, 10), duration=5, sensing=rs.Sensing(noise=1.0), seed=3, hold=True
@@ -152,10 +152,10 @@ def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
     lost = visp.scene.believe(place=rs.Pose.at(0.4, 0, ahead, rpy=(1, 0.5, 2)))
     scheme, goal = task(visp.task.goal, belief=lost, gain=3.0), visp.task.goal.q
-    told = {"duration": 20, "record": "summary"}
+    options = {"duration": 20, "record": "summary"}
     starts = visp.start + np.array([[0, 0, 0], [0.02, 0, 0.1]]) @ np.eye(3, 7)
-    run = rs.simulate(visp.scene, scheme, starts, **told)
+    run = rs.simulate(visp.scene, scheme, starts, **options)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.q_end[:, :3], np.tile(goal[:3], (2, 1)), atol=1e-5)
-    alone = rs.simulate(visp.scene, scheme, starts[1], **told, first_run=1)
+    alone = rs.simulate(visp.scene, scheme, starts[1], **options, first_run=1)
     np.testing.assert_array_equal(run.q_end[1], alone.q_end)

@@ -18,7 +18,7 @@ SPREAD = np.array([[-0.3, -0.2, 0.1], [0.25, -0.3, -0.05], [0.3, 0.2, 0.05], [-0
 L_SHAPE = np.array(
     [[-0.3, -0.3, 0], [0.3, -0.3, 0], [0.3, -0.1, 0], [0, -0.1, 0], [0, 0.3, 0], [-0.3, 0.3, 0]]
 )
-# what a feature needs to see; four marks anywhere where nothing is said. Marks of angles stay away
+# marks that a feature needs; by default four marks anywhere. Marks of angles stay away
 # from the centre of the image, where polar coordinates have none, and edges recede
 MARKS = {
     "polar": SPREAD + np.array([0.9, 0.7, 0.0]),
@@ -35,13 +35,13 @@ MARKS = {
 @given(seed=st.integers(0, 2**32))
 @pytest.mark.parametrize("name", FEATURES)
 def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
-    """check_feature: central differences along six motions, whose error shrinks as h squared."""
+    """check_feature: central differences along six motions; their error shrinks as h squared."""
     assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=50, bits=True) == []
 
 
 @pytest.mark.parametrize("name", FEATURES)
 def test_on_which_marks_its_numbers_depend_is_the_same_in_every_view(name):
-    """What one view tells, by hiding mark after mark, is what any marks hide in any other."""
+    """Hiding mark after mark in one view gives the effect of hidden marks in all other views."""
     feature = FEATURES[name]()
     views, rng = _RandomViews.random(MARKS.get(name, SPREAD), 1, 60), np.random.default_rng(2)
     seen = views.observe(feature)

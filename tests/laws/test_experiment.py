@@ -37,16 +37,16 @@ BAD = {
 
 
 @pytest.mark.parametrize("message", BAD)
-def test_what_cannot_be_is_refused_before_it_runs(visp, message):
+def test_an_impossible_explanation_is_refused_before_it_runs(visp, message):
     with pytest.raises(rs.errors.InputError) as caught:
         visp.with_(**BAD[message])
     assert str(caught.value).startswith(message)
 
 
 def test_simulate_is_the_short_form(visp):
-    told = {"dt": 0.02, "duration": 0.3, "seed": 3, "sensing": rs.Sensing(noise=0.1)}
-    short = rs.simulate(visp.scene, visp.task, visp.start, **told)
-    assert short.identical(rs.Experiment(visp.scene, visp.task, visp.start, **told).run())
+    options = {"dt": 0.02, "duration": 0.3, "seed": 3, "sensing": rs.Sensing(noise=0.1)}
+    short = rs.simulate(visp.scene, visp.task, visp.start, **options)
+    assert short.identical(rs.Experiment(visp.scene, visp.task, visp.start, **options).run())
 
 
 def test_equal_values_have_equal_hashes_and_texts(visp):
@@ -67,14 +67,14 @@ def test_a_row_of_a_batch_is_an_experiment_with_its_own_noise(visp):
     np.testing.assert_array_equal(again.run().q, runs.q[1:])
 
 
-def test_a_number_of_a_run_is_said_in_its_text(visp):
+def test_a_number_of_a_run_is_reported_in_its_text(visp):
     one = visp.with_(first_run=5, seed=2**63)
     assert rs.Experiment.from_text(one.text) == one and "first_run = 5" in one.text
     assert "first_run" not in visp.to_toml()
     assert visp.at("run.first_run", 5).first_run == 5
 
 
-def test_what_is_no_run_has_no_experiment(visp):
+def test_a_dataset_that_is_no_run_has_no_experiment(visp):
     for value in (3, visp, None, rs.simulate):
         with pytest.raises(rs.errors.InputError, match="expected a run, a Dataset of simulate"):
             rs.Experiment.of(value)
@@ -107,7 +107,7 @@ def test_numbers_of_numpy_may_be_given_and_are_in_the_text(visp, name, value, fo
     np.testing.assert_array_equal(found(rs.Experiment.from_text(made.text)), value)
 
 
-def test_none_is_what_holds_if_nothing_is_said(visp):
+def test_none_is_the_default_without_a_report(visp):
     slow = visp.with_(sensing=rs.Sensing(period=0.08, noise=1.0), duration=1.0)
     assert slow.at({"sensing.period": None, "sensing.noise": None}).sensing == rs.Sensing()
     assert slow.at("run.duration", None).duration == 10.0

@@ -78,7 +78,7 @@ def half_turn():
 
 
 def limited():
-    """A Puma whose forearm would have to pass -200 degrees on its way."""
+    """A Puma with a forearm that would have to pass -200 degrees on its path."""
     scene = rs.load_scenario(examples.path("wrong_calibration")).scene
     links = list(scene.robots[0].links)
     limits = (float(np.radians(-200)), float(np.radians(-184)))
@@ -140,13 +140,13 @@ def rounded():
 
 
 def coarse():
-    """Encoders that tell little more than the sign of a joint: J is that of another posture."""
+    """Encoders that measure little more than the sign of a joint: J belongs to another posture."""
     wrong = {"actuation": rs.Actuation(encoder=2.5), "sensing": rs.Sensing(latency=0.04)}
     return example("eye_to_hand", duration=15, **wrong)
 
 
 def too_far():
-    """A constant depth of 8 m in L, where it is some 1.2 m."""
+    """A constant depth of 8 m in L, while the true one is some 1.2 m."""
     return fly(rs.IBVS(gain=10.0, depth=8.0))
 
 
@@ -251,7 +251,7 @@ def skewed_and_short():
     return skewed(duration=3.0)
 
 
-# what made it, how it ends, what the first cause is about, and words of its sentence
+# its experiment, its outcome, the subject of the first cause, and words of its sentence
 KNOWN = [
     (local_minimum, "LOCAL_MINIMUM", "local minimum", "k = 8 numbers and L J has rank 6"),
     (late, "OUT_OF_IMAGE", "latency", r"3 control periods: .* exceeds 0\.445, and it is 0\.6"),
@@ -298,45 +298,47 @@ KNOWN = [
     ("made", "outcome", "about", "words"), KNOWN, ids=[row[0].__name__ for row in KNOWN]
 )
 def test_the_true_cause_is_named(made, outcome, about, words):
-    told = explained(made)
-    assert told.outcome.name == outcome, told
-    assert told.causes[0].about == about, told
-    assert re.search(words, told.causes[0].sentence), told
-    text = str(told)
-    assert text.startswith(told.what) and "Why: " in text and "nan" not in text
-    assert all(np.isfinite(value) for value in told.causes[0].evidence.values())
+    explanation = explained(made)
+    assert explanation.outcome.name == outcome, explanation
+    assert explanation.causes[0].about == about, explanation
+    assert re.search(words, explanation.causes[0].sentence), explanation
+    text = str(explanation)
+    assert text.startswith(explanation.what) and "Why: " in text and "nan" not in text
+    assert all(np.isfinite(value) for value in explanation.causes[0].evidence.values())
 
 
 @pytest.mark.parametrize("made", [late, deep, noisy, turned_hand_eye, moving, lagging, wild_marks])
-def test_what_is_wrong_and_harmless_is_told_as_such(made):
-    told = explained(made)
-    assert len(told.causes) == 1
-    assert any("Not the cause, though wrong as well" in remark for remark in told.remarks)
+def test_a_harmless_fault_is_reported_as_such(made):
+    explanation = explained(made)
+    assert len(explanation.causes) == 1
+    assert any("Not the cause, though wrong as well" in remark for remark in explanation.remarks)
 
 
 def test_two_that_do_harm_only_together_are_both_named():
     """One period late and depths 2.5 times too large: gain dt = 0.6 bears each, not both."""
     task, sensing = rs.IBVS(gain=15.0, depth_scale=2.5), rs.Sensing(latency=0.04, noise=1e-4)
-    told = rs.explain(fly(task, sensing=sensing))
-    assert [cause.about for cause in told.causes] == ["latency", "depth scale"]
-    assert "Only the combination of latency and the wrong depths is harmful" in told.remarks[0]
-    assert "pixel noise" in told.remarks[1]
+    explanation = rs.explain(fly(task, sensing=sensing))
+    assert [cause.about for cause in explanation.causes] == ["latency", "depth scale"]
+    assert (
+        "Only the combination of latency and the wrong depths is harmful" in explanation.remarks[0]
+    )
+    assert "pixel noise" in explanation.remarks[1]
 
 
 def test_two_each_of_which_is_enough_are_put_right_together():
     """Six times the depth and a camera turned by 115 degrees: each alone loses the square."""
     task = rs.IBVS(gain=10.0, depth_scale=6.0, belief=TURNED)
-    told = rs.explain(fly(task))
-    assert [cause.about for cause in told.causes] == ["depth scale and hand-eye"]
-    assert "Correcting one of them is not enough" in told.causes[0].sentence
+    explanation = rs.explain(fly(task))
+    assert [cause.about for cause in explanation.causes] == ["depth scale and hand-eye"]
+    assert "Correcting one of them is not enough" in explanation.causes[0].sentence
 
 
 def test_of_two_together_the_one_that_ended_the_run_is_named_first():
     """Latency loses the square; with noise alone the run would go on, and never be exact."""
     sensing = rs.Sensing(latency=0.12, noise=0.01)
-    told = rs.explain(fly(rs.IBVS(gain=15.0), sensing=sensing))
-    assert [cause.about for cause in told.causes] == ["latency and noise"]
-    assert "without latency alone the run ends as TIME_LIMIT. Only with" in str(told)
+    explanation = rs.explain(fly(rs.IBVS(gain=15.0), sensing=sensing))
+    assert [cause.about for cause in explanation.causes] == ["latency and noise"]
+    assert "without latency alone the run ends as TIME_LIMIT. Only with" in str(explanation)
 
 
 def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
@@ -344,42 +346,45 @@ def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
         rs.load_scenario(examples.path("joint_limits")).task, secondary=None, projection="classic"
     )
     scenario = rs.load_scenario(examples.path("joint_limits"))
-    told = rs.explain(scenario.run(task=task))
-    assert [cause.about for cause in told.causes] == ["joint limit"]
-    assert "is the only obstacle: without limits the same run converges" in str(told)
+    explanation = rs.explain(scenario.run(task=task))
+    assert [cause.about for cause in explanation.causes] == ["joint limit"]
+    assert "is the only obstacle: without limits the same run converges" in str(explanation)
 
 
 def test_ways_of_points_are_not_blamed_for_where_a_pose_is_regulated():
-    told = rs.explain(example("pbvs_loses_target"))
-    assert [cause.about for cause in told.causes] == ["no control of the image", "border"]
+    explanation = rs.explain(example("pbvs_loses_target"))
+    assert [cause.about for cause in explanation.causes] == ["no control of the image", "border"]
 
 
-def test_what_is_not_the_cause_is_acquitted():
+def test_a_fault_that_is_not_the_cause_is_acquitted():
     """A local minimum stays one without the noise."""
-    told = rs.explain(example("local_minimum", sensing=rs.Sensing(noise=1e-6)))
-    assert told.causes[0].about == "local minimum"
+    explanation = rs.explain(example("local_minimum", sensing=rs.Sensing(noise=1e-6)))
+    assert explanation.causes[0].about == "local minimum"
     words = "Wrong as well: pixel noise; with all of it corrected the run ends as LOCAL_MINIMUM"
-    assert told.remarks[0].startswith(words)
+    assert explanation.remarks[0].startswith(words)
 
 
-def test_what_needs_only_time_is_not_blamed_on_what_slows_it_down():
-    told = rs.explain(example("wrong_calibration", duration=6.0))
-    assert [cause.about for cause in told.causes] == ["too little time"]
-    assert told.remarks[0].endswith("but the run only needs more time.")
-    assert "the intrinsics of 'camera'" in told.remarks[0]
+def test_a_run_that_needs_only_time_is_not_blamed_on_a_slow_part():
+    explanation = rs.explain(example("wrong_calibration", duration=6.0))
+    assert [cause.about for cause in explanation.causes] == ["too little time"]
+    assert explanation.remarks[0].endswith("but the run only needs more time.")
+    assert "the intrinsics of 'camera'" in explanation.remarks[0]
 
 
 def test_a_camera_law_that_climbs_is_found_before_it_stalls():
-    told = rs.explain(example("camera_law_stalls", duration=6.0))
-    assert told.causes[0].about == "camera law" and told.causes[0].evidence["steepest"] > 0.01
-    assert "law" in [advice.about for advice in told.advice]
+    explanation = rs.explain(example("camera_law_stalls", duration=6.0))
+    assert (
+        explanation.causes[0].about == "camera law"
+        and explanation.causes[0].evidence["steepest"] > 0.01
+    )
+    assert "law" in [advice.about for advice in explanation.advice]
 
 
 def test_a_local_minimum_is_one():
-    """V is larger all around the place where the run stands still."""
+    """V is larger all around the point of rest of the run."""
     run = run_of(local_minimum)
-    told = explained(local_minimum)
-    assert told.causes[0].evidence["least_curvature"] > 0
+    explanation = explained(local_minimum)
+    assert explanation.causes[0].evidence["least_curvature"] > 0
     scene = rs.load_scenario(examples.path("local_minimum")).scene
     robot, camera = scene.robots[0], scene.cameras[0].camera
     goal = camera.normalise(run.pixels_goal.values)
@@ -393,21 +398,21 @@ def test_a_local_minimum_is_one():
 
 
 def test_the_advice_was_tried():
-    told = explained(local_minimum)
-    assert [advice.about for advice in told.advice] == ["interaction", "interaction", "PBVS"]
-    for advice, which in zip(told.advice, ("mean", "desired"), strict=False):
+    explanation = explained(local_minimum)
+    assert [advice.about for advice in explanation.advice] == ["interaction", "interaction", "PBVS"]
+    for advice, which in zip(explanation.advice, ("mean", "desired"), strict=False):
         run = example("local_minimum", f"task.interaction={which}")
         assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
         assert advice.evidence["converges_after_s"] == float(run.end_time)
         assert f"With L {which} the same start converges" in advice.sentence
 
 
-def test_advice_for_what_moves_is_feed_forward():
-    told = explained(moving)
-    assert [advice.about for advice in told.advice][:2] == ["feed_forward", "feed_forward"]
-    assert told.causes[0].evidence["drift"] == pytest.approx(0.0125, rel=1e-3)
+def test_advice_for_a_moving_target_is_feed_forward():
+    explanation = explained(moving)
+    assert [advice.about for advice in explanation.advice][:2] == ["feed_forward", "feed_forward"]
+    assert explanation.causes[0].evidence["drift"] == pytest.approx(0.0125, rel=1e-3)
     lag = float(abs(run_of(moving).error[-1]).max())
-    assert told.causes[0].evidence["lag"] == pytest.approx(lag, rel=0.1)  # the first order
+    assert explanation.causes[0].evidence["lag"] == pytest.approx(lag, rel=0.1)  # the first order
 
 
 @pytest.mark.parametrize(
@@ -422,33 +427,37 @@ def test_advice_for_what_moves_is_feed_forward():
     ],
 )
 def test_the_obvious_is_advised(made, advice):
-    told = explained(made)
-    assert advice in str(told), told
+    explanation = explained(made)
+    assert advice in str(explanation), explanation
 
 
 def test_where_only_time_is_lacking_no_other_law_and_no_lower_gain_is_advised():
     for made in (slow, weak):
-        told = explained(made)
-        assert not any("half" in one.sentence or "law" in one.about for one in told.advice), told
+        explanation = explained(made)
+        assert not any(
+            "half" in one.sentence or "law" in one.about for one in explanation.advice
+        ), explanation
 
 
-def test_an_error_of_metres_is_said_in_metres():
-    told = str(rs.explain(fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1))))
-    assert re.search(r"stays at about \S+ m, and the tolerance is 1e-05 m\.", told)
+def test_an_error_of_metres_is_reported_in_metres():
+    message = str(rs.explain(fly(rs.PBVS(), sensing=rs.Sensing(noise=0.1))))
+    assert re.search(r"stays at about \S+ m, and the tolerance is 1e-05 m\.", message)
 
 
-def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
+def test_the_wrong_intrinsics_are_reported_and_no_more():
     goal = rs.GoalPose(rs.Pose.at(0, 0, 0.6))
     bent = rs.Camera(eye().camera.K, (640, 480), distortion=(-0.3, 0.1, 0, 0))
     scene = flying(camera=rs.MountedCamera("eye", bent, on="free_camera.body"))
-    told = rs.explain(fly(rs.IBVS(goal, belief=flying()), at(), scene))
+    explanation = rs.explain(fly(rs.IBVS(goal, belief=flying()), at(), scene))
     words = "intrinsics of 'eye' are wrong: distortion none, true (-0.3, 0.1, 0, 0). With"
-    assert words in told.causes[1].sentence
-    assert "the true pose of the camera is 10.1 mm off" in told.causes[0].sentence  # not turned
+    assert words in explanation.causes[1].sentence
+    assert (
+        "the true pose of the camera is 10.1 mm off" in explanation.causes[0].sentence
+    )  # not turned
     aside = flying().believe(center=(20, 0))
-    told = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
-    assert "wrong: centre (340, 240) px, true (320, 240) px. With" in told.causes[1].sentence
-    assert "40 mm off" in told.causes[0].sentence  # 20 px / 500 px of 1 m
+    explanation = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
+    assert "wrong: centre (340, 240) px, true (320, 240) px. With" in explanation.causes[1].sentence
+    assert "40 mm off" in explanation.causes[0].sentence  # 20 px / 500 px of 1 m
 
 
 def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
@@ -457,40 +466,46 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
         at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)),
         rs.features.FeatureBlock("points", marks=[0, 1, 2]),
     )
-    told = rs.explain(fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20))
-    assert [cause.about for cause in told.causes] == ["final pose", "ambiguous features"]
+    explanation = rs.explain(
+        fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20)
+    )
+    assert [cause.about for cause in explanation.causes] == ["final pose", "ambiguous features"]
     for belief in (None, AS_BELIEVED):
-        told = rs.explain(fly(rs.IBVS(tolerance=1e-2, belief=belief)))
-        assert [cause.about for cause in told.causes] == ["final pose", "tolerance"]
-        assert "with 1e-05 the camera reaches its goal pose" in str(told)
+        explanation = rs.explain(fly(rs.IBVS(tolerance=1e-2, belief=belief)))
+        assert [cause.about for cause in explanation.causes] == ["final pose", "tolerance"]
+        assert "with 1e-05 the camera reaches its goal pose" in str(explanation)
 
 
-def test_what_a_tolerance_leaves_does_not_hide_the_cause():
+def test_the_error_within_a_tolerance_does_not_hide_the_cause():
     larger, goal = flying().believe(size=1.2), rs.GoalPose(rs.Pose.at(0, 0, 1))
     task, sensing = rs.PBVS(goal, belief=larger, tolerance=1e-2), rs.Sensing(noise=0.05)
-    told = rs.explain(fly(task, sensing=sensing, duration=20))
-    assert [cause.about for cause in told.causes] == ["final pose", "target model"]
+    explanation = rs.explain(fly(task, sensing=sensing, duration=20))
+    assert [cause.about for cause in explanation.causes] == ["final pose", "target model"]
 
 
-def test_the_time_that_would_have_been_enough_is_told():
-    told = explained(slow)
+def test_the_time_that_would_have_been_enough_is_reported():
+    explanation = explained(slow)
     run = fly(rs.IBVS(gain=0.3), duration=60)
-    assert told.causes[0].evidence["arrival_s"] == pytest.approx(float(run.end_time), rel=0.02)
+    assert explanation.causes[0].evidence["arrival_s"] == pytest.approx(
+        float(run.end_time), rel=0.02
+    )
 
 
-def test_the_mark_that_left_and_the_side_are_told():
+def test_the_mark_that_left_and_the_side_are_reported():
     run = run_of(late)
-    told, x = explained(late), run.pixels_end.values
-    assert "mark 0 of 'square' left the image of 'eye' at the top" in told.what
-    assert x[0, 1] < -0.5 and told.when == float(run.end_time)
+    explanation, x = explained(late), run.pixels_end.values
+    assert "mark 0 of 'square' left the image of 'eye' at the top" in explanation.what
+    assert x[0, 1] < -0.5 and explanation.when == float(run.end_time)
 
 
-def test_the_joint_the_limit_and_its_speed_are_told():
+def test_the_joint_the_limit_and_its_speed_are_reported():
     run = run_of(limited)
-    told = explained(limited)
-    assert "joint 'forearm' passed its lower limit of -200 degrees" in told.what
+    explanation = explained(limited)
+    assert "joint 'forearm' passed its lower limit of -200 degrees" in explanation.what
     speed = np.degrees(abs(float(run.qd[int(run.end_time / 0.04) - 1, 2])))
-    assert float(re.search(r"at ([\d.]+) degrees", told.what)[1]) == pytest.approx(speed, rel=1e-3)
+    assert float(re.search(r"at ([\d.]+) degrees", explanation.what)[1]) == pytest.approx(
+        speed, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize(("periods", "limit"), [(0, 2.0), (1, 1.0), (2, 0.618), (3, 0.445)])
@@ -528,61 +543,72 @@ def test_a_delay_of_a_part_of_a_period_has_a_limit_of_its_own(whole, part):
 def test_the_share_of_the_periods_is_of_those_that_there_were():
     run = fly(rs.IBVS(gain=2.0), actuation=rs.Actuation(velocity=[0.02] * 3 + [0.1] * 3))
     cut = (abs(run.qd.values[:250]) > [0.02] * 3 + [0.1] * 3).any(axis=1)
-    told = rs.explain(run)
-    assert told.causes[0].about == "velocity" and told.causes[0].evidence["share"] == cut.mean()
+    explanation = rs.explain(run)
+    assert (
+        explanation.causes[0].about == "velocity"
+        and explanation.causes[0].evidence["share"] == cut.mean()
+    )
 
 
 # ---- what did not fail ----
 
 
 def test_a_run_that_converged_needs_no_cause():
-    told = rs.explain(fly(rs.IBVS(gain=2.0)))
-    assert told.outcome is rs.Outcome.CONVERGED and not told.causes and not told.advice
+    explanation = rs.explain(fly(rs.IBVS(gain=2.0)))
+    assert (
+        explanation.outcome is rs.Outcome.CONVERGED
+        and not explanation.causes
+        and not explanation.advice
+    )
     what = "After 4.76 s the run converged: every error is below the tolerance of 1e-05."
-    assert str(told) == told.what == what
+    assert str(explanation) == explanation.what == what
 
 
-def test_a_camera_that_believes_it_has_arrived_is_told_where_it_stands():
+def test_the_explanation_of_a_wrongly_converged_camera_has_its_true_place():
     goal = 'task.goal.computed={position="0, 0, 50 cm", rpy="0, 180, 0 deg"}'
     run = example("wrong_calibration", goal)
-    told = rs.explain(run)
+    explanation = rs.explain(run)
     scene = rs.load_scenario(examples.path("wrong_calibration")).scene
     q = run.q_end.values
     depth = (scene.pose("camera", q).inv() @ scene.pose("plate", q)).position[2]
-    assert told.causes[0].evidence["off_m"] == pytest.approx(abs(depth - 0.5), rel=1e-3)
-    assert [cause.about for cause in told.causes] == ["final pose", "intrinsics"]
-    assert "82.5 mm" in told.causes[0].sentence and "focal length 960 px" in str(told)
-    assert "Note: " in str(told) and "Why: " not in str(told)
+    assert explanation.causes[0].evidence["off_m"] == pytest.approx(abs(depth - 0.5), rel=1e-3)
+    assert [cause.about for cause in explanation.causes] == ["final pose", "intrinsics"]
+    assert "82.5 mm" in explanation.causes[0].sentence and "focal length 960 px" in str(explanation)
+    assert "Note: " in str(explanation) and "Why: " not in str(explanation)
 
 
 def test_hidden_marks_and_a_wrong_model_leave_a_camera_elsewhere():
     hidden = rs.Sensing(occlusions=rs.imperfections.Occlusion((0, 1), 0.5), noise=1e-7)
-    told = rs.explain(fly(rs.IBVS(), sensing=hidden))
-    assert [cause.about for cause in told.causes] == ["final pose", "occlusions"]
+    explanation = rs.explain(fly(rs.IBVS(), sensing=hidden))
+    assert [cause.about for cause in explanation.causes] == ["final pose", "occlusions"]
     larger, goal = flying(1.3 * SQUARE), rs.GoalPose(rs.Pose.at(0, 0, 1))
-    told = rs.explain(fly(rs.PBVS(goal, belief=larger), duration=20))
-    assert [cause.about for cause in told.causes] == ["final pose", "target model"]
-    assert told.causes[0].evidence["off_m"] == pytest.approx(0.3 / 1.3, rel=1e-3)
+    explanation = rs.explain(fly(rs.PBVS(goal, belief=larger), duration=20))
+    assert [cause.about for cause in explanation.causes] == ["final pose", "target model"]
+    assert explanation.causes[0].evidence["off_m"] == pytest.approx(0.3 / 1.3, rel=1e-3)
 
 
-def test_a_run_that_was_held_is_told_how_it_stood_at_the_end():
+def test_the_explanation_of_a_held_run_has_its_state_at_the_end():
     task, sensing = rs.IBVS(gain=15.0), rs.Sensing(latency=0.12)
-    told = rs.explain(fly(task, START, flying(camera=eye(size=None)), sensing=sensing, hold=True))
-    assert told.causes[0].about == "latency"
-    assert "Without latency, the same run has converged at its end" in told.causes[0].sentence
-    told = rs.explain(fly(rs.IBVS(gain=2.0), hold=True))
-    assert told.what.startswith("After 10 s, at the end of the run, every error is below")
+    explanation = rs.explain(
+        fly(task, START, flying(camera=eye(size=None)), sensing=sensing, hold=True)
+    )
+    assert explanation.causes[0].about == "latency"
+    assert (
+        "Without latency, the same run has converged at its end" in explanation.causes[0].sentence
+    )
+    explanation = rs.explain(fly(rs.IBVS(gain=2.0), hold=True))
+    assert explanation.what.startswith("After 10 s, at the end of the run, every error is below")
 
 
 def test_a_retreat_and_a_mark_near_the_border_are_noted():
-    told = rs.explain(example("camera_retreat"))
-    assert told.outcome is rs.Outcome.CONVERGED
-    assert [cause.about for cause in told.causes] == ["camera retreat"]
-    assert told.causes[0].evidence["roll_deg"] == pytest.approx(120)
+    explanation = rs.explain(example("camera_retreat"))
+    assert explanation.outcome is rs.Outcome.CONVERGED
+    assert [cause.about for cause in explanation.causes] == ["camera retreat"]
+    assert explanation.causes[0].evidence["roll_deg"] == pytest.approx(120)
 
 
 class Interrupting:
-    """An effect that changes nothing, and during whose third image Ctrl-C comes."""
+    """An effect that changes nothing; Ctrl-C comes during its third image."""
 
     images = 0
 
@@ -593,19 +619,19 @@ class Interrupting:
         return pixels
 
 
-def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
+def test_the_explanation_of_a_stopped_run_has_its_expected_end():
     whole = fly(rs.IBVS(gain=2.0))
     task, sensing = rs.IBVS(gain=2.0), rs.Sensing(effects=[Interrupting()])
     stopped = rs.Experiment(flying(), task, START, sensing=sensing)
     with pytest.raises(rs.errors.Interrupted) as stop:
         stopped.run()
-    told = rs.explain(stop.value.run, stopped)
-    assert told.outcome is rs.Outcome.RUNNING and "stopped by the user" in told.what
+    explanation = rs.explain(stop.value.run, stopped)
+    assert explanation.outcome is rs.Outcome.RUNNING and "stopped by the user" in explanation.what
     ended = f"Without the stop it ends as CONVERGED after {float(whole.end_time):.3g} s."
-    assert told.remarks == (ended,)
+    assert explanation.remarks == (ended,)
 
 
-# ---- users' code, summaries, batches, and what cannot be explained ----
+# ---- users' code, summaries, batches, and runs that cannot be explained ----
 
 
 class Half(rs.laws.JointLaw):
@@ -652,11 +678,11 @@ def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     run = fly(task, scene=scene)
     with pytest.raises(rs.errors.InputError, match="Python code; give the experiment of the run"):
         rs.explain(run)
-    told = rs.explain(run, rs.Experiment(scene, task))
-    assert told.outcome.name == outcome and told.causes[0].about == about
+    explanation = rs.explain(run, rs.Experiment(scene, task))
+    assert explanation.outcome.name == outcome and explanation.causes[0].about == about
 
 
-def test_what_is_given_must_be_what_made_the_run():
+def test_a_given_experiment_must_be_the_one_that_made_the_run():
     task, scene = rs.IBVS(law=Half()), flying()
     run = fly(task, scene=scene, sensing=rs.Sensing(noise=0.1))
     with pytest.raises(rs.errors.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
@@ -678,10 +704,10 @@ def test_a_run_of_a_batch_is_explained_as_it_was_there():
         rs.errors.InputError, match=r"expected one run, got 3: pick one, as in run.isel"
     ):
         rs.explain(runs)
-    told = rs.explain(runs.isel(run=2))
-    assert told.causes[0].about == "noise"
-    assert str(told) == str(rs.explain(runs.isel(run=[2])))
-    assert str(told) != str(rs.explain(runs.isel(run=0)))  # its noise is its own
+    explanation = rs.explain(runs.isel(run=2))
+    assert explanation.causes[0].about == "noise"
+    assert str(explanation) == str(rs.explain(runs.isel(run=[2])))
+    assert str(explanation) != str(rs.explain(runs.isel(run=0)))  # its noise is its own
 
 
 @pytest.mark.parametrize("given", [None, 3, "run.nc"])
@@ -714,7 +740,7 @@ def test_a_part_of_a_run_or_a_changed_one_is_refused(change, message):
         rs.explain(change(run_of(slow)))
 
 
-def test_what_is_told_beside_a_run_is_checked():
+def test_arguments_beside_a_run_are_checked():
     run = run_of(slow)
     with pytest.raises(rs.errors.InputError, match="experiment: expected an Experiment, got 3"):
         rs.explain(run, 3)
@@ -723,16 +749,16 @@ def test_what_is_told_beside_a_run_is_checked():
 
 
 def test_without_trials_the_run_is_read_only():
-    told = rs.explain(run_of(late), trials=False)
-    assert not told.advice and told.outcome is rs.Outcome.OUT_OF_IMAGE
-    assert told.remarks == (
+    explanation = rs.explain(run_of(late), trials=False)
+    assert not explanation.advice and explanation.outcome is rs.Outcome.OUT_OF_IMAGE
+    assert explanation.remarks == (
         "Also wrong in this run, and not examined: pixel noise, latency and "
         "the intrinsics of 'eye'.",
     )
 
 
 class Wrapped:
-    """A task of a user's own kind, whose gain nobody knows."""
+    """A task of a user's own kind, with an unknown gain."""
 
     def __init__(self, task):
         self.task = task
@@ -744,20 +770,24 @@ class Wrapped:
         return self.task.bind(scene, columns)
 
 
-def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
+def test_a_task_with_an_unknown_gain_has_no_gain_in_its_explanation():
     scene, task = flying(), Wrapped(rs.IBVS(gain=0.2))
-    told = rs.explain(fly(task, scene=scene), rs.Experiment(scene, task))
-    assert "falls at 0.201 per second, and" in told.causes[0].sentence and "nan" not in str(told)
+    explanation = rs.explain(fly(task, scene=scene), rs.Experiment(scene, task))
+    assert "falls at 0.201 per second, and" in explanation.causes[0].sentence and "nan" not in str(
+        explanation
+    )
     for sensing, actuation in (
         (rs.Sensing(latency=0.12), rs.Actuation()),
         (rs.Sensing(period=0.4), rs.Actuation()),
         (rs.Sensing(), rs.Actuation(lag=1.0)),
     ):
         task, wrong = Wrapped(rs.IBVS(gain=15.0)), {"sensing": sensing, "actuation": actuation}
-        told = rs.explain(fly(task, scene=scene, **wrong), rs.Experiment(scene, task, **wrong))
-        assert told.causes and "nan" not in str(told)
-        assert not told.advice  # nothing of it can be changed
-        assert all(np.isfinite(value) for value in told.causes[0].evidence.values())
+        explanation = rs.explain(
+            fly(task, scene=scene, **wrong), rs.Experiment(scene, task, **wrong)
+        )
+        assert explanation.causes and "nan" not in str(explanation)
+        assert not explanation.advice  # nothing of it can be changed
+        assert all(np.isfinite(value) for value in explanation.causes[0].evidence.values())
 
 
 TASKS = {
@@ -774,9 +804,9 @@ TASKS = {
 
 @pytest.mark.parametrize("name", TASKS)
 def test_every_kind_of_task_is_explained(name):
-    told = rs.explain(fly(TASKS[name], at(0.05, 0.02, -0.05, (0, 0, 0.1)), duration=2))
-    assert told.outcome is rs.Outcome.TIME_LIMIT and told.causes
-    assert told.causes[0].about in ("too little time", "depth", "standing error")
+    explanation = rs.explain(fly(TASKS[name], at(0.05, 0.02, -0.05, (0, 0, 0.1)), duration=2))
+    assert explanation.outcome is rs.Outcome.TIME_LIMIT and explanation.causes
+    assert explanation.causes[0].about in ("too little time", "depth", "standing error")
 
 
 ALONE = [name for name in examples.names() if not name.startswith("inspection")]  # no missions
@@ -791,15 +821,19 @@ ALONE = [name for name in examples.names() if not name.startswith("inspection")]
 )
 def test_every_example_is_explained(name):
     run = example(name, duration=3.0)
-    told = rs.explain(run)
-    assert told.when == float(run.end_time) and str(told) and "nan" not in str(told)
+    explanation = rs.explain(run)
+    assert (
+        explanation.when == float(run.end_time)
+        and str(explanation)
+        and "nan" not in str(explanation)
+    )
 
 
 def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
-    """Two searches: that of `explain` from everywhere, and the servo loop."""
+    """Two searches: `explain` searches from everywhere, and the servo loop from its start."""
     run = skewed()
-    told = rs.explain(run, trials=False).causes[0]
-    assert told.evidence["nearest"] == pytest.approx(
+    explanation = rs.explain(run, trials=False).causes[0]
+    assert explanation.evidence["nearest"] == pytest.approx(
         float(run.error_norm.dropna("time")[-1]), rel=1e-4
     )
 
@@ -815,21 +849,21 @@ def test_the_best_that_no_pose_can_better_is_where_the_run_stood_still():
         (rs.IBVS(gain=0.1, goal=rs.GoalFeatures((SQUARE[:, :2] + 5).ravel())), "not see all marks"),
     ],
 )
-def test_of_a_goal_made_of_numbers_it_is_told_which_pose_has_them(task, where):
-    told = rs.explain(fly(task, duration=1.0), trials=False)
-    (goal,) = (cause for cause in told.causes if "goal" in cause.about)
-    assert (where or "no pose of the camera") in goal.sentence, told
+def test_the_pose_of_a_goal_made_of_numbers_is_reported(task, where):
+    explanation = rs.explain(fly(task, duration=1.0), trials=False)
+    (goal,) = (cause for cause in explanation.causes if "goal" in cause.about)
+    assert (where or "no pose of the camera") in goal.sentence, explanation
 
 
 @pytest.mark.parametrize(
     ("marks", "free"),
     [(SQUARE[[0, 2]], 2), (SQUARE[:1], 4), ([[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]], 1)],
 )
-def test_a_run_that_converged_without_a_fixed_pose_is_told_so(marks, free):
+def test_a_run_that_converged_without_a_fixed_pose_is_reported(marks, free):
     """Of one, two, or three marks on a line: a camera may stand elsewhere with the same image."""
-    told = rs.explain(fly(rs.IBVS(), scene=flying(marks)))
-    assert told.outcome is rs.Outcome.CONVERGED
-    off, why = told.causes[:2]
+    explanation = rs.explain(fly(rs.IBVS(), scene=flying(marks)))
+    assert explanation.outcome is rs.Outcome.CONVERGED
+    off, why = explanation.causes[:2]
     assert off.evidence["off_m"] > 0.01 and "off its goal pose" in off.sentence
     assert why.about == "free motions" and why.evidence["free_motions"] == free
     assert "Three or more marks that are not collinear" in why.sentence
@@ -837,36 +871,39 @@ def test_a_run_that_converged_without_a_fixed_pose_is_told_so(marks, free):
 
 def test_of_two_marks_given_as_numbers_there_is_no_pose_to_miss():
     goal = rs.GoalFeatures([-0.1, -0.1, 0.1, 0.1])
-    told = rs.explain(fly(rs.IBVS(goal=goal), scene=flying(SQUARE[[0, 2]])))
-    assert told.causes[0].about == "free motions" and told.causes[0].evidence["free_motions"] == 2
+    explanation = rs.explain(fly(rs.IBVS(goal=goal), scene=flying(SQUARE[[0, 2]])))
+    assert (
+        explanation.causes[0].about == "free motions"
+        and explanation.causes[0].evidence["free_motions"] == 2
+    )
 
 
 def test_joints_that_move_a_camera_in_two_ways_need_no_more_than_two_numbers():
-    told = rs.explain(example("pan_tilt_tracking", "run.hold=false", duration=20))
-    assert all(cause.about != "free motions" for cause in told.causes)
+    explanation = rs.explain(example("pan_tilt_tracking", "run.hold=false", duration=20))
+    assert all(cause.about != "free motions" for cause in explanation.causes)
 
 
-def test_marks_that_lie_are_weighed_robustly_on_advice_and_it_is_said_where_they_are():
+def test_outliers_get_the_advice_of_robust_weights_and_their_places_are_reported():
     advised = rs.explain(wild_marks())
     (weigh,) = [each for each in advised.advice if each.about == "weighting"]
     assert "With weighting='tukey' the same start converges after 5" in weigh.sentence
     weighted = replace(WILD, weighting="tukey")
     worse = rs.Sensing(noise=0.05, outliers=0.2, outlier_size=30.0)
-    told = rs.explain(fly(weighted, sensing=worse))
-    assert "though robust weights are in use." in str(told)
-    assert not [each for each in told.advice if each.about == "weighting"]
+    explanation = rs.explain(fly(weighted, sensing=worse))
+    assert "though robust weights are in use." in str(explanation)
+    assert not [each for each in explanation.advice if each.about == "weighting"]
 
 
 @pytest.mark.parametrize("own", ['"fade"', ""])
 def test_where_noise_lets_nothing_converge_robust_weights_are_judged_by_the_distance(own):
     """Means over the second half: 24 mm with marks that lie, 4.17 weighted."""
-    told = rs.explain(example("marks_that_lie", f"task.weighting=[{own}]"))
-    (weigh,) = [each for each in told.advice if each.about == "weighting"]
+    explanation = rs.explain(example("marks_that_lie", f"task.weighting=[{own}]"))
+    (weigh,) = [each for each in explanation.advice if each.about == "weighting"]
     off, was = (1e3 * weigh.evidence[name] for name in ("off_m", "was_off_m"))
     np.testing.assert_allclose([off, was], [4.17, 24.0], rtol=0.01)
     how = "With weighting='tukey' beside the present weighting" if own else "With weighting='tukey'"
-    said = f"{how} the same run ends {off:.3g} mm off its goal instead of {was:.3g} mm (means"
-    assert weigh.sentence.startswith(said)
+    text = f"{how} the mean distance to the goal in the second half of the run is {off:.3g} mm"
+    assert weigh.sentence == f"{text} instead of {was:.3g} mm."
 
 
 def test_robust_weights_that_bring_nothing_are_not_advised():

@@ -30,7 +30,7 @@ def scattered(seed=0, marks=4, runs=3):
 
 
 def observed(camera, points, T_w_c):
-    """What the camera at T_w_c makes of world points (runs, marks, 3): through the projection."""
+    """The image of world points (runs, marks, 3) in the camera at T_w_c: through the projection."""
     pixels = camera.project(points, T_w_c)
     depth = (rs.Pose(T_w_c).inv() @ points)[..., 2]
     return rs.features.Observation.of(pixels, depth, camera)
@@ -77,9 +77,9 @@ def chapter_equation_14(x, y, Z, f):
 
 @pytest.mark.parametrize("f", [1.0, 0.008, 0.8])
 def test_the_interaction_matrix_is_equation_14_of_the_chapter(f):
-    """On the image plane x = f X / Z (eq. 9), so its L is f times that of X / Z.
+    """On the image plane x = f X / Z (eq. 9), so its L is f times the L of X / Z.
 
-    Eq. (14) is right although eq. (11), from which it is derived, lost its f.
+    Eq. (14) is right although eq. (11), its origin, lost its f.
     """
     X = scattered(marks=1)
     L = rs.features.Points().interaction(seen_from_here(PINHOLE, X))
@@ -106,7 +106,7 @@ def test_pixels_have_equation_14_with_the_focal_length_in_pixels():
         ([0, 0, 0, 0, 0, 1], [0.2, -0.1]),  # it turns clockwise, the image anticlockwise
     ],
 )
-def test_signs_are_those_of_a_camera_that_moves(twist, rate):
+def test_signs_agree_with_a_camera_that_moves(twist, rate):
     seen = seen_from_here(PINHOLE, np.array([[[0.2, 0.4, 2.0]]]))  # (0.1, 0.2) at unit depth
     close(rs.features.Points().interaction(seen)[0] @ twist, rate, 1e-14)
 
@@ -210,7 +210,7 @@ def test_pixel_points_of_a_pinhole_are_its_pixels(seed):
     close(rs.features.PixelPoints().measure(seen).reshape(3, 4, 2), seen.pixels, 1e-10)
 
 
-# what an observation is
+# observations
 
 
 def test_run_first_names_are_views_of_the_run_last_arrays():

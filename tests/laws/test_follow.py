@@ -83,7 +83,7 @@ def test_an_array_is_in_the_order_of_the_joints_that_are_named(arm):
     np.testing.assert_allclose(run.q[:, [3, 0]], r.at(run.time.values), rtol=0, atol=1e-12)
 
 
-def test_what_starts_beside_the_trajectory_comes_to_it(arm):
+def test_a_start_beside_the_trajectory_comes_to_it(arm):
     r = Quintic(START, START + 0.1, 2.0)
     beside = START + 0.01
     for gain, most in ((None, 1e-12), (3.0, 1.1 * 0.01 * np.exp(-3.0))):
@@ -209,7 +209,7 @@ def test_the_distance_from_the_path_is_of_the_second_order_in_the_period(arm):
 
 
 def test_a_base_that_moves_on_its_own_does_not_pull_the_frame_off_its_path():
-    """Second order in the period as well: what carries the frame anyway is not commanded."""
+    """Second order in the period as well: motion that the frame has anyway is not commanded."""
     belt = rs.robots.conveyor()
     arm = rs.robots.puma560().at(rs.Pose.at(0, 0, 0.5), on="conveyor.belt")
     scene = rs.Scene([belt, arm], motions=[rs.Motion("conveyor", [0.05])])
@@ -263,7 +263,7 @@ def test_a_path_with_joints_that_lag(arm, gain):
     assert outcome(run) == "CONVERGED" and float(run.end_time) > 2.0
 
 
-def test_with_a_gain_what_is_missed_decays_with_it(arm):
+def test_with_a_gain_the_lag_behind_the_trajectory_decays_with_it(arm):
     path = Straight(reached(arm, START), reached(arm, START, OFFSET), 3.0)
     run = followed(arm, rs.FollowPath(path=path, gain=2.0), START + 0.02, dt=0.01)
     T, wanted = run.frame_pose.values, path.at(run.time.values)
@@ -399,7 +399,7 @@ def test_runs_without_a_camera_are_compared_and_drawn(arm):
         rs.plot.image(run)
 
 
-def test_what_looks_into_servoing_says_that_there_is_none(arm):
+def test_analyses_of_servoing_report_that_there_is_none(arm):
     task = rs.FollowJoints({"shoulder": 0.5}, duration=1.0)
     run = followed(arm, task)
     for look in (rs.explain, rs.diagnose):
@@ -410,7 +410,7 @@ def test_what_looks_into_servoing_says_that_there_is_none(arm):
             rs.equilibria(arm, moving)
 
 
-# what is refused
+# refusals
 
 ONE = Quintic([0.0], [0.1], 1.0)
 
@@ -497,7 +497,7 @@ def test_a_joint_of_two_robots_needs_the_name_of_one():
         rs.simulate(scene, rs.FollowPath(np.eye(4), duration=1.0))
 
 
-def test_what_has_no_coordinate_of_its_own_or_moves_alone_cannot_be_named():
+def test_joints_without_their_own_coordinate_or_that_move_alone_cannot_be_named():
     base = rs.Scene([rs.robots.unicycle()])
     with pytest.raises(rs.errors.InputError, match="with a coordinate and a velocity of its own"):
         rs.simulate(base, rs.FollowJoints([0.0, 0.0], duration=1.0))

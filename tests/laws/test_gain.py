@@ -61,7 +61,7 @@ def test_it_is_a_value(again):
         ((4.0, 0.4, 30.0, ["error"]), r"no size \['error'\]"),
     ],
 )
-def test_what_is_no_adaptive_gain_is_refused(arguments, message):
+def test_an_invalid_adaptive_gain_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         AdaptiveGain(*arguments)
 

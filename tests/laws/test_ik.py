@@ -1,4 +1,4 @@
-"""Inverse kinematics: what is found is at the pose and within the limits, or it is said why not."""
+"""Inverse kinematics: solutions are at the pose and within the limits; failures have a reason."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ ARMS = {
 
 
 def crane():
-    """A boom whose second part follows its first, on a rail, and a telescope at its end."""
+    """A boom on a rail; its second part follows its first, and a telescope is at its end."""
     rail = rs.joints.Joint("rail", curve=rs.shapes.curves.Arc(2.0, 2.0))
     arm = rs.joints.Joint("revolute", rs.Pose.at(rpy=(HALF, 0, 0)), rs.Pose.at(1, 0, 0))
     forearm = rs.joints.Joint(
@@ -40,7 +40,7 @@ def crane():
 
 
 def random_q(robot, count, seed=0):
-    """Within the limits, or half a unit around home where there are none."""
+    """Within the limits, or half a unit around home for joints without limits."""
     rng = np.random.default_rng(seed)
     low, high = robot.limits.T
     q = robot.integrate(np.tile(robot.home, (count, 1)), rng.normal(size=(count, robot.nv)), 0.5)
@@ -61,7 +61,7 @@ def within(robot, q):
 
 
 def check_honest(robot, goal, found):
-    """Success is a solution within the limits, and the error is that of forward kinematics."""
+    """Success is a solution within the limits, and the error agrees with forward kinematics."""
     off = metres_and_radians(robot.fk(found.q), goal).max(-1)
     np.testing.assert_allclose(found.error, off, rtol=1e-9, atol=1e-14)
     assert (found.success == (found.error < 1e-8)).all()
@@ -99,7 +99,7 @@ def test_of_ten_thousand_poses_one_in_a_thousand_is_missed_at_most(name):
     ],
     ids=lambda robot: robot.name,
 )
-def test_what_moves_otherwise_is_brought_to_poses_too(robot):
+def test_joints_of_other_kinds_are_brought_to_poses_too(robot):
     goal = robot.fk(random_q(robot, 200))
     found = robot.ik(goal)
     check_honest(robot, goal, found)
@@ -140,7 +140,7 @@ def test_near_a_solution_that_one_is_found_and_no_other(seed):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_out_of_reach_is_told_as_such_and_the_error_is_the_least_around(name):
+def test_out_of_reach_is_reported_as_such_and_the_error_is_the_least_around(name):
     robot = ARMS[name]()
     goal = robot.fk(random_q(robot, 40))
     goal[:, :3, 3] *= 5.0 / np.linalg.norm(goal[:, :3, 3], axis=-1, keepdims=True)  # 5 m away
@@ -153,7 +153,7 @@ def test_out_of_reach_is_told_as_such_and_the_error_is_the_least_around(name):
 
 
 @pytest.mark.parametrize("away", [10.0, 100.0, 1e6])  # metres
-def test_what_is_far_out_of_reach_is_not_said_to_need_more_iterations(away):
+def test_a_pose_far_out_of_reach_is_not_reported_as_short_of_iterations(away):
     robot = rs.robots.ur5e()
     goal = robot.fk(random_q(robot, 100))
     goal[:, :3, 3] *= away / np.linalg.norm(goal[:, :3, 3], axis=-1, keepdims=True)
@@ -181,7 +181,7 @@ def test_the_least_distance_of_a_planar_arm_is_known():
     np.testing.assert_allclose(inner.error, 0.3, atol=1e-4)
 
 
-def test_a_limit_in_the_way_is_told_and_without_it_the_pose_is_reached():
+def test_a_limit_in_the_way_is_reported_and_without_it_the_pose_is_reached():
     arm = rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[-1.0, 1.0]])
     goal = arm.fk([2.0])
     held = arm.ik(goal)
@@ -192,19 +192,19 @@ def test_a_limit_in_the_way_is_told_and_without_it_the_pose_is_reached():
 
 def test_a_whole_turn_brings_a_joint_within_its_limits():
     arm = rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[0.5, 6.0]], home=[1.0])
-    found = arm.ik(arm.fk([5.5]))  # the short way is through 0, where the arm must not stand
+    found = arm.ik(arm.fk([5.5]))  # the short path is through 0, which is outside the limits
     assert found.success
     np.testing.assert_allclose(found.q, [5.5], atol=1e-8)
 
 
-def test_few_iterations_are_told_as_such():
+def test_few_iterations_are_reported_as_such():
     found = rs.robots.ur5e().ik(rs.Pose.at(3, 1, 2), iterations=1, restarts=0)
     assert found.reason is REASON.ITERATIONS and "more iterations" in found.reason.message
     assert found.restarts == 0 and found.iterations <= 13
 
 
 @pytest.mark.parametrize("name", ["puma560", "rhino_xr4", "panda"])
-def test_masks_leave_free_what_they_do_not_name(name):
+def test_masks_leave_the_other_directions_free(name):
     robot = ARMS[name]()
     goal = robot.fk(random_q(robot, 300))
     spun = goal @ rs.Pose.at(rpy=(0, 0, 1.0)).matrix  # about the link's z axis
@@ -241,7 +241,7 @@ def test_weights_count_against_each_other_alone():
         assert (robot.ik(goal, mask=[weight] * 6).q == q).all()
 
 
-def test_what_overflows_is_given_back_as_it_was():
+def test_coordinates_that_overflow_are_returned_unchanged():
     slide = rs.joints.Joint("prismatic")
     arm = rs.Robot("arm", [rs.joints.Link("base"), rs.joints.Link("tip", "base", slide)])
     found = arm.ik(rs.Pose.at(), [1e200], restarts=0)
@@ -341,7 +341,7 @@ def test_all_eight_solutions_of_the_puma_differ():
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_what_the_search_finds_is_one_of_the_closed_solutions(name):
+def test_the_result_of_the_search_is_one_of_the_closed_solutions(name):
     robot, _ = CLOSED[name]
     T = robot.fk(bounded(robot, 300, seed=1))
     searched, closed = robot.ik(T, tolerance=1e-12), robot.closed_ik(T)
@@ -351,7 +351,7 @@ def test_what_the_search_finds_is_one_of_the_closed_solutions(name):
     assert np.median(apart) < 1e-11 and apart.max() < 1e-5  # singular ones differ more
 
 
-def test_poses_beyond_reach_and_those_of_no_five_joint_arm_are_invalid():
+def test_poses_beyond_reach_and_poses_of_no_five_joint_arm_are_invalid():
     puma, rhino = rs.robots.puma560(), rs.robots.rhino_xr4()
     far = rs.Pose.at(0, 3, 0)
     for robot in (puma, rhino):
@@ -386,7 +386,7 @@ def plain():
 @pytest.mark.parametrize("q1", [0.0, 0.7, -2.0])
 @pytest.mark.parametrize("q4", [0.4, -1.0])
 def test_a_wrist_on_the_first_axis_has_closed_solutions(q1, q4):
-    """Every plane through the axis holds it: that of the tool counts, or any will do."""
+    """Every plane through the axis contains it: the plane of the tool counts, or any other."""
     for robot, wrist, solutions in ((plain(), "link5", 8), (rs.robots.rhino_xr4(), "wrist", 2)):
         q = onto_the_first_axis(robot, np.array([q1, 0, 1.0, q4, 0.3, 0.2][: robot.nq]), wrist)
         T = robot.fk(q)

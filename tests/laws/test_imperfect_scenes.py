@@ -1,4 +1,4 @@
-"""Late and hidden images where a target moves on its own, and where two cameras look."""
+"""Late and hidden images of a target that moves on its own, and of two cameras."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,12 @@ quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @quiet
 @pytest.mark.parametrize("share", [0.5, 1.25])
 @pytest.mark.parametrize("actuation", [None, rs.Actuation(lag=0.08, acceleration=4.0)])
-def test_what_moves_on_its_own_is_late_as_well(arrange, share, actuation):
-    """Revolute joints between two instants: linear without a lag, and with one as it says."""
+def test_the_image_of_a_moving_target_is_late_as_well(arrange, share, actuation):
+    """Revolute joints between two instants: linear without a lag, and exponential with one."""
     scene, whole = arrange("turntable"), int(np.ceil(share))
     sensing = rs.Sensing(latency=share * DT)
-    told = {"dt": DT, "duration": 1.5, "hold": True, "sensing": sensing, "actuation": actuation}
-    run = rs.simulate(scene, rs.IBVS(features="pixels"), **told)
+    options = {"dt": DT, "duration": 1.5, "hold": True, "sensing": sensing, "actuation": actuation}
+    run = rs.simulate(scene, rs.IBVS(features="pixels"), **options)
     after = (whole - share) * DT
     for k in range(whole, len(run.time)):
         q = run.q.values[k - whole].copy()
@@ -70,14 +70,14 @@ def test_schemes_with_laws_of_their_own_live_with_everything(arrange, around, na
     """Alone and in a batch the same bits, all finite until the end."""
     scene = arrange(name)
     occlusion = rs.imperfections.Occlusion([1], 0.2, 0.4)
-    told = {
+    options = {
         "sensing": rs.Sensing(0.2, 0.1, 0.0, 0.0, [occlusion], 0.2, 0.055, 0.08),
         "actuation": rs.Actuation(0.05, 2.0, 9.0, 1e-4),
         "duration": 1.2,
     }
     q0 = around(scene, 3, spread=0.02, seed=3)
-    whole = rs.simulate(scene, task, q0, **told)
-    alone = rs.simulate(scene, task, q0[2], first_run=2, **told)
+    whole = rs.simulate(scene, task, q0, **options)
+    alone = rs.simulate(scene, task, q0[2], first_run=2, **options)
     assert rs.replay(whole).identical(whole)
     for what in ("q", "qd", "s", "qd_actual"):
         np.testing.assert_array_equal(whole[what][2], alone[what], err_msg=what)

@@ -69,7 +69,7 @@ def test_solids_with_plane_faces_against_their_tetrahedra(solid, pose):
 
 
 def by_quadrature(inside, half, n=200):
-    """Inertia of density 1 of what lies inside, by midpoints of a grid over a box."""
+    """Inertia of density 1 of the points inside, by midpoints of a grid over a box."""
     axes = [h * (2 * np.arange(n) + 1 - n) / n for h in half]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[
         inside(*np.meshgrid(*axes, indexing="ij"))
@@ -88,7 +88,7 @@ def test_round_solids_against_a_grid_of_points():
 
 
 @EACH
-def test_mass_and_density_say_the_same(solid):
+def test_mass_and_density_give_the_same_inertia(solid):
     volume = replace(solid, mass=None, density=1.0).inertia.mass
     dense = replace(solid, mass=None, density=solid.mass / volume)
     same(dense.inertia, solid.inertia)
@@ -118,7 +118,7 @@ def test_energy_does_not_depend_on_the_frame():
     close(energy(body, w), energy(body.at(turned), turned @ w), 1e-12)
 
 
-def test_a_link_weighs_what_is_given_else_what_its_shapes_weigh():
+def test_a_link_has_its_given_mass_else_the_mass_of_its_shapes():
     shapes = (SOLIDS[0], Mesh("a.stl"), Ball(0.1), SOLIDS[3].at(SOMEWHERE))
     link = Link("arm", shapes=shapes)
     same(link.inertial, SOLIDS[0].inertia + SOLIDS[3].inertia.at(SOMEWHERE))
@@ -127,7 +127,7 @@ def test_a_link_weighs_what_is_given_else_what_its_shapes_weigh():
     assert Link("arm", shapes=(Ball(0.1),)).inertial is None
 
 
-def test_what_is_no_inertia_cannot_be_added():
+def test_an_invalid_inertia_cannot_be_added():
     with pytest.raises(TypeError, match="unsupported operand"):
         SOLIDS[0].inertia + 3
 
@@ -152,7 +152,7 @@ def test_an_inertia_is_a_value():
         (1, (0, 0, 0), np.eye(3) + np.eye(3, k=1) / 9, "not symmetric, by 0.111"),
     ],
 )
-def test_what_no_body_can_have_is_refused(mass, centre, tensor, message):
+def test_an_inertia_that_no_body_can_have_is_refused(mass, centre, tensor, message):
     with pytest.raises(rs.errors.InputError, match=message):
         Inertia(mass, centre, tensor)
 

@@ -1,4 +1,4 @@
-"""Effects of a user's own on what the joints are commanded."""
+"""A user's own effects on the commands of the joints."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from robsim import examples
 
 
 class Weak:
-    """The joints move at a share of what they should."""
+    """The joints move at a share of the commanded speed."""
 
     def driven(self, wanted, drive):
         return 0.8 * wanted
@@ -37,24 +37,24 @@ def with_effects(experiment, *effects, **more):
     return experiment.with_(actuation=rs.Actuation(effects=effects, **more))
 
 
-def moved(run, dt):
-    """The velocities at which the joints have moved in each period, and those commanded."""
+def get_velocities(run, dt):
+    """The actual velocities of the joints in each period, and the commanded ones."""
     q, qd = run.q.values, run.qd.values
     live = ~np.isnan(q[1:, 0])
     return (np.diff(q, axis=0) / dt)[live], qd[:-1][live]
 
 
-def test_joints_move_as_the_effect_says(experiment):
-    rates, commanded = moved(with_effects(experiment, Weak()).run(), experiment.dt)
+def test_joints_move_as_the_effect_prescribes(experiment):
+    rates, commanded = get_velocities(with_effects(experiment, Weak()).run(), experiment.dt)
     np.testing.assert_allclose(rates, 0.8 * commanded, atol=1e-13)
     assert len(rates) > 20
 
 
 def test_effects_follow_one_another_and_the_lag_comes_after_them(experiment):
-    rates, commanded = moved(with_effects(experiment, Weak(), Weak()).run(), experiment.dt)
+    rates, commanded = get_velocities(with_effects(experiment, Weak(), Weak()).run(), experiment.dt)
     np.testing.assert_allclose(rates, 0.64 * commanded, atol=1e-13)
     late = with_effects(experiment, Weak(), lag=0.05).run()
-    rates, commanded = moved(late, experiment.dt)
+    rates, commanded = get_velocities(late, experiment.dt)
     share = 0.05 / experiment.dt * (1 - np.exp(-experiment.dt / 0.05))
     v = np.zeros(commanded.shape[1])
     for rate, qd in zip(rates, commanded, strict=True):  # v' = (0.8 qd - v) / lag, exactly
@@ -62,20 +62,20 @@ def test_effects_follow_one_another_and_the_lag_comes_after_them(experiment):
         v = 0.8 * qd + (v - 0.8 * qd) * np.exp(-experiment.dt / 0.05)
 
 
-def test_an_effect_knows_how_the_joints_moved(experiment):
-    rates, commanded = moved(with_effects(experiment, Heavy()).run(), experiment.dt)
+def test_an_effect_receives_the_past_motion_of_the_joints(experiment):
+    rates, commanded = get_velocities(with_effects(experiment, Heavy()).run(), experiment.dt)
     before = np.concatenate([np.zeros((1, rates.shape[1])), rates[:-1]])
     np.testing.assert_allclose(rates, 0.5 * (commanded + before), atol=1e-12)
 
 
-def test_its_random_numbers_are_those_of_the_run(experiment):
+def test_its_random_numbers_agree_with_the_run(experiment):
     starts = np.stack([experiment.start] * 4)
     runs = with_effects(experiment, Shaking()).with_(start=starts).run(chunk=3, threads=2)
     alone = with_effects(experiment, Shaking()).with_(first_run=2).run()
     steps = alone.sizes["time"]
     np.testing.assert_array_equal(runs.q.values[2, :steps], alone.q.values)
     assert len(np.unique(runs.q.values[:, 5, 0])) == 4
-    rates, commanded = moved(alone, experiment.dt)
+    rates, commanded = get_velocities(alone, experiment.dt)
     assert np.std(rates - commanded) == pytest.approx(0.01, rel=0.2)
 
 
@@ -114,6 +114,6 @@ class No:
         ("sticky", "no joint effect 'sticky'"),
     ],
 )
-def test_what_is_no_effect_is_refused(experiment, effect, message):
+def test_an_invalid_effect_is_refused(experiment, effect, message):
     with pytest.raises(rs.errors.InputError, match=message):
         with_effects(experiment, effect).run()

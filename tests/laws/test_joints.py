@@ -146,7 +146,7 @@ def gripper():
 
 
 def slope_of(robot, link, q, v):
-    """Twist of a link by central differences, and the order at which they converge."""
+    """Twist of a link by central differences, and the order of their convergence."""
     twists = []
     for step in (1e-2, 5e-3):
         ahead, behind = (robot.fk(robot.integrate(q, v, h), link) for h in (step, -step))
@@ -210,8 +210,8 @@ def both(first, second):
     return rs.Scene([one, other])
 
 
-def test_in_a_scene_joints_follow_those_of_their_own_robot():
-    """Names get that of the robot in front; poses are products, and Jacobians derivatives."""
+def test_in_a_scene_joints_follow_joints_of_their_own_robot():
+    """Names get the prefix of the robot; poses are products, and Jacobians derivatives."""
     scene = both(crawler(), crawler(curves.Arc(3.0, -2.0)))
     q, v = np.array([[7.0], [0.3], [1.0], [-0.4]]), np.array([[0.5], [0.7], [0.4], [-0.3]])
     one, other = scene.robots
@@ -242,7 +242,7 @@ def test_a_link_may_be_called_steering():
         rs.Scene([Robot("column", [*links, knuckle])])
 
 
-def test_what_follows_is_found_in_any_order():
+def test_followers_are_found_in_any_order():
     names = ["d", "a", "c", "b"]  # a is followed by b, b by c, c by d
     links = [Link("base"), Link("root", "base", Joint("revolute"))]
     for name in names:
@@ -370,7 +370,7 @@ def test_a_coordinate_that_is_mimicked_keeps_both_within_their_limits():
         gripper().coordinates([0.045])
 
 
-def test_limits_of_what_mimics_hold_through_all_that_it_mimics():
+def test_limits_of_mimics_hold_through_all_joints_that_they_mimic():
     links = [
         Link("base"),
         Link("a", "base", Joint("prismatic", limits=(-1.0, 1.0))),
@@ -474,7 +474,7 @@ def test_a_chord_that_does_not_fit_is_refused(curve, chord, told):
     ],
 )
 def test_a_chord_is_found_wherever_its_wheels_are(curve, chord):
-    """Also beyond the ends, and where a curve goes to and fro many times before it is so far."""
+    """Also beyond the ends, and on a curve that goes to and fro many times before it is so far."""
     length, radius = chord
     robot = hung(curve, Chord("s", length, radius, gives="angle"))
     for s in (-5.0, 0.0, 0.3 * curve.length, curve.length, curve.length + 5.0):
@@ -557,6 +557,6 @@ def linked(joint, *more):
         ),
     ],
 )
-def test_what_follows_nothing_that_can_be_followed_is_refused(make, told):
+def test_a_follower_of_an_impossible_leader_is_refused(make, told):
     with pytest.raises(InputError, match=told):
         _ = make().tree

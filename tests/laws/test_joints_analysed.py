@@ -1,4 +1,4 @@
-"""What reads scenes must know rails, cars, wheels and fingers: no crash, and numbers that hold."""
+"""All analyses of scenes accept rails, cars, wheels and fingers: no crash, and correct numbers."""
 
 import numpy as np
 import pytest
@@ -73,8 +73,8 @@ def test_its_goal_is_an_equilibrium_that_attracts(case):
 
 def test_it_is_explained_compared_diagnosed_and_drawn(case):
     scene, task, q0, run = case
-    told = rs.explain(run, trials=False)
-    assert told.outcome == rs.Outcome.TIME_LIMIT and "falls by" in told.what
+    explanation = rs.explain(run, trials=False)
+    assert explanation.outcome == rs.Outcome.TIME_LIMIT and "falls by" in explanation.what
     assert {"V", "rank_task_jacobian"} & set(rs.diagnose(run).variables)
     tasks = {"slow": task, "fast": rs.IBVS(features=task.features, gain=2.0)}
     compared = rs.compare(scene, tasks, np.array([q0]), duration=3.0)
@@ -126,21 +126,23 @@ def test_how_far_wheels_have_turned_does_not_set_states_apart():
     assert field.distances(a, b) == 0.3
 
 
-def test_a_car_that_cannot_turn_enough_is_told_so():
+def test_a_car_that_cannot_turn_enough_is_reported():
     run = rs.load_scenario(rs.examples.path("car"), ["task.tasks.0.gain=0.5"]).run()
-    told = rs.explain(run, trials=False)
-    assert told.causes[0].about == "steering limit"
-    assert "'body.steering' is at its limit of 24 degrees" in told.causes[0].sentence
+    explanation = rs.explain(run, trials=False)
+    assert explanation.causes[0].about == "steering limit"
+    assert "'body.steering' is at its limit of 24 degrees" in explanation.causes[0].sentence
     radius = 0.3302 / np.tan(0.4189)
-    assert told.causes[0].evidence["radius_m"] == pytest.approx(radius)
-    assert told.causes[0].evidence["asked_rad"] > 0.4189
+    assert explanation.causes[0].evidence["radius_m"] == pytest.approx(radius)
+    assert explanation.causes[0].evidence["asked_rad"] > 0.4189
 
 
-def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
+def test_a_car_that_is_only_to_turn_stands_and_is_reported():
     scenario = rs.load_scenario(rs.examples.path("car"))
     one = [rs.features.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")
     run = rs.simulate(scenario.scene, task, scenario.start, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()
-    told = rs.explain(run, trials=False)
-    assert told.causes[0].about == "standing car" and "turns only while it drives" in str(told)
+    explanation = rs.explain(run, trials=False)
+    assert explanation.causes[0].about == "standing car" and "turns only while it drives" in str(
+        explanation
+    )

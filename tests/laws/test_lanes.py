@@ -70,7 +70,7 @@ def test_the_angle_of_a_run_far_away_changes_no_bit_of_its_neighbours(far):
 
 
 @pytest.mark.parametrize("shift", range(WIDTH))
-def test_every_operation_is_that_of_numpy_to_the_bit(shift):
+def test_every_operation_agrees_with_numpy_to_the_bit(shift):
     rng = np.random.default_rng(shift)
     pairs = [rng.normal(size=(2, WIDTH)) * 10.0 ** rng.integers(-9, 9, (2, WIDTH))]
     pairs += [np.stack([ODD, np.roll(ODD, shift)])]

@@ -105,6 +105,6 @@ def test_one_limit_for_each_commanded_velocity_or_one_for_all():
         ({"angular": [1.0]}, "SpeedLimit.angular must be a positive number"),
     ],
 )
-def test_what_is_no_limit_is_refused(arguments, message):
+def test_an_invalid_limit_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         SpeedLimit(**arguments)

@@ -30,15 +30,15 @@ def close(a, b, tolerance):
     np.testing.assert_allclose(a, b, rtol=0, atol=tolerance)
 
 
-def seen(X):
-    """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
+def observe(X):
+    """The image of points (runs, marks, 3) in axes of a camera with K = I."""
     X = np.asarray(X, float)
     return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def in_image(*points, Z=1.0):
     """One run with marks at image points, all at one depth."""
-    return seen([[[Z * x, Z * y, Z] for x, y in points]])
+    return observe([[[Z * x, Z * y, Z] for x, y in points]])
 
 
 def scattered(seed, runs=1, marks=2):
@@ -62,10 +62,10 @@ def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, mark
 @given(seed=seeds, number=st.integers(1, 6))
 def test_each_run_has_the_bits_that_it_has_alone(feature, marks, seed, number):
     X = scattered(seed, number, len(marks))
-    s, L = feature.measure(seen(X)), feature.interaction(seen(X))
+    s, L = feature.measure(observe(X)), feature.interaction(observe(X))
     for b in range(number):
-        np.testing.assert_array_equal(feature.measure(seen(X[b : b + 1]))[0], s[b])
-        np.testing.assert_array_equal(feature.interaction(seen(X[b : b + 1]))[0], L[b])
+        np.testing.assert_array_equal(feature.measure(observe(X[b : b + 1]))[0], s[b])
+        np.testing.assert_array_equal(feature.interaction(observe(X[b : b + 1]))[0], L[b])
 
 
 @BOTH
@@ -73,9 +73,9 @@ def test_each_run_has_the_bits_that_it_has_alone(feature, marks, seed, number):
 @given(seed=seeds)
 def test_each_pair_of_marks_stands_for_itself(feature, seed):
     X = scattered(seed, marks=6)
-    s, L = feature.measure(seen(X))[0], feature.interaction(seen(X))[0]
+    s, L = feature.measure(observe(X))[0], feature.interaction(observe(X))[0]
     for i, (s_i, L_i) in enumerate(zip(np.split(s, 3), np.split(L, 3), strict=True)):
-        pair = seen(X[:, 2 * i : 2 * i + 2])
+        pair = observe(X[:, 2 * i : 2 * i + 2])
         np.testing.assert_array_equal(feature.measure(pair)[0], s_i)
         np.testing.assert_array_equal(feature.interaction(pair)[0], L_i)
 
@@ -87,7 +87,7 @@ def test_each_pair_of_marks_stands_for_itself(feature, seed):
 @given(seed=seeds)
 def test_both_marks_lie_on_the_line_and_it_runs_from_the_first_to_the_second(seed):
     X = scattered(seed)
-    rho, theta = Lines().measure(seen(X))[0]
+    rho, theta = Lines().measure(observe(X))[0]
     p, q = X[0, :, :2] / X[0, :, 2:]
     normal, along = [np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]
     close([p @ normal, q @ normal], [rho, rho], 1e-14)
@@ -100,7 +100,7 @@ def test_lines_have_the_published_matrix_for_any_plane_that_holds_them(seed):
     X, rng = scattered(seed)[0], np.random.default_rng(seed)
     a, b, d = np.cross(X[1] - X[0], rng.normal(size=3))
     e = -np.array([a, b, d]) @ X[0]
-    rho, theta = Lines().measure(seen([X]))[0]
+    rho, theta = Lines().measure(observe([X]))[0]
     c, s = np.cos(theta), np.sin(theta)
     lambda_rho, lambda_theta = (a * rho * c + b * rho * s + d) / e, (a * s - b * c) / e
     closing = np.array([c, s, -rho])
@@ -109,7 +109,7 @@ def test_lines_have_the_published_matrix_for_any_plane_that_holds_them(seed):
         [*lambda_theta * closing, -rho * c, -rho * s, -1],
     ]
     size = max(1, 1 / np.linalg.norm(X[1, :2] / X[1, 2] - X[0, :2] / X[0, 2]))
-    close(Lines().interaction(seen([X]))[0], expected, 1e-11 * size)
+    close(Lines().interaction(observe([X]))[0], expected, 1e-11 * size)
 
 
 @steady
@@ -117,14 +117,14 @@ def test_lines_have_the_published_matrix_for_any_plane_that_holds_them(seed):
 def test_lines_move_as_their_two_marks_do(seed):
     """Differentiate x cos theta + y sin theta = rho at both marks: two equations, two rates."""
     X = scattered(seed)
-    _, theta = Lines().measure(seen(X))[0]
+    _, theta = Lines().measure(observe(X))[0]
     x = X[0, :, :2] / X[0, :, 2:]
     c, s = np.cos(theta), np.sin(theta)
-    points = rs.features.Points().interaction(seen(X))[0].reshape(2, 2, 6)
+    points = rs.features.Points().interaction(observe(X))[0].reshape(2, 2, 6)
     known = points[:, 0] * c + points[:, 1] * s
     system = np.stack([np.ones(2), x[:, 0] * s - x[:, 1] * c], axis=1)
     size = np.linalg.cond(system)
-    close(Lines().interaction(seen(X))[0], np.linalg.solve(system, known), 1e-14 * size**2)
+    close(Lines().interaction(observe(X))[0], np.linalg.solve(system, known), 1e-14 * size**2)
 
 
 @steady
@@ -132,7 +132,7 @@ def test_lines_move_as_their_two_marks_do(seed):
 def test_marks_slid_along_their_line_leave_it_as_it_is(seed):
     X, (a, b) = scattered(seed)[0], np.random.default_rng(seed).uniform(0.1, 0.4, 2)
     slid = np.array([X[0] + a * (X[1] - X[0]), X[1] - b * (X[1] - X[0])])
-    one, other = seen([X]), seen([slid])
+    one, other = observe([X]), observe([slid])
     size = max(1, 1 / np.linalg.norm(X[1, :2] / X[1, 2] - X[0, :2] / X[0, 2]))
     close(Lines().measure(other), Lines().measure(one), 1e-13 * size)
     close(Lines().interaction(other), Lines().interaction(one), 1e-12 * size**2)
@@ -142,8 +142,8 @@ def test_marks_slid_along_their_line_leave_it_as_it_is(seed):
 @given(seed=seeds)
 def test_marks_the_other_way_round_give_the_opposite_normal(seed):
     X = scattered(seed)
-    rho, theta = Lines().measure(seen(X))[0]
-    back = Lines().measure(seen(X[:, ::-1]))[0]
+    rho, theta = Lines().measure(observe(X))[0]
+    back = Lines().measure(observe(X[:, ::-1]))[0]
     close(back[0], -rho, 1e-14)
     close(np.exp(1j * back[1]), -np.exp(1j * theta), 1e-14)
 
@@ -161,7 +161,7 @@ def test_rho_goes_smoothly_through_zero():
 @given(seed=seeds)
 def test_a_segment_gives_back_its_two_marks(seed):
     X = scattered(seed)
-    *middle, length, angle = Segments().measure(seen(X))[0]
+    *middle, length, angle = Segments().measure(observe(X))[0]
     half = 0.5 * length * np.array([np.cos(angle), np.sin(angle)])
     close([middle - half, middle + half], X[0, :, :2] / X[0, :, 2:], 1e-15)
 
@@ -171,7 +171,7 @@ def test_a_segment_gives_back_its_two_marks(seed):
 def test_a_segment_moves_so_that_its_ends_move_as_points_do(seed):
     """The inverse of the chain rule: the ends as functions of the segment, differentiated."""
     X = scattered(seed)
-    *_, length, angle = Segments().measure(seen(X))[0]
+    *_, length, angle = Segments().measure(observe(X))[0]
     c, s = np.cos(angle), np.sin(angle)
     ends = [
         [1, 0, -c / 2, length * s / 2],
@@ -180,8 +180,8 @@ def test_a_segment_moves_so_that_its_ends_move_as_points_do(seed):
         [0, 1, s / 2, length * c / 2],
     ]
     close(
-        ends @ Segments().interaction(seen(X))[0],
-        rs.features.Points().interaction(seen(X))[0],
+        ends @ Segments().interaction(observe(X))[0],
+        rs.features.Points().interaction(observe(X))[0],
         1e-14,
     )
 
@@ -230,15 +230,15 @@ def test_only_angles_are_turned_towards_the_goal(feature):
     X = scattered(5, runs=3, marks=4)
     size = 4 if isinstance(feature, Segments) else 2
     near = feature.towards(in_image((7.0, 8.0), (7.5, 9.0), (8.0, -8.0), (9.0, -9.0)))
-    s, free = (f.measure(seen(X)).reshape(3, -1, size) for f in (near, feature))
+    s, free = (f.measure(observe(X)).reshape(3, -1, size) for f in (near, feature))
     np.testing.assert_array_equal(s[..., :-1], free[..., :-1])
-    np.testing.assert_array_equal(near.interaction(seen(X)), feature.interaction(seen(X)))
+    np.testing.assert_array_equal(near.interaction(observe(X)), feature.interaction(observe(X)))
 
 
 @BOTH
 def test_a_feature_towards_a_goal_is_a_value(feature):
-    here, there, elsewhere = (feature.towards(seen(scattered(i))) for i in (1, 1, 2))
-    np.testing.assert_array_equal(here.goal, here.measure(seen(scattered(1))).T)
+    here, there, elsewhere = (feature.towards(observe(scattered(i))) for i in (1, 1, 2))
+    np.testing.assert_array_equal(here.goal, here.measure(observe(scattered(1))).T)
     assert here == there == pickle.loads(pickle.dumps(here))
     assert here not in (elsewhere, feature)
 
@@ -252,25 +252,27 @@ def test_parallel_lines_vanish_at_the_image_of_their_direction(seed):
     rng = np.random.default_rng(seed)
     along, start = rng.uniform([-0.5, -0.5, 0.2], [0.5, 0.5, 0.6]), scattered(seed, marks=2)[0]
     X = np.array([start[0], start[0] + along, start[1], start[1] + 0.7 * along])
-    x, y = s = VanishingPoint().measure(seen([X]))[0]
+    x, y = s = VanishingPoint().measure(observe([X]))[0]
     size = np.abs(along[:2]).max() / along[2] + 1
     lengths = [np.linalg.norm(np.diff(X[i : i + 2, :2] / X[i : i + 2, 2:], axis=0)) for i in (0, 2)]
     margin = 1e-12 * size / min(lengths) ** 2
     close(s, along[:2] / along[2], margin)
     expected = [[0, 0, 0, x * y, -(1 + x**2), y], [0, 0, 0, 1 + y**2, -x * y, -x]]
-    close(VanishingPoint().interaction(seen([X]))[0], expected, 1e-15 * (1 + size**2))
+    close(VanishingPoint().interaction(observe([X]))[0], expected, 1e-15 * (1 + size**2))
 
 
 def test_eight_marks_have_two_vanishing_points():
     X = scattered(2, runs=3, marks=8)
-    s, L = VanishingPoint().measure(seen(X)), VanishingPoint().interaction(seen(X))
+    s, L = VanishingPoint().measure(observe(X)), VanishingPoint().interaction(observe(X))
     for half, marks in enumerate((slice(0, 4), slice(4, 8))):
         rows = slice(2 * half, 2 * half + 2)
-        np.testing.assert_array_equal(VanishingPoint().measure(seen(X[:, marks])), s[:, rows])
-        np.testing.assert_array_equal(VanishingPoint().interaction(seen(X[:, marks])), L[:, rows])
+        np.testing.assert_array_equal(VanishingPoint().measure(observe(X[:, marks])), s[:, rows])
+        np.testing.assert_array_equal(
+            VanishingPoint().interaction(observe(X[:, marks])), L[:, rows]
+        )
 
 
-# where a feature does not exist
+# features that do not exist
 
 
 @BOTH
@@ -300,7 +302,7 @@ def test_marks_that_do_not_fill_the_groups_are_refused(feature, marks, size):
     words = f"{type(feature).__name__}: .* multiple of {size}; the target has {marks}"
     for act in (feature.measure, feature.interaction):
         with pytest.raises(rs.errors.InputError, match=words):
-            act(seen(scattered(0, marks=marks)))
+            act(observe(scattered(0, marks=marks)))
 
 
 def test_units_tolerances_and_how_many_marks_each_needs():

@@ -64,8 +64,8 @@ def test_it_ends_as_the_run_did(rhino):
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
 
 
-def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
-    """Held for a second at its goal, with one period in between in which the marks are off."""
+def test_a_log_that_goes_on_reports_since_when_its_error_is_small(rhino):
+    """Held for a second at its goal; in one period the marks are off."""
     run = rhino.run(hold=True, duration=13.0)
     log, small = (
         rs.logs.to_table(run),
@@ -76,8 +76,8 @@ def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
     again = rs.logs.read_log(log, rhino)
     assert again.attrs["converged_at"] == pytest.approx((first + 5) * rhino.dt, abs=1e-12)
     figure = rs.plot.joints(again)
-    told = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
-    assert small[first:].all() and figure.get_suptitle() == told
+    text = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
+    assert small[first:].all() and figure.get_suptitle() == text
     short = rs.logs.read_log(log[: first - 1], rhino)
     assert "converged_at" not in short.attrs
     assert rs.plot.joints(short).get_suptitle().startswith("not converged; the log ends at ")
@@ -194,7 +194,7 @@ def test_joints_that_follow_late_are_found_out(rhino):
     ],
 )
 def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, scale, periods, lag):
-    """Rows up to 20 % of a period early or late, of joints that do exactly as told otherwise."""
+    """Rows up to 20 % of a period early or late; the joints execute their commands exactly."""
     rng, dt = np.random.default_rng(6), rhino.dt
     run = rhino.run(duration=6.0)
     log = rs.logs.to_table(run)

@@ -1,4 +1,4 @@
-"""Properties of the closed loop: what must hold whatever the numbers are."""
+"""Properties of the closed loop that hold for any numbers."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_moving_the_target_instead_of_the_camera_is_the_same_loop(free_scene):
 
 
 def test_a_body_that_carries_camera_and_target_moves_neither_against_the_other(puma_scene):
-    """A joint that carries both is no column of the task, and stays where it is."""
+    """A joint that carries both is no column of the task, and does not move."""
     slide = rs.Robot(
         "slide",
         [rs.joints.Link("base"), rs.joints.Link("deck", "base", rs.joints.Joint("prismatic"))],
@@ -142,7 +142,7 @@ def test_wrong_intrinsics_leave_no_error_with_a_shown_goal_and_some_with_a_compu
     place = rs.Pose(puma_scene.pose("square").matrix).inv() @ rs.Pose(
         puma_scene.pose("eye", computed.q_end.values).matrix
     )
-    assert abs(float(place.position[2]) + 0.5) > 0.05  # it stands where its wrong camera says
+    assert abs(float(place.position[2]) + 0.5) > 0.05  # it stands at the goal of its wrong camera
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
@@ -160,7 +160,7 @@ def test_constant_depth_equals_scaled_goal_depth_where_all_depths_are_equal(free
     np.testing.assert_allclose(a.s, b.s, atol=1e-13)
 
 
-def test_noise_has_the_deviation_asked_for_and_does_not_enter_the_true_pixels(free_scene):
+def test_noise_has_the_requested_deviation_and_does_not_enter_the_true_pixels(free_scene):
     scene = free_scene(SQUARE, K=[[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     task = rs.IBVS(goal=GOAL, features=rs.features.PixelPoints())
     run = rs.simulate(scene, task, GOAL, sensing=rs.Sensing(noise=0.4), duration=100, seed=3)

@@ -102,7 +102,7 @@ def test_the_unit_of_length_scales_the_measure_of_six_joints(name, slides, unit)
 
 
 @pytest.mark.parametrize("axes", ["all", "linear", "angular"])
-def test_what_flies_moves_as_well_everywhere_in_any_unit(axes):
+def test_a_flying_body_has_the_same_manipulability_everywhere_in_any_unit(axes):
     free = robots.free_camera()
     q = anywhere(free)
     for unit in (0.1, 1.0, 7.0):
@@ -255,7 +255,7 @@ def test_a_joint_without_limits_makes_one_turn_whatever_it_is_called():
 
 
 @pytest.mark.parametrize("measure", [manipulability, singularity_distance, condition_number])
-def test_what_cannot_be_measured_is_said(measure):
+def test_a_joint_without_a_measure_is_reported(measure):
     arm = robots.planar_2r()
     with pytest.raises(rs.errors.InputError, match="no axes 'liner'; did you mean 'linear'"):
         measure(arm, arm.home, axes="liner")

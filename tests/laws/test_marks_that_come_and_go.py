@@ -1,4 +1,4 @@
-"""Marks that come and go in a run: what is left of them, the same bits, late images, logs."""
+"""Marks that come and go in a run: the remaining marks, the same bits, late images, logs."""
 
 from dataclasses import replace
 
@@ -8,11 +8,11 @@ from poster import BESIDE, GOAL, HIDDEN, LESS, POSTER, SCENE
 
 import robsim as rs
 
-# what is left
+# remaining marks
 
 
 def leaving(scene=SCENE, task=None, **how):
-    """A run in which the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
+    """A run: the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
     task = task or rs.IBVS(rs.tasks.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
     along = rs.Pose.at(0, 0, 0, rpy=(0, np.pi / 2, 0))
     joint = rs.joints.Joint("prismatic", place=along)
@@ -40,10 +40,13 @@ def test_without_the_weighting_the_same_run_ends_with_the_first_mark():
     assert float(plain.end_time) == float(every.end_time) > 0
 
 
-def test_the_end_and_the_marks_are_told():
+def test_the_end_and_the_marks_are_reported():
     run = leaving(weighting="border")
-    told = rs.explain(run, trials=False)
-    assert "too few marks are left for a command: 5 of 40 are in the image, and L J" in told.what
+    explanation = rs.explain(run, trials=False)
+    assert (
+        "too few marks are left for a command: 5 of 40 are in the image, and L J"
+        in explanation.what
+    )
     diagnosis = rs.diagnose(run)
     last = diagnosis.sizes["time"] - 1
     marks = diagnosis.marks_in_image.values
@@ -58,7 +61,7 @@ def test_the_end_and_the_marks_are_told():
     assert "Try: With weighting='border' the same start" in str(rs.explain(blind))
 
 
-def test_a_start_that_sees_too_little_is_told_before_the_run():
+def test_a_start_that_sees_too_little_is_reported_before_the_run():
     away = rs.Pose.at(3.0, 0, 0.61, rpy=(np.pi, 0, 0)).q
     task = rs.IBVS(GOAL, weighting="border")
     with pytest.raises(rs.errors.InputError, match="sees too few marks to command by"):
@@ -168,7 +171,7 @@ def test_a_log_of_marks_that_come_and_go_is_the_run_again():
 
 
 def test_a_weighting_of_a_file_can_be_switched_off():
-    """The empty list is that of a file that says nothing of weightings."""
+    """A file without weightings gives the empty list."""
     made = rs.load_scenario(rs.examples.path("marks_come_and_go"))
     for none in ([], "[]"):
         off = made.at("task.weighting", none)

@@ -1,4 +1,4 @@
-"""What a controller remembers belongs to its run: the bits depend on neither chunks nor threads."""
+"""The memory of a controller belongs to its run: the bits depend on neither chunks nor threads."""
 
 from dataclasses import dataclass
 
@@ -94,7 +94,7 @@ SPOILT = {
 @pytest.mark.parametrize("spoilt", SPOILT)
 @pytest.mark.parametrize("name", ["eye_in_hand", "eye_to_hand"])
 @pytest.mark.parametrize("task", TASKS)
-def test_no_run_knows_what_others_are_in_its_chunk(arrange, around, task, name, spoilt):
+def test_no_run_depends_on_the_others_in_its_chunk(arrange, around, task, name, spoilt):
     scene = arrange(name)
     check(scene, TASKS[task], around(scene, RUNS, spread=0.08), duration=1.5, **SPOILT[spoilt])
 
@@ -140,7 +140,7 @@ def test_a_recorded_run_is_the_summarised_one(arrange, around, features, law):
 
 
 def test_a_law_may_keep_nothing_between_two_simulations(arrange, around):
-    """The memory is that of the runs: the same task again gives the same bits."""
+    """The memory belongs to the runs: the same task again gives the same bits."""
     scene, task = arrange("eye_in_hand"), rs.IBVS(law=Eager(), interaction="broyden")
     q0 = around(scene, 3)
     same(closed(scene, task, q0), closed(scene, task, q0))
@@ -174,14 +174,14 @@ class Thrifty:
     [{}, {"interaction": "mean"}, {"interaction": "broyden"}, {"smooth_start": 3.0}],
     ids=str,
 )
-def test_what_a_method_returned_may_be_used_again(arrange, around, what):
+def test_the_array_that_a_method_returned_may_be_used_again(arrange, around, what):
     scene = arrange("eye_in_hand")
     task = rs.IBVS(features=Thrifty(), law=Thrifty(), **what)
-    q0 = around(scene)[0]  # one run, whose arrays have one layout whether its axis is first or last
+    q0 = around(scene)[0]  # one run; its arrays have one layout whether its axis is first or last
     same(closed(scene, task, q0), closed(scene, rs.IBVS(**what), q0))
 
 
-def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
+def test_memory_without_a_row_for_each_run_is_refused(arrange, around):
     class Forgetful:
         def command(self, state):
             state.memory["once"] = 3.0

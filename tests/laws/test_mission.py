@@ -1,4 +1,4 @@
-"""Missions: legs that begin where the last one ended, things that change hands, and their ends."""
+"""Missions: legs that begin at the end of the last one, things that change hands, and outcomes."""
 
 import numpy as np
 import pytest
@@ -76,8 +76,8 @@ def test_a_phase_may_expect_another_end():
     assert tell(SCENE, *phases).succeeded
 
 
-def test_what_turns_out_on_the_way_ends_a_mission_and_loses_nothing():
-    """The second phase carries the cup away, so that the third looks for it where it is not."""
+def test_an_error_in_a_later_leg_ends_a_mission_and_loses_nothing():
+    """The second phase carries the cup away, so that the third looks for it at the wrong place."""
     lens = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
     eye = rs.MountedCamera("eye", lens, on="planar_2r.fore", pose=rs.Pose.at(0, 0, -2))
     near = rs.Object("cup", marks=[[0, 0, 0.05], [0.1, 0, 0.05]], pose=rs.Pose.at(1.4, 0.9, 0))
@@ -189,7 +189,7 @@ def test_a_mission_is_an_experiment_with_a_text():
     assert again.run().run.q.equals(made.run().run.q)
 
 
-def test_what_a_mission_was_and_each_of_its_legs_can_be_repeated():
+def test_a_mission_and_each_of_its_legs_can_be_repeated():
     made = carried()
     story = made.run()
     assert Experiment.of(story) == made and Experiment.of(story.run) == made
@@ -209,7 +209,7 @@ def test_phases_are_changed_by_their_names():
     assert other.run().legs[0].q_end == pytest.approx([0.2, 0.3])
 
 
-def test_duration_and_hold_of_the_experiment_are_those_of_each_phase():
+def test_duration_and_hold_of_the_experiment_agree_with_each_phase():
     story = tell(
         SCENE, Phase("a", go(0.5, 0.5)), Phase("b", go(1, 1), 2.0), duration=1.5, hold=True
     )
@@ -223,7 +223,7 @@ def test_of_summaries_there_is_nothing_to_join():
         _ = story.run
 
 
-def test_progress_is_that_of_the_whole_mission():
+def test_progress_covers_the_whole_mission():
     shares = []
     phases = [Phase("a", go(0.5, 0.5)), Phase("b", go(1.0, 1.0))]
     Experiment(SCENE, Mission(phases)).run(shares.append)

@@ -30,15 +30,15 @@ def flat(shape):
     return np.column_stack([shape, np.zeros(len(shape))])
 
 
-def seen(points, depth=1.0):
-    """What is observed of normalised points (N, 2) at a depth or at depths (N,), in one run."""
+def observe(points, depth=1.0):
+    """Return the observation of normalised points (N, 2) at a depth or depths (N,), in one run."""
     depths = np.broadcast_to(np.asarray(depth, float), (len(points),))
     return rs.features.Observation.of(points, depths, rs.Camera(np.eye(3)))
 
 
 def seen_from(T_c_o, shape):
     X = T_c_o @ flat(shape)
-    return seen(X[:, :2] / X[:, 2:], X[:, 2])
+    return observe(X[:, :2] / X[:, 2:], X[:, 2])
 
 
 def centred(points, of_marks=False):
@@ -101,7 +101,7 @@ CROOKED = np.array([[0.1, 0], [0.7, -0.2], [0.5, 0.3], [0.9, 0.8], [0.4, 0.5], [
 
 
 @pytest.mark.parametrize("polygon", [CROOKED, L_SHAPE, PENTAGON], ids=["crooked", "L", "pentagon"])
-def test_moments_are_those_of_integration_by_scan_lines(polygon):
+def test_moments_agree_with_integration_by_scan_lines(polygon):
     raw = {(i, j): scanned(polygon, i, j) for i, j in UP_TO_4}
     x, y = raw[1, 0] / raw[0, 0], raw[0, 1] / raw[0, 0]
     centre, mu = centred(polygon)
@@ -126,7 +126,7 @@ def test_a_region_far_from_the_origin_keeps_its_digits():
 @given(seed=seeds)
 def test_marks_have_the_spread_and_the_axes_of_their_covariance(seed):
     x = np.random.default_rng(seed).normal(size=(6, 2))
-    size, *centre, alpha = PointMoments().measure(seen(x))[0]
+    size, *centre, alpha = PointMoments().measure(observe(x))[0]
     values, vectors = np.linalg.eigh(len(x) * np.cov(x.T, bias=True))
     along = vectors[:, 1]
     np.testing.assert_allclose(size, values.sum(), rtol=1e-13)
@@ -140,7 +140,7 @@ def test_the_orientation_of_a_turned_rectangle_is_its_angle():
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         rectangle = np.array([[2, 1], [-2, 1], [-2, -1], [2, -1]]) @ turn.T
         for feature in (RegionMoments(), PointMoments()):
-            assert abs(feature.measure(seen(rectangle))[0, 3] - angle) < 1e-15
+            assert abs(feature.measure(observe(rectangle))[0, 3] - angle) < 1e-15
 
 
 # interaction matrices
@@ -256,7 +256,7 @@ def test_the_tilt_features_are_invariant_to_similar_images(kind, seed, angle, sc
     shape = L_SHAPE * rng.uniform(0.7, 1.3, L_SHAPE.shape)
     turn = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     there = shape @ turn.T + away * scale
-    P, Q = (DecoupledMoments(kind).measure(seen(x))[0, 3:5] for x in (shape, there))
+    P, Q = (DecoupledMoments(kind).measure(observe(x))[0, 3:5] for x in (shape, there))
     np.testing.assert_allclose(Q, P, rtol=0, atol=1e-12)
 
 
@@ -270,7 +270,7 @@ def test_the_tilt_features_are_hus_sixth_invariant_and_its_twin(kind):
     p, c = complex(m30 + m12, m21 + m03), complex(m20 - m02, 2 * m11)
     twin = (p**2 * c.conjugate()).imag
     expected = np.array([hu6, twin]) * math.sqrt(a) / (spread**1.5 * abs(p) * abs(c))
-    s = DecoupledMoments(kind).measure(seen(L_SHAPE))[0]
+    s = DecoupledMoments(kind).measure(observe(L_SHAPE))[0]
     np.testing.assert_allclose(s[3:5], expected, rtol=1e-12)
 
 
@@ -308,16 +308,16 @@ def test_the_angle_is_counted_from_that_at_the_goal(feature, row, goal_turn):
     assert abs((near.measure(half) - near.measure(goal))[0, row] - 0.2) < 1e-13
 
 
-def test_what_is_measured_towards_a_goal_is_still_a_value():
-    goal = seen(L_SHAPE)
+def test_an_ellipse_measured_towards_a_goal_is_still_a_value():
+    goal = observe(L_SHAPE)
     feature = RegionMoments(tolerance=1e-3)
     assert feature.towards(goal) == feature.towards(goal) != feature
     assert feature.towards(goal).tolerance == 1e-3 and feature.alpha_goal is None
 
 
-def test_the_order_of_marks_is_that_of_the_border_for_regions_only():
+def test_the_order_of_marks_agrees_with_the_border_for_regions_only():
     mixed = L_SHAPE[[0, 3, 1, 5, 2, 4]]
-    s, t = (PointMoments().measure(seen(x)) for x in (L_SHAPE, mixed))
+    s, t = (PointMoments().measure(observe(x)) for x in (L_SHAPE, mixed))
     np.testing.assert_allclose(s, t, rtol=0, atol=1e-15)
 
 
@@ -344,13 +344,13 @@ def turned(turn, shape, tilt=0.0):
 
 @TOLD
 @pytest.mark.parametrize("goal_turn", [0.0, 1.5, -1.5, 3.0])
-def test_a_skewed_target_tells_turns_of_up_to_a_half(kind, shape, goal_turn):
+def test_a_skewed_target_shows_turns_of_up_to_a_half(kind, shape, goal_turn):
     goal = turned(goal_turn, shape)
     feature = DecoupledMoments(kind).towards(goal)
     for turn in (-3.0, -2.0, -1.6, -0.3, 0.0, 1.5, 1.6, 2.6, 3.0):
         e = (feature.measure(turned(goal_turn + turn, shape)) - feature.measure(goal))[0]
         assert abs(e[5] - turn) < 1e-13
-        assert np.abs(e[3:5]).max() < 1e-12  # the tilt features do not know of it
+        assert np.abs(e[3:5]).max() < 1e-12  # the tilt features do not depend on it
 
 
 @TOLD
@@ -365,7 +365,7 @@ def test_the_angle_has_no_jump_at_a_quarter_turn(kind, shape):
 
 @KINDS
 def test_a_target_without_a_head_is_turned_by_a_quarter_at_most(kind):
-    """As it was: also where a tilt makes third moments that a rectangle does not have."""
+    """As before: also if a tilt makes third moments that a rectangle does not have."""
     for shape, tilt in ((RECTANGLE, 0.0), (RECTANGLE, 0.3)):
         goal = turned(0.0, shape, tilt)
         feature = DecoupledMoments(kind).towards(goal)

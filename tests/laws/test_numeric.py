@@ -1,4 +1,4 @@
-"""L by moving the camera a little: what a feature without `compute_interaction` gets."""
+"""L of a feature without `compute_interaction`, by moving the camera a little."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def test_a_pose_is_fitted_anew_wherever_its_guess_is():
 
 
 @pytest.mark.parametrize("axis", range(6))
-def test_what_would_be_seen_is_what_the_moved_camera_sees(axis):
+def test_the_predicted_view_is_the_view_of_the_moved_camera(axis):
     """For both cameras of a pair, one of them with a lens; steps of any size."""
     here, step = views(StereoPoints()), 0.1
     twist = step * np.eye(6)[axis]
@@ -88,7 +88,7 @@ def test_a_feature_of_depth_gets_its_interaction_matrix():
 
 
 class MeasuredPixels:
-    """What the camera itself measures, through its lens, in plain NumPy."""
+    """The measurement of the camera itself, through its lens, in plain NumPy."""
 
     unit, tolerance = "px", 0.01
 

@@ -17,7 +17,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Number, Stacked, register
+from robsim.declare import Number, PerRun, register
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.array_views import unsigned_row
@@ -48,7 +48,7 @@ class Shake(ImageEffect):
     """An image that shakes as a whole."""
 
     title: ClassVar[str] = "shaking images"
-    amplitude: Annotated[float, Number(least=0, unit="px"), Stacked(()), "In pixels."] = 1.0
+    amplitude: Annotated[float, Number(least=0, unit="px"), PerRun(()), "In pixels."] = 1.0
 
     def add_stages(self, image):
         given = {"every": image.every, "pixels": image.own_pixels()}
@@ -64,7 +64,7 @@ DEAD_ZONE = '''
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Number, Stacked, register
+from robsim.declare import Number, PerRun, register
 from robsim.kernels.machine.lanes import absolute, get, put, where
 from robsim.kernels.machine.stages import stage
 from robsim.world.imperfections.joint_effect import JointEffect
@@ -84,7 +84,7 @@ class DeadZone(JointEffect):
     """Joints that stand still where they are commanded to move slowly."""
 
     title: ClassVar[str] = "the dead zone of the joints"
-    below: Annotated[float, Number(least=0), Stacked(()), "Speed in rad/s or m/s."] = 0.01
+    below: Annotated[float, Number(least=0), PerRun(()), "Speed in rad/s or m/s."] = 0.01
 
     def add_stages(self, joints):
         rows = [joints.wanted[i] for i in joints.columns]
@@ -166,7 +166,7 @@ def test_two_of_a_kind_have_random_numbers_of_their_own(own, experiment):
     assert off.std() == pytest.approx(5.0, rel=5 / np.sqrt(2 * off.size))
 
 
-def test_a_file_says_it_and_a_path_changes_it(own, experiment):
+def test_a_file_sets_it_and_a_path_changes_it(own, experiment):
     Shake, DeadZone = own
     made = shaken(experiment, Shake(0.5)).with_(actuation=rs.Actuation(effects=DeadZone(0.02)))
     again = rs.Experiment.from_text(made.to_toml())
@@ -201,8 +201,8 @@ def test_it_is_explained(own, experiment):
     assert cause.about == "effects"
     assert cause.sentence.startswith("The images are changed by Shake: the largest error stays at")
     assert "Without shaking images, the same run converges" in cause.sentence
-    told = rs.explain(run, made, trials=False)
-    assert any("not examined: shaking images" in remark for remark in told.remarks)
+    explanation = rs.explain(run, made, trials=False)
+    assert any("not examined: shaking images" in remark for remark in explanation.remarks)
     sticky = experiment.with_(actuation=rs.Actuation(effects=DeadZone(0.02)), duration=20.0)
     (cause, *_) = rs.explain(sticky.run(), sticky).causes
     assert "Without the dead zone of the joints, the same run converges" in cause.sentence

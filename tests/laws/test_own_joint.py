@@ -1,4 +1,4 @@
-"""A kind of joint from outside the package does all that those of RobSim do."""
+"""A kind of joint from outside the package can do everything that built-in kinds do."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -60,7 +60,7 @@ class Universal(rs.joints.JointKind):
 
 @dataclass(frozen=True)
 class Spherical(rs.joints.JointKind):
-    """A ball: a unit quaternion, and the angular velocity in the axes of what it carries."""
+    """A ball: a unit quaternion, and the angular velocity in the axes of the carried body."""
 
     name: ClassVar[str] = "spherical"
     coordinates: ClassVar[tuple[str, ...]] = (".qx", ".qy", ".qz", ".qw")
@@ -173,7 +173,7 @@ def test_a_screw_rises_by_its_pitch_in_a_turn():
     np.testing.assert_array_equal(robot.jacobian([0.3])[:, 0], rise)
 
 
-def test_names_units_home_and_limits_are_those_of_the_kind():
+def test_names_units_home_and_limits_agree_with_the_kind():
     universal, ball, screw = arm(Universal()), arm(Spherical()), arm(Helical(0.1), (-7.0, 7.0))
     assert universal.coordinate_names == ("turn", "own.bend", "own.sway", "slide")
     assert universal.velocity_units == ("rad/s", "rad/s", "rad/s", "m/s")
@@ -190,7 +190,7 @@ def test_names_units_home_and_limits_are_those_of_the_kind():
 
 
 @each_kind
-def test_inverse_kinematics_find_what_forward_kinematics_made(kind):
+def test_inverse_kinematics_invert_forward_kinematics(kind):
     robot = arm(kind)
     q = some_q(robot, 20, seed=3)
     found = robot.ik(robot.fk(q), restarts=20)
@@ -318,7 +318,7 @@ def test_a_registered_kind_goes_by_its_name():
         rs.joints.Joint("helicl")
 
 
-def test_what_is_no_kind_is_refused():
+def test_an_invalid_kind_is_refused():
     for given, words in (
         (Universal, "no joint kind <class .*; write Universal"),
         (
@@ -365,7 +365,7 @@ def test_a_kind_that_lacks_something_is_refused(changes):
         rs.joints.Joint(type("Mine", (Universal,), made)())
 
 
-def test_what_a_method_returns_in_another_shape_is_told():
+def test_a_result_of_another_shape_is_reported():
     kind = type("Mine", (Universal,), {"twists": lambda self, q: np.zeros((len(q), 6))})()
     with pytest.raises(
         rs.errors.InputError, match=r"Mine.twists: expected shape \(1, 2, 6\), got shape"

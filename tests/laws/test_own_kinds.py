@@ -23,8 +23,8 @@ ANGLES = '''
 import math
 from dataclasses import dataclass
 
-from robsim.declare import Declared, register
-from robsim.features.compiled_feature import Compiled
+from robsim.declare import DeclaredValue, register
+from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Tolerance
 from robsim.kernels.formulas.interaction import points_interaction
 from robsim.kernels.machine.array_views import matrix, vector
@@ -46,7 +46,7 @@ def angles(w, step, N="count", points="N, 2", depth="N", s="2*N", L="2*N, 6"):
 
 @register("feature", "angles")
 @dataclass(frozen=True, eq=False)
-class Angles(Compiled, Declared):
+class Angles(CompiledFeature, DeclaredValue):
     """The angles of the ray to each mark."""
 
     tolerance: Tolerance = 1e-5
@@ -64,11 +64,11 @@ SMOOTH = '''
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Number, register
+from robsim.declare import DeclaredValue, Number, register
 from robsim.kernels.machine.lanes import absolute, get, put
 from robsim.kernels.machine.stages import stage
-from robsim.servo.laws.inverse import ANY, inverted
-from robsim.servo.laws.compiled_law import StagedLaw
+from robsim.servo.laws.inverse import SAME_UNITS, add_inverse
+from robsim.servo.laws.compiled_law import CompiledLaw
 
 
 @stage
@@ -81,7 +81,7 @@ def bounded(w, step, n="count", gain="row", most="row", x="n", found="n"):
 
 @register("law", "smooth")
 @dataclass(frozen=True)
-class Smooth(StagedLaw, Declared):
+class Smooth(CompiledLaw, DeclaredValue):
     """A law whose joint velocities stay below a bound."""
 
     most: Annotated[float, Number(above=0), "Bound in rad/s or m/s."] = 1.0
@@ -89,8 +89,8 @@ class Smooth(StagedLaw, Declared):
 
     def stages(self, of):
         program, most = of.program, of.program.constant(self.most)
-        moves = of.J if of.one_motion else ANY
-        unit = inverted(program, of.A, of.error, of.inverse, moves)
+        moves = of.J if of.one_motion else SAME_UNITS
+        unit = add_inverse(program, of.A, of.error, of.inverse, moves)
 
         def at(gain):
             found = program.rows(of.n)
@@ -106,7 +106,7 @@ GEARED = '''
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Length, Number, register
+from robsim.declare import DeclaredValue, Length, Number, register
 from robsim.kernels.formulas.lane_math import cos_sin
 from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
@@ -140,7 +140,7 @@ def move(w, step, dt="row", q="1", v="1", numbers="2"):
 
 @register("joint kind", "geared")
 @dataclass(frozen=True)
-class Geared(JointKind, Declared):
+class Geared(JointKind, DeclaredValue):
     """A screw behind a gear."""
 
     name: ClassVar[str] = "geared"
@@ -347,7 +347,8 @@ ADDED = {
     "robot/joints/sway.py": SWAY,
 }
 SHIPPED = """
-import json, runpy, sys
+import json, os, runpy, sys
+sys.path.insert(0, os.path.dirname(sys.argv[1]))  # docs/build.py imports its neighbours
 import robsim.features
 import robsim as rs
 from robsim.cli.warm_workload import list_workload
@@ -371,7 +372,8 @@ assert loop.sequence.compiled
 
 
 def test_a_kind_of_ours_is_one_file_too(tmp_path):
-    """In a copy of RobSim with these files: no list, page or table is written by hand."""
+    """In a copy of RobSim with these files: no page or table is written by hand.
+    """
     copy = shutil.copytree(Path(rs.__file__).parent, tmp_path / "robsim", ignore=IGNORED)
     for name, text in ADDED.items():
         (copy / name).write_text(text)

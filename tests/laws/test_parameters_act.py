@@ -1,6 +1,6 @@
 """Every declared field of every kind acts: another value changes the results, or is refused.
 
-No kind or field is excused by a list. What only people read says so in its declaration (`Role`);
+No kind or field is excused by a list. Fields that only people read are declared so (`Role`);
 a field of figures, of files or of the controller changes these instead.
 """
 
@@ -25,7 +25,7 @@ class Met(SchemaDefinitions):
     """The definitions of a schema, which note the classes that they meet."""
 
     def table(self, kind, more, needed):
-        self.made.setdefault("", []).append(get_text_form(kind))
+        self.schemas.setdefault("", []).append(get_text_form(kind))
         return super().table(kind, more, needed)
 
     @property
@@ -44,7 +44,7 @@ def declared():
     met = Met()
     for kind in (ExperimentTable, StudyTable):
         met(kind)
-    kinds = [*met.made[""], FeatureBlock]
+    kinds = [*met.schemas[""], FeatureBlock]
     found |= {kind.__name__: kind for kind in kinds if kind not in set(found.values())}
     return {label: kind for label, kind in found.items() if fields_of(kind)}
 
@@ -61,7 +61,7 @@ DEEP = [
 
 
 def effects(label):
-    """{field: effect} of a class, the best of all its recipes, and what was tried without any."""
+    """{field: effect} of a class, the best of all its recipes, and the changes tried in vain."""
     cases, found, dead = recipes(label), {}, {}
     for each in fields_of(KINDS[label]):
         if each.role is Role.LABEL:

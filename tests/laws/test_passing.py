@@ -1,4 +1,4 @@
-"""A run that only passes its goal, while what it sees is old, has not converged."""
+"""A run that only passes its goal while its images are old has not converged."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_half_the_gain_at_two_periods_crosses_zero_exactly():
 @pytest.mark.parametrize("late", [0, 1, 1.5, 3])
 @pytest.mark.parametrize("n", [1, 4])
 @pytest.mark.parametrize("lost", [0.0, 0.3])
-def test_what_has_converged_is_at_its_goal(late, n, lost):
+def test_a_converged_run_is_at_its_goal(late, n, lost):
     """A tolerance of 0.02 (10 px) makes false crossings many; within one and a half of it."""
     ends = []
     for gain_dt in np.linspace(0.04, 0.4, 10).tolist():

@@ -52,7 +52,7 @@ def test_the_body_moves_in_the_plane_of_its_place(seed, kind):
     close(robot.fk([x, y, theta]), (joint.place @ motion @ joint.tail).matrix)
 
 
-def test_velocities_are_those_of_the_body_in_its_own_axes():
+def test_velocities_agree_with_the_body_in_its_own_axes():
     c, s = np.cos(0.3), np.sin(0.3)
     columns = np.array([[c, s, 0, 0, 0, 0], [-s, c, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1]]).T
     close(PLANAR.jacobian([1, 2, 0.3]), columns, 1e-15)
@@ -204,7 +204,7 @@ def test_each_step_is_the_arc_of_its_command(name):
 
 
 @pytest.mark.parametrize("kind", ["planar", "unicycle"])
-def test_wrong_numbers_are_told(kind):
+def test_wrong_numbers_are_reported(kind):
     robot = moving(kind)
     with pytest.raises(rs.errors.InputError, match=f"a {kind} joint has no limits, got \\(0, 1\\)"):
         rs.joints.Joint(kind, limits=(0, 1))

@@ -1,4 +1,4 @@
-"""Features of single marks: L is the derivative of s, and angles stay near those at the goal."""
+"""Features of single marks: L is the derivative of s, and angles stay near the goal's angles."""
 
 import pickle
 from dataclasses import replace
@@ -30,15 +30,15 @@ def close(a, b, tolerance):
     np.testing.assert_allclose(a, b, rtol=0, atol=tolerance)
 
 
-def seen(X):
-    """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
+def observe(X):
+    """The image of points (runs, marks, 3) in axes of a camera with K = I."""
     X = np.asarray(X, float)
     return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def at_angle(*theta, rho=0.4, Z=1.5):
     """One mark per run, at polar coordinates (rho, theta) in the image."""
-    return seen([[[Z * rho * np.cos(t), Z * rho * np.sin(t), Z]] for t in theta])
+    return observe([[[Z * rho * np.cos(t), Z * rho * np.sin(t), Z]] for t in theta])
 
 
 def scattered(seed, runs=1, marks=4):
@@ -57,10 +57,10 @@ def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, seed
 @given(seed=seeds, number=st.integers(1, 6))
 def test_each_run_has_the_bits_that_it_has_alone(feature, seed, number):
     X = scattered(seed, number)
-    s, L = feature.measure(seen(X)), feature.interaction(seen(X))
+    s, L = feature.measure(observe(X)), feature.interaction(observe(X))
     for b in range(number):
-        np.testing.assert_array_equal(feature.measure(seen(X[b : b + 1]))[0], s[b])
-        np.testing.assert_array_equal(feature.interaction(seen(X[b : b + 1]))[0], L[b])
+        np.testing.assert_array_equal(feature.measure(observe(X[b : b + 1]))[0], s[b])
+        np.testing.assert_array_equal(feature.interaction(observe(X[b : b + 1]))[0], L[b])
 
 
 # closed forms
@@ -74,7 +74,7 @@ def test_polar_has_the_published_interaction_matrix(seed):
     c, s = np.cos(theta), np.sin(theta)
     radial = [-c / Z, -s / Z, rho / Z, (1 + rho**2) * s, -(1 + rho**2) * c, 0]
     around = [s / (rho * Z), -c / (rho * Z), 0, c / rho, s / rho, -1]
-    L = Polar().interaction(seen([[[x, y, Z]]]))[0]
+    L = Polar().interaction(observe([[[x, y, Z]]]))[0]
     close(L[0], radial, 1e-14 * 4)
     close(L[1], around, 1e-14 * 4 / rho)
 
@@ -83,7 +83,7 @@ def test_polar_has_the_published_interaction_matrix(seed):
 @given(seed=seeds)
 def test_bearings_are_unit_vectors_and_move_on_the_sphere(seed):
     X = scattered(seed, marks=3)
-    s, L = Spherical().measure(seen(X))[0], Spherical().interaction(seen(X))[0]
+    s, L = Spherical().measure(observe(X))[0], Spherical().interaction(observe(X))[0]
     close(s, (X / np.linalg.norm(X, axis=-1, keepdims=True)).ravel(), 1e-15)
     for unit, rate in zip(s.reshape(3, 3), L.reshape(3, 3, 6), strict=True):
         close(unit @ rate, np.zeros(6), 1e-15)
@@ -93,19 +93,23 @@ def test_bearings_are_unit_vectors_and_move_on_the_sphere(seed):
 @steady
 @given(seed=seeds)
 def test_bearings_are_points_in_space_over_their_distance(seed):
-    """s = X/|X| gives sdot = (I - s s') Xdot / |X|: an L found from that of the points in space."""
+    """s = X/|X| gives sdot = (I - s s') Xdot / |X|: an L derived from the L of points in space."""
     X = scattered(seed, marks=1)
     s, distance = X[0, 0] / np.linalg.norm(X), np.linalg.norm(X)
     across = (np.eye(3) - np.outer(s, s)) / distance
-    close(Spherical().interaction(seen(X))[0], across @ Points3D().interaction(seen(X))[0], 1e-14)
+    close(
+        Spherical().interaction(observe(X))[0],
+        across @ Points3D().interaction(observe(X))[0],
+        1e-14,
+    )
 
 
 @steady
 @given(seed=seeds)
 def test_points_in_space_move_as_static_points_do(seed):
     X, twist = scattered(seed, marks=2), np.random.default_rng(seed).normal(size=6)
-    close(Points3D().measure(seen(X))[0], X.ravel(), 1e-15)
-    rate = (Points3D().interaction(seen(X))[0] @ twist).reshape(2, 3)
+    close(Points3D().measure(observe(X))[0], X.ravel(), 1e-15)
+    rate = (Points3D().interaction(observe(X))[0] @ twist).reshape(2, 3)
     close(rate, -twist[:3] - np.cross(twist[3:], X[0]), 1e-14)
 
 
@@ -113,8 +117,8 @@ def test_points_in_space_move_as_static_points_do(seed):
 @given(seed=seeds)
 def test_log_depth_has_the_third_row_of_the_points_in_space(seed):
     X = scattered(seed, marks=2)
-    rows = Points3D().interaction(seen(X))[0, 2::3] / X[0, :, 2:]
-    close(LogDepth().interaction(seen(X))[0], rows, 1e-15)
+    rows = Points3D().interaction(observe(X))[0, 2::3] / X[0, :, 2:]
+    close(LogDepth().interaction(observe(X))[0], rows, 1e-15)
 
 
 # symmetries
@@ -136,13 +140,13 @@ def test_a_turn_about_the_optical_axis_moves_theta_alone_and_by_as_much(theta, t
 @given(seed=seeds, k=st.floats(0.1, 10))
 def test_a_larger_world_divides_only_the_translational_columns(feature, seed, k):
     X = scattered(seed)
-    s, L = feature.measure(seen(X)), feature.interaction(seen(X))
+    s, L = feature.measure(observe(X)), feature.interaction(observe(X))
     scaled = {Points3D: k * s, LogDepth: s + np.log(k)}.get(type(feature), s)
-    close(feature.measure(seen(k * X)), scaled, 1e-13)
+    close(feature.measure(observe(k * X)), scaled, 1e-13)
     if isinstance(feature, Points3D):  # in metres, so here it multiplies the rotational ones
-        close(feature.interaction(seen(k * X)) / [1, 1, 1, k, k, k], L, 1e-13)
+        close(feature.interaction(observe(k * X)) / [1, 1, 1, k, k, k], L, 1e-13)
     else:
-        close(feature.interaction(seen(k * X)) * [k, k, k, 1, 1, 1], L, 1e-11)
+        close(feature.interaction(observe(k * X)) * [k, k, k, 1, 1, 1], L, 1e-11)
 
 
 # towards a goal
@@ -168,7 +172,7 @@ def test_across_half_a_turn_the_error_is_the_short_way_round():
 
 
 def test_exactly_half_a_turn_counts_as_plus_pi():
-    left, right = seen([[[-0.4, 0.0, 1.0]]]), seen([[[0.4, 0.0, 1.0]]])
+    left, right = observe([[[-0.4, 0.0, 1.0]]]), observe([[[0.4, 0.0, 1.0]]])
     for goal, there in ((left, right), (right, left)):
         polar = Polar().towards(goal)
         assert (polar.measure(there) - polar.measure(goal))[0, 1] == np.pi
@@ -176,26 +180,28 @@ def test_exactly_half_a_turn_counts_as_plus_pi():
 
 def test_log_depth_is_relative_to_the_goal_and_zero_there():
     X = scattered(3)
-    feature = LogDepth().towards(seen(X))
-    np.testing.assert_array_equal(feature.measure(seen(X)), np.zeros((1, 4)))
-    close(feature.measure(seen(2 * X)), np.full((1, 4), np.log(2)), 1e-15)
-    np.testing.assert_array_equal(feature.interaction(seen(X)), LogDepth().interaction(seen(X)))
+    feature = LogDepth().towards(observe(X))
+    np.testing.assert_array_equal(feature.measure(observe(X)), np.zeros((1, 4)))
+    close(feature.measure(observe(2 * X)), np.full((1, 4), np.log(2)), 1e-15)
+    np.testing.assert_array_equal(
+        feature.interaction(observe(X)), LogDepth().interaction(observe(X))
+    )
 
 
 @pytest.mark.parametrize("kind", [Polar, LogDepth], ids=lambda f: type(f).__name__)
 def test_a_feature_towards_a_goal_is_a_value(kind):
-    here, there, elsewhere = (kind().towards(seen(scattered(i))) for i in (1, 1, 2))
+    here, there, elsewhere = (kind().towards(observe(scattered(i))) for i in (1, 1, 2))
     assert here == there == pickle.loads(pickle.dumps(here))
     assert hash(here) == hash(there)
     assert here not in (elsewhere, kind(), replace(here, tolerance=1e-3))
 
 
-# where a feature does not exist
+# features that do not exist
 
 
 def test_a_mark_at_the_principal_point_has_no_finite_polar_interaction_matrix():
     X = [[[0.0, 0.0, 1.0], [0.3, 0.1, 1.0]]]
-    s, L = Polar().measure(seen(X))[0], Polar().interaction(seen(X))[0]
+    s, L = Polar().measure(observe(X))[0], Polar().interaction(observe(X))[0]
     np.testing.assert_array_equal(s[:2], [0, 0])
     assert np.isnan(L[:2]).all()
     assert np.isfinite(L[2:]).all()
@@ -212,7 +218,7 @@ def test_marks_without_an_image_are_not_finite(feature):
     assert not np.isfinite(feature.measure(lost)).any()
 
 
-def test_units_tolerances_and_what_each_needs():
+def test_units_tolerances_and_the_needs_of_each():
     for feature, unit in ((Polar, "1"), (Spherical, "1"), (LogDepth, "1"), (Points3D, "m")):
         assert (feature().unit, feature().tolerance) == (unit, 1e-5)
         assert getattr(feature, "measures_depth", False) == (feature in (LogDepth, Points3D))

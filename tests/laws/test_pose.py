@@ -1,4 +1,4 @@
-"""Poses: a group that acts on points, its charts, its batches, and what it refuses."""
+"""Poses: a group that acts on points, its charts, its batches, and its refusals."""
 
 import math
 
@@ -74,7 +74,7 @@ def test_distances_and_handedness_stay(T, p, r):
 
 @steady
 @given(triples, rotvecs)
-def test_a_point_is_turned_and_then_shifted_as_rodrigues_says(p, w):
+def test_a_point_is_turned_and_then_shifted_by_the_formula_of_rodrigues(p, w):
     """p' = p cos t + (u x p) sin t + u (u.p)(1 - cos t), with t u the rotation vector."""
     t = np.linalg.norm(w)
     u, x = w / t if t else np.zeros(3), np.array([0.3, -0.2, 0.7])
@@ -105,7 +105,7 @@ def test_a_quarter_turn_about_an_axis_off_the_origin_is_a_quarter_of_a_circle():
 
 @steady
 @given(st.tuples(*[st.floats(-7, 7)] * 3))
-def test_roll_pitch_yaw_are_those_of_urdf(rpy):
+def test_roll_pitch_yaw_agree_with_urdf(rpy):
     """R = Rz(yaw) Ry(pitch) Rx(roll), written out."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
@@ -123,7 +123,7 @@ def test_roll_pitch_yaw_are_those_of_urdf(rpy):
         ((np.pi / 2, 0, np.pi / 2), ([0, 1, 0], [0, 0, 1], [1, 0, 0])),
     ],
 )
-def test_quarter_turns_carry_the_axes_where_the_right_hand_says(rpy, images):
+def test_quarter_turns_carry_the_axes_by_the_right_hand_rule(rpy, images):
     close(Pose.at(rpy=rpy).rotation.T, images, 1e-15)
 
 
@@ -233,7 +233,7 @@ def test_a_batch_of_points_meets_a_batch_of_poses_row_by_row(batch):
     close(whole[1, 3], batch[1, 3] @ points[1, 3], 1e-15)
 
 
-def test_the_exponential_of_a_batch_is_that_of_each_twist_bit_for_bit():
+def test_the_exponential_of_a_batch_agrees_with_each_twist_bit_for_bit():
     twists = np.random.default_rng(5).normal(size=(9, 6))
     np.testing.assert_array_equal(
         Pose.exp(twists).matrix, [Pose.exp(twist).matrix for twist in twists]
@@ -313,7 +313,7 @@ FOREIGN = pytest.mark.parametrize(
 
 
 @FOREIGN
-def test_what_other_libraries_call_a_pose_is_taken(dress):
+def test_the_poses_of_other_libraries_are_accepted(dress):
     T = Pose.at(1, 2, 3, rpy=(0.1, -0.2, 0.3))
     other = dress(T.matrix)
     assert Pose(other) == as_pose(other) == T
@@ -336,7 +336,7 @@ def test_numpy_takes_a_pose_for_its_matrix():
     assert np.linalg.det(T) == 1.0
 
 
-# what is refused
+# refusals
 
 LEFT_HANDED = np.diag([1.0, 1.0, -1.0, 1.0])
 SHEARED = np.eye(4) + 1e-3 * np.eye(4, k=1)
@@ -362,7 +362,7 @@ PROJECTIVE = np.eye(4) + np.diag([1e-9], -3)
         (None, "pose: "),
     ],
 )
-def test_what_is_no_rigid_motion_is_refused(matrix, words):
+def test_an_invalid_rigid_motion_is_refused(matrix, words):
     with pytest.raises(InputError) as caught:
         Pose(matrix)
     assert words in str(caught.value)

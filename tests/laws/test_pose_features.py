@@ -56,7 +56,7 @@ def fitted(x, guess, marks=CLOUD):
 
 
 def seen_at(T, guess=None):
-    """What a camera observes of CLOUD at poses (runs) of it."""
+    """The observation of CLOUD at poses (runs) of it."""
     pixels = CAMERA.project(CLOUD, T.inv())
     depth = (T @ np.broadcast_to(CLOUD, (len(T.matrix), *CLOUD.shape)))[..., 2]
     guess = T if guess is None else guess
@@ -132,7 +132,7 @@ def test_the_image_of_no_pose_gives_a_pose_that_is_no_worse_than_the_guess():
 @pytest.mark.parametrize("count", [3, 4])
 @pytest.mark.parametrize("pixels", [0.3, 1.0, 3.0])
 def test_a_small_plate_seen_from_in_front_has_a_pose_whatever_the_noise(count, pixels):
-    """Noise hides its tilt: where the squares hardly bend, an update alone goes to and fro."""
+    """Noise hides its tilt: near a flat minimum of the squares, an update alone goes to and fro."""
     plate = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])
     marks, T = plate[:count], rs.Pose(np.tile(rs.Pose.at(0, 0, 0.5).matrix, (1000, 1, 1)))
     rng = np.random.default_rng(8)
@@ -157,7 +157,7 @@ def test_newtons_matrix_is_of_the_second_derivatives(seed):
             for u in twists
         ]
     )
-    wanted = 0.5 * (wanted + wanted.T)  # what is left is half a commutator, of no second order
+    wanted = 0.5 * (wanted + wanted.T)  # the remainder is half a commutator, of no second order
     close(second_derivatives(T, x), wanted, 1e-7 * np.abs(wanted).max())
 
 
@@ -302,7 +302,7 @@ def test_wrong_parameters_are_named():
         ThetaU(T_goal_o=poses(1, 2))
 
 
-# what the loop decouples
+# decoupled motions of the loop
 
 
 def test_with_both_features_the_camera_flies_straight_to_the_goal():
@@ -323,7 +323,7 @@ def test_with_both_features_the_camera_flies_straight_to_the_goal():
 
 @steady
 @given(seed=seeds)
-def test_compose_and_inverse_are_those_of_matrices(seed):
+def test_compose_and_inverse_agree_with_matrices(seed):
     A, B = poses(seed, 9), poses(seed + 1, 9)
     out = np.empty((3, 4, 9))
     se3.compose(last(A), last(B), out)

@@ -73,7 +73,7 @@ def test_the_circles_of_a_wheel_are_drawn_and_nothing_between_them():
     close(np.linalg.norm(start - end, axis=1), np.full(14, 0.2 * np.sin(np.pi / 7)))
 
 
-def test_a_wheel_has_32_points_unless_told():
+def test_a_wheel_has_32_points_by_default():
     assert len(Wheel(1, 1).vertices) == 64
 
 
@@ -101,7 +101,7 @@ def test_edges_are_pairs_of_different_vertices_each_once_and_every_vertex_is_use
     edges = [tuple(e) for e in solid.edges.tolist()]
     assert all(a < b for a, b in edges)
     assert len(set(edges)) == len(edges)
-    if not isinstance(solid, Capsule):  # of which circles between the ends of edges are not drawn
+    if not isinstance(solid, Capsule):  # circles between the ends of edges are not drawn
         assert set(np.ravel(edges).tolist()) == set(range(len(solid.vertices)))
 
 
@@ -143,7 +143,7 @@ def test_the_faces_of_a_camera_body_look_outwards():
         assert normal @ (centre - axis) > 0
 
 
-def test_volumes_are_those_of_a_box_a_prism_and_a_box_with_a_frustum():
+def test_volumes_agree_with_a_box_a_prism_and_a_box_with_a_frustum():
     assert volume(BLOCK) == pytest.approx(0.3 * 0.2 * 0.1, rel=1e-13)
     prism = 7 / 2 * 0.1**2 * np.sin(2 * np.pi / 7) * 0.04
     assert volume(WHEEL) == pytest.approx(prism, rel=1e-13)
@@ -202,7 +202,7 @@ def test_the_skin_of_a_ball_is_round_and_closed(n):
         (TaperedCylinder(0.1, 0.05, 0.3, density=2.0), [Wheel] * 4),
     ],
 )
-def test_what_stands_for_a_solid_in_files_is_as_large_and_where_it_is(solid, kinds):
+def test_the_substitute_of_a_solid_in_files_has_its_size_and_place(solid, kinds):
     """Four cylinders have the volume of the taper; balls of a capsule lie half in its cylinder."""
     simpler = solid.at(SOMEWHERE).simpler()
     assert [type(each) for each in simpler] == kinds

@@ -34,7 +34,7 @@ def of_rank(rng, k, n, rank):
 
 
 def last(*matrices):
-    """A batch whose runs are these."""
+    """A batch of these runs."""
     return np.ascontiguousarray(np.stack(matrices, axis=-1))
 
 
@@ -48,7 +48,7 @@ def is_projector(P, tolerance):
 
 @steady
 @given(seeds, sizes, sizes)
-def test_the_projector_onto_the_null_space_is_that_of_the_pseudo_inverse(seed, k, n):
+def test_the_projector_onto_the_null_space_agrees_with_the_pseudo_inverse(seed, k, n):
     rng = np.random.default_rng(seed)
     A = [of_rank(rng, k, n, rng.integers(0, min(k, n) + 1)) for _ in range(5)]
     P = null_space(last(*A), RCOND)
@@ -133,7 +133,7 @@ def test_where_the_error_cannot_be_reduced_it_is_the_classic_projector():
 
 
 def lexicographic(levels, rcond=RCOND):
-    """The same by nested bases N of what is left: qd = qd + N (A N)^+ (rate - A qd)."""
+    """The same by nested bases N of the remaining motion: qd = qd + N (A N)^+ (rate - A qd)."""
     n = levels[0][0].shape[1]
     qd, N = np.zeros(n), np.eye(n)
     for A, rate in levels:
@@ -271,7 +271,7 @@ def test_a_run_that_is_not_finite_stays_so_and_leaves_the_others_alone(bad):
     np.testing.assert_array_equal(spoilt_large[..., others], clean[..., others])
 
 
-def test_what_is_given_is_left_as_it_was():
+def test_the_arguments_are_not_changed():
     levels = batch(stacks(9, (3, 2), 6))
     before = copy.deepcopy(levels)
     P = null_space(levels[0][0], RCOND)
@@ -348,7 +348,7 @@ def test_secondary_motions_are_values():
         (lambda: Posture([1.0]).check(["a", "b"]), "1 coordinates for 2 commanded ones: a, b"),
     ],
 )
-def test_what_is_no_secondary_motion_is_refused(make, message):
+def test_an_invalid_secondary_motion_is_refused(make, message):
     with pytest.raises(InputError, match=message):
         make()
     Posture([1.0, 2.0]).check(["a", "b"])

@@ -98,7 +98,7 @@ class Between:
         return (largest < 0.06) & (largest > 0.03)
 
 
-def test_a_latch_stays_and_without_it_the_condition_is_asked_anew(arrange, around, decide):
+def test_a_latch_stays_and_without_it_the_condition_is_evaluated_anew(arrange, around, decide):
     scene, timing = arrange("eye_in_hand"), {"dt": 0.04, "duration": 6.0, "hold": True}
     q0 = around(scene, 5, spread=0.15, seed=2)
     for latch in (True, False):
@@ -115,7 +115,7 @@ def test_a_latch_stays_and_without_it_the_condition_is_asked_anew(arrange, aroun
 
 
 def test_near_the_border_means_in_pixels_of_the_image(arrange, around, decide):
-    """IBVS takes over where a mark is within the margin of any of the four borders."""
+    """IBVS takes over if a mark is within the margin of any of the four borders."""
     scene, size, margin = arrange("eye_in_hand"), (800, 800), 250.0
     q = around(scene, 40, spread=0.25)
     pixels = scene.view(q, points="plate").pixels
@@ -127,7 +127,7 @@ def test_near_the_border_means_in_pixels_of_the_image(arrange, around, decide):
 
 
 def test_side_by_side_each_moves_as_if_it_were_alone(arrange, around):
-    """A head watches and an arm works: bit for bit those of two scenes of their own."""
+    """A head watches and an arm works: bit for bit the same as in two separate scenes."""
     both, timing = arrange("head_and_arm"), {"dt": 0.04, "duration": 4.0, "hold": True}
     watch = rs.IBVS(camera="watch", target="dish", features="pixels")
     work = rs.PBVS(camera="camera", target="plate", gain=2.0)
@@ -152,8 +152,8 @@ def test_side_by_side_arrives_when_the_last_one_does(arrange, around):
 
 @quiet
 def test_two_arms_share_the_work_side_by_side(arrange, around):
-    """Each with its own camera and joints, on the same plate: the worker is told what the
-    watcher's camera sees, the watcher what it sees itself, and together they meet."""
+    """Each with its own camera and joints, on the same plate: the worker receives the
+    view of the watcher's camera, the watcher its own view, and together they meet."""
     scene = arrange("face_to_face")
     tasks = [rs.PBVS(joints="worker"), rs.PBVS(joints="watcher")]
     run = rs.simulate(scene, rs.Parallel(tasks), around(scene, 4), duration=20)
@@ -175,7 +175,7 @@ def test_each_scheme_of_a_switch_moves_its_own_joints(arrange, around):
 
 
 class Watched:
-    """When the dish, the first of what the first scheme regulates, is nearly in its place."""
+    """Whether the dish, the first target of the first scheme, is nearly at its place."""
 
     def holds(self, first, second):
         return np.abs(first.error[:, :8]).max(axis=1) < 0.005
@@ -205,7 +205,7 @@ def test_a_switch_may_hold_tasks_side_by_side(arrange, around):
         (rs.IBVS(smooth_start=1.0), "joints, secondary, smooth_start and limit belong"),
     ],
 )
-def test_what_is_done_to_the_whole_command_is_no_business_of_one_level(task, message):
+def test_shaping_of_the_whole_command_does_not_belong_to_one_level(task, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.Priorities([task, rs.PBVS()])
 
@@ -219,7 +219,7 @@ def test_a_level_has_no_law_of_its_own(kind):
 
 
 def test_a_level_has_no_inverse_of_its_own():
-    """What is left to each is inverted by `rcond` of the whole."""
+    """The remainder for each task is inverted by `rcond` of the whole."""
     with pytest.raises(rs.errors.InputError, match=r"inverse: .* inverts the task Jacobians"):
         rs.Priorities([rs.IBVS(inverse="damped"), rs.PBVS()])
 

@@ -33,8 +33,8 @@ def by_hand(kind, r, noise=1.0):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(4))
-def test_the_command_is_that_of_numpys_weighted_least_squares(kind, seed):
-    """Of one image with outliers, whose pixels and L are those of the run."""
+def test_the_command_agrees_with_numpys_weighted_least_squares(kind, seed):
+    """Of one image with outliers; its pixels and L come from the run."""
     lying = rs.Sensing(noise=1.0, outliers=0.3, outlier_size=60.0)
     task = rs.IBVS(GOAL, features="pixels", gain=0.7)
     weighted = rs.IBVS(GOAL, features="pixels", gain=0.7, weighting=kind)
@@ -53,7 +53,7 @@ def test_the_command_is_that_of_numpys_weighted_least_squares(kind, seed):
 
 
 def interaction_of(run):
-    """L (8, 6) in pixels of what a run measured at an instant, at the true depths."""
+    """L (8, 6) in pixels of the measurement of a run at an instant, at the true depths."""
     points = (run.s.values.reshape(4, 2) - [319.5, 239.5]) / FOCAL
     T = rs.Pose(run.camera_pose.values).inv().matrix
     x, y, i = points[:, 0], points[:, 1], 1 / (square_marks(0.2) @ T[:3, :3].T + T[:3, 3])[:, 2]
@@ -145,7 +145,7 @@ def views(runs, seed, noise=0.0):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_exact_images_with_marks_that_lie_give_the_exact_pose_and_say_which(kind):
+def test_exact_images_with_outliers_give_the_exact_pose_and_name_the_outliers(kind):
     T, pixels = views(20, 1)
     pixels[:, 2] += [40, -25]
     pixels[:, 7] += [-10, 60]
@@ -159,7 +159,7 @@ def test_exact_images_with_marks_that_lie_give_the_exact_pose_and_say_which(kind
     assert (plain.weights == 1.0).all()
 
 
-def test_without_marks_that_lie_the_weights_of_huber_are_those_of_least_squares():
+def test_without_outliers_the_weights_of_huber_agree_with_least_squares():
     """With a scale far above the noise all weights are 1."""
     _, pixels = views(10, 2, noise=0.1)
     plain = rs.vision.estimate_pose(CLOUD, pixels, CAMERA, noise=10.0)

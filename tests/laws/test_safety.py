@@ -12,7 +12,7 @@ A, SPEED, MARGIN = 2.0, 0.8, 0.05
 
 
 class Wild:
-    """A law that wishes what it likes, for a while each."""
+    """A law that commands random velocities, for a while each."""
 
     in_camera = False
 
@@ -31,7 +31,7 @@ def arm():
     return rs.load_scenario(examples.path("eye_in_hand")).with_(dt=DT)
 
 
-def driven(experiment, steps, **how):
+def drive(experiment, steps, **how):
     """The coordinates, commands and healths of an arm that is driven, one image for all."""
     controller, scene = rs.Controller(experiment), experiment.scene
     pixels = scene.view(experiment.start, points="plate").pixels
@@ -68,10 +68,10 @@ def test_ends_of_braking():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
+def test_whatever_a_law_commands_joints_stay_within_all_limits(arm, seed):
     safety = rs.Safety(speed=SPEED, acceleration=A, margin=MARGIN)
     wild = arm.with_(safety=safety).at("task.law", Wild(seed)).at("task.secondary", None)
-    q, commands = driven(wild, 1500)
+    q, commands = drive(wild, 1500)
     qd, (low, high) = velocities(commands), arm.scene.limits.T
     assert np.abs(qd).max() <= SPEED * (1 + 1e-12)
     assert np.abs(np.diff(qd, axis=0)).max() <= A * DT * (1 + 1e-9)
@@ -84,12 +84,12 @@ def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
 
 @pytest.mark.parametrize("a", [None, 4.0, 1.0])
 def test_a_frame_stays_behind_its_fence(arm, a):
-    """It does where the way on which it brakes does not bulge, else to half a millimetre."""
+    """It does if its braking path does not bulge, else to half a millimetre."""
     at = arm.scene.pose("camera", arm.start).position
     fence = rs.control.Fence("camera", at - 0.05, at + 0.05)
     safety = rs.Safety(speed=SPEED, acceleration=a, margin=0.0, fence=fence)
     wild = arm.with_(safety=safety).at("task.law", Wild(3)).at("task.secondary", None)
-    q, commands = driven(wild, 1000)
+    q, commands = drive(wild, 1000)
     place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
     assert 0.05 - 1e-3 < np.abs(place).max() < 0.05 + 5e-4
     held = ["fence" in command.health.limits for command in commands]
@@ -104,7 +104,7 @@ def test_a_frame_outside_its_fence_may_go_back(arm):
     at = arm.scene.pose("camera", arm.start).position
     fence = rs.control.Fence("camera", at - np.array([1.0, 1.0, -0.05]), at + 1.0)
     safety = rs.Safety(acceleration=1.0, fence=fence)
-    q, _ = driven(arm.with_(safety=safety), 200)  # the goal is above
+    q, _ = drive(arm.with_(safety=safety), 200)  # the goal is above
     height = np.array([arm.scene.pose("camera", each).position[2] for each in q]) - at[2]
     assert height.min() > -1e-9 and height[-1] > 0.05
 
@@ -128,7 +128,7 @@ def test_a_start_without_a_bump(arm):
 
 
 def test_a_start_with_an_acceleration_has_none_either(arm):
-    _, commands = driven(arm.with_(safety=rs.Safety(acceleration=A)), 5)
+    _, commands = drive(arm.with_(safety=rs.Safety(acceleration=A)), 5)
     for step, command in enumerate(commands, 1):
         assert np.abs(command.velocities).max() <= step * A * DT * (1 + 1e-12)
 
@@ -178,21 +178,21 @@ def test_an_image_without_a_mark_is_none_for_the_watchdog(arm):
     )
 
 
-def test_hold_to_run_moves_only_while_it_is_told(arm):
+def test_hold_to_run_moves_only_while_it_is_reported(arm):
     safety = rs.Safety(acceleration=1.0, hold_to_run=True)
     controller = rs.Controller(arm.with_(safety=safety))
     pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
     assert not controller.step(pixels, q, 0.0).velocities.any()
-    told = [controller.step(pixels, q, step * DT, run=True) for step in range(1, 10)]
-    assert told[-1].phase == "moving" and told[-1].velocities.any()
+    commands = [controller.step(pixels, q, step * DT, run=True) for step in range(1, 10)]
+    assert commands[-1].phase == "moving" and commands[-1].velocities.any()
     let_go = [controller.step(pixels, q, step * DT) for step in range(10, 30)]
     assert {command.phase for command in let_go} == {"holding"}
-    sizes = np.abs(velocities([told[-1], *let_go])).max(axis=1)
+    sizes = np.abs(velocities([commands[-1], *let_go])).max(axis=1)
     assert (np.diff(sizes[:4]) < 0).all() and sizes[-1] == 0
     assert np.abs(np.diff(velocities(let_go), axis=0)).max() <= DT * (1 + 1e-9)
 
 
-def test_a_wish_that_is_not_finite_is_not_commanded():
+def test_a_command_that_is_not_finite_is_not_passed_on():
     class Broken:
         in_camera = False
 
@@ -221,8 +221,8 @@ def test_a_simulated_run_is_kept_within_the_same_limits_to_the_bit(arm):
     assert not np.array_equal(run.qd.values, arm.run(duration=2.0).qd.values)
 
 
-def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
-    """Every third period an image, two periods late: depths are those of when it was taken, and
+def test_late_and_rare_images_agree_with_the_simulation_to_the_bit(arm):
+    """Every third period an image, two periods late: depths belong to its exposure, and
     the watchdog counts from then."""
     sensing = rs.Sensing(latency=2 * DT, period=3 * DT)
     dog = rs.Safety(acceleration=1.5, watchdog=rs.control.Watchdog(3.5 * DT))
@@ -231,7 +231,7 @@ def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
     (sight,) = controller.sights
     for t in range(61):
         image = None
-        if t % 3 == 0:  # at the start that of the start, as old
+        if t % 3 == 0:  # the first image belongs to the start, as old
             q = run.q.values[max(t - 2, 0), :, None]
             image = rs.control.Marks(sight.project(q).pixels[..., 0], (t - 2) * DT)
         command = controller.step(image, run.q.values[t], t * DT)
@@ -295,7 +295,7 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     )
     safety = rs.Safety(acceleration=a, fence=fence, margin=0.0)
     wild = arm.with_(safety=safety).at("task.law", Wild(1, 0.5)).at("task.secondary", None)
-    q, commands = driven(wild, 600)
+    q, commands = drive(wild, 600)
     place = np.array([arm.scene.pose("camera", each).position for each in q]) - at
     assert place[:, 2].max() < 0.03 + 1e-4 and place[:, 2].max() > 0.02
     outside = np.maximum(0.1 - place[:, 0], 0.0)
@@ -303,8 +303,8 @@ def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     assert any("fence" in command.health.limits for command in commands)
 
 
-def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
-    """One joint is stopped half way to where it ends without."""
+def test_a_margin_that_stops_a_joint_is_reported_in_degrees(arm):
+    """One joint is stopped half way to its end without the limit."""
     made = arm.with_(dt=0.04, duration=12.0)
     low, high = arm.scene.limits.T
     way = made.run().q_end.values - arm.start
@@ -312,8 +312,8 @@ def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
     room = np.where(way > 0, high - half, half - low) + 9.0 * (np.abs(way) < 0.05)
     joint, margin = int(np.argmin(room)), np.zeros(7)
     margin[joint] = room[joint]
-    told = rs.explain(made.run(safety=rs.Safety(margin=margin)))
-    (cause,) = told.causes
+    explanation = rs.explain(made.run(safety=rs.Safety(margin=margin)))
+    (cause,) = explanation.causes
     assert cause.about == "safety.margin"
     name, degrees = arm.scene.coordinate_names[joint], f"{np.degrees(room[joint]):.3g} degrees"
     assert f"The safety stops joint {name} {degrees} before its limit." in cause.sentence
@@ -323,10 +323,10 @@ def test_limits_that_do_no_harm_are_in_the_way_and_those_that_never_act_are_not(
     at = arm.scene.pose("camera", arm.start).position
     safety = rs.Safety(100.0, 1e6, fence=rs.control.Fence("camera", at - 0.5, at + 0.1), ramp=0.1)
     made = arm.with_(dt=0.04, duration=12.0, safety=safety)
-    told = rs.explain(made.run())
-    assert [cause.about for cause in told.causes] == ["safety.fence"]
+    explanation = rs.explain(made.run())
+    assert [cause.about for cause in explanation.causes] == ["safety.fence"]
     ramp = "the slow start of the safety"
-    assert told.remarks == (f"Not the cause, though in the way as well: {ramp}.",)
+    assert explanation.remarks == (f"Not the cause, though in the way as well: {ramp}.",)
     unread = rs.explain(made.run(sensing=rs.Sensing(noise=1e-3)), trials=False)
     words = (
         f"Also wrong or in the way in this run, and not examined: pixel noise, the fence and {ramp}"

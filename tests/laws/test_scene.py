@@ -1,4 +1,4 @@
-"""Scenes: everything on one tree, unique names, and what each camera sees."""
+"""Scenes: everything on one tree, unique names, and the view of each camera."""
 
 import numpy as np
 import pytest
@@ -90,7 +90,7 @@ def test_names_of_objects_and_cameras_are_safe(name):
         (lambda s: s.replacing(rs.Object("cup")), "to replace; objects: dots"),
     ],
 )
-def test_an_unknown_name_is_told_with_those_that_exist(two_arms, call, message):
+def test_an_unknown_name_is_reported_with_those_that_exist(two_arms, call, message):
     with pytest.raises(rs.errors.InputError) as caught:
         call(two_arms)
     assert message in str(caught.value)
@@ -115,7 +115,7 @@ def test_a_frame_that_does_not_exist_is_an_error_when_the_scene_is_made(part):
     assert "did you mean 'arm." in str(caught.value)
 
 
-def test_what_hangs_in_a_circle_hangs_from_itself():
+def test_a_frame_that_hangs_in_a_circle_hangs_from_itself():
     a, b = rs.Object("a", on="b"), rs.Object("b", on="a")
     with pytest.raises(rs.errors.FrameError, match="'a' is its own ancestor, through 'b'"):
         rs.Scene([], [a, b])
@@ -189,7 +189,7 @@ def test_objects_stand_on_objects_on_links_on_robots():
 # coordinates
 
 
-def test_coordinates_are_those_of_the_robots_one_after_the_other(two_arms):
+def test_coordinates_agree_with_the_robots_one_after_the_other(two_arms):
     assert (two_arms.nq, two_arms.nv) == (4, 4)
     names = ("left.link1", "left.link2", "right.link1", "right.link2")
     assert two_arms.coordinate_names == two_arms.velocity_names == names
@@ -291,7 +291,7 @@ def test_a_view_of_a_batch_is_a_loop(two_arms):
             close(a[i], b, 1e-10)
 
 
-def test_the_only_object_with_marks_is_what_is_looked_at(two_arms):
+def test_the_only_object_with_marks_is_the_default_target(two_arms):
     scene = rs.Scene(two_arms.robots, [*two_arms.objects, rs.Object("table")], two_arms.cameras)
     np.testing.assert_array_equal(scene.view().pixels, scene.view(points="dots").pixels)
     other = rs.Object("other", marks=DOTS)
@@ -331,7 +331,7 @@ def test_objects_and_cameras_are_checked_by_name(make, words):
 # replacing, display, values
 
 
-def test_replacing_changes_what_is_named_and_nothing_else(two_arms):
+def test_replacing_changes_the_named_part_and_nothing_else(two_arms):
     wide = rs.Camera([[400, 0, 320], [0, 400, 240], [0, 0, 1]])
     belief = two_arms.replacing(rs.MountedCamera("eye", wide, "left.link2"), arm("right", x=6))
     assert belief.camera().camera == wide

@@ -1,7 +1,7 @@
-"""Every law in every arrangement in which it makes sense, from ten starts each, to its goal.
+"""Every law in every sensible arrangement, from ten starts each, to its goal.
 
 The arrangements are the shipped scenarios. Starts are 0.1 to 0.3 m and 10 to 60 degrees from the
-goal where the arrangement allows it, with all marks in view, inside the joint limits.
+goal if the arrangement allows it, with all marks in view, inside the joint limits.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ FeatureBlock, Outcome = rs.features.FeatureBlock, rs.Outcome
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Where the starts are (metres, degrees from the goal), and what is told to every task."""
+    """The distance of the starts (metres, degrees from the goal); the arguments of every task."""
 
     metres: tuple = (0.1, 0.3)
     degrees: tuple = (10, 60)
@@ -129,7 +129,7 @@ def ordered(**k):
 
 
 def constant_depth(**k):
-    """A fifth more than that of the goal."""
+    """A fifth more than the depth of the goal."""
     scene, name = k.pop("scene"), k["camera"]
     depth = scene.view(k["goal"], camera=name, points=scene.object().name).depth
     return rs.IBVS(depth=1.2 * float(depth.mean()), **k)
@@ -183,8 +183,8 @@ PLACING = ("placing", "placing as printed", "placing completed")
 SPECIAL = ("two features", "docking", *STEREO, *PLACING)
 NOT_THERE = {
     ("watching_head", "partitioned"),  # refused, see below
-    ("chapter_6_2", "partitioned"),  # four of six components asked of five joints: no such twist
-    # three marks 5 cm apart, 1.1 m away: only their unequal depths tell two of the rotations
+    ("chapter_6_2", "partitioned"),  # four of six components required of five joints: no such twist
+    # three marks 5 cm apart, 1.1 m away: only unequal depths separate two of the rotations
     ("chapter_6_2", "depth constant"),
     ("chapter_6_2", "depth filtered"),  # which starts with equal depths
 }
@@ -199,8 +199,8 @@ MATRIX = [
 
 def task_of(arrangement, law):
     where, scene = ARRANGEMENTS[arrangement], scene_of(arrangement)
-    told = {"goal": goal_of(arrangement), "camera": where.cameras[0], "joints": where.joints}
-    return LAWS[law](**told, **({"scene": scene} if law in NEED_THE_SCENE else {}))
+    options = {"goal": goal_of(arrangement), "camera": where.cameras[0], "joints": where.joints}
+    return LAWS[law](**options, **({"scene": scene} if law in NEED_THE_SCENE else {}))
 
 
 @pytest.mark.covering(1)
@@ -228,14 +228,14 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("arrangement", "law", "reason"), REFUSED)
-def test_what_makes_no_sense_is_refused_with_a_reason(arrangement, law, reason):
+def test_contradictory_arrangements_are_refused_with_a_reason(arrangement, law, reason):
     with pytest.raises(rs.errors.InputError, match=reason):
         rs.simulate(scene_of(arrangement), task_of(arrangement, law), duration=1)
 
 
 @pytest.mark.parametrize("law", ["L current", "PBVS goal", "2 1/2 D"])
 def test_a_unicycle_is_warned_of_laws_that_want_to_move_it_sideways(law):
-    """They stand still askew, as Brockett's theorem says."""
+    """They stand still askew, in accordance with Brockett's theorem."""
     scene, starts = scene_of("unicycle_docking"), starts_of("unicycle_docking")
     with pytest.warns(rs.errors.RankWarning, match="cannot move sideways"):
         run = rs.simulate(scene, task_of("unicycle_docking", law), starts, duration=60)

@@ -75,8 +75,8 @@ def test_the_error_of_two_cameras_never_grows(arrange, around, name):
 @quiet
 @pytest.mark.parametrize("name", ["eye_in_hand", "face_to_face", "head", "unicycle"])
 @pytest.mark.parametrize("task", TASKS)
-def test_the_rate_of_the_norm_is_that_of_theory(arrange, around, decide, task, name):
-    """e' L J qd = -gain ||A A^+ e||^2 with A A^+ the projector onto what the joints reach."""
+def test_the_rate_of_the_norm_agrees_with_theory(arrange, around, decide, task, name):
+    """e' L J qd = -gain ||A A^+ e||^2 with A A^+ the projector onto the reachable errors."""
     scene = arrange(name)
     if name == "unicycle" and task == "two numbers":
         return

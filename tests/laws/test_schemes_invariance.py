@@ -1,4 +1,4 @@
-"""What no scheme may depend on: where the world lies, how marks are numbered, who moves."""
+"""No scheme depends on the place of the world, on the order of marks, or on which body moves."""
 
 from dataclasses import replace
 
@@ -102,7 +102,7 @@ def test_moving_the_world_changes_no_command(arrange, around, moved, scheme, nam
 @quiet
 @pytest.mark.parametrize("name", ["holonomic", "unicycle", "turntable", "conveyor", "head"])
 @pytest.mark.parametrize("ahead", [None, "known", "estimated"])
-def test_moving_the_world_changes_nothing_for_bases_and_what_moves_on_its_own(
+def test_moving_the_world_changes_nothing_for_bases_and_moving_bodies(
     arrange, around, moved, ahead, name
 ):
     scene = arrange(name)
@@ -164,7 +164,7 @@ def shuffled(scene):
 @quiet
 @pytest.mark.parametrize("law", ["joint", "camera"])
 @pytest.mark.parametrize("feature", [f for f in MARK_BY_MARK if f != "stereo_points"])
-def test_the_order_of_the_marks_is_that_of_the_rows_and_does_not_matter(
+def test_the_order_of_the_marks_agrees_with_the_rows_and_does_not_matter(
     arrange, around, decide, feature, law
 ):
     scene, task = arrange("eye_in_hand"), rs.IBVS(features=feature, law=law)
@@ -190,7 +190,7 @@ def check_order(scene, task, q0, decide, rows):
 
 @quiet
 @pytest.mark.parametrize("feature", AS_A_WHOLE)
-def test_what_is_made_of_all_marks_does_not_know_their_order(arrange, around, decide, feature):
+def test_features_of_all_marks_do_not_depend_on_their_order(arrange, around, decide, feature):
     scene, task = arrange("eye_in_hand"), rs.IBVS(features=feature)
     q0 = around(scene, 3)
     a, b = (steps(s, task, q0) for s in (scene, shuffled(scene)))
@@ -202,7 +202,7 @@ OF_CHOSEN_MARKS = ("hybrid", "partitioned", "priorities")
 
 
 @pytest.mark.parametrize("scheme", [name for name in SCHEMES if name not in OF_CHOSEN_MARKS])
-def test_no_scheme_of_all_marks_knows_their_order(arrange, around, scheme):
+def test_no_scheme_of_all_marks_depends_on_their_order(arrange, around, scheme):
     scene, task = arrange("eye_in_hand"), SCHEMES[scheme]
     q0 = around(scene, 3)
     a, b = (steps(s, task, q0) for s in (scene, shuffled(scene)))
@@ -237,7 +237,7 @@ MIRRORED += ["partitioned", "depth of the goal", "depth filter", "stacked", "ada
 
 @pytest.mark.parametrize("scheme", MIRRORED)
 def test_a_camera_that_moves_and_a_target_that_moves_are_one_relation(arrange, scheme):
-    """Six free motions of one against the other: the twist of the target is that of the camera in
+    """Six free motions of one against the other: the target has the twist of the camera in
     other axes, and as both are held for one period the relative motion is the same."""
     task, camera_moves, target_moves = SCHEMES[scheme], arrange("free"), arrange("free_target")
     start = rs.Pose.at(0.1, 0.05, -0.2, rotvec=(0.1, -0.2, 0.3))
@@ -249,7 +249,7 @@ def test_a_camera_that_moves_and_a_target_that_moves_are_one_relation(arrange, s
 
 
 def test_a_smooth_start_is_one_of_the_joints(arrange):
-    """It takes away what was commanded first, in axes of the joints: here the mirror breaks."""
+    """It subtracts the first command, in axes of the joints: here the mirror symmetry breaks."""
     task = rs.IBVS(smooth_start=3.0)
     camera_moves, target_moves = arrange("free"), arrange("free_target")
     start = rs.Pose.at(0.1, 0.05, -0.2, rotvec=(0.1, -0.2, 0.3))

@@ -1,4 +1,4 @@
-"""At the goal nothing moves, whatever the scheme; what is left free may, and shows nowhere."""
+"""At the goal nothing moves, whatever the scheme; free directions may move, without any effect."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_no_error_no_command(arrange, scheme, name):
 @pytest.mark.parametrize("name", ["head", "holonomic", "unicycle", "mobile_arm", "face_to_face"])
 @pytest.mark.parametrize("task", [rs.IBVS, rs.PBVS, rs.Hybrid])
 def test_no_error_no_command_on_heads_and_bases(arrange, around, task, name):
-    """Home is a round pose; where this goal is shown is not."""
+    """Home is a round pose; the pose that shows this goal is not."""
     scene = arrange(name)
     goal = around(scene, 1, spread=0.02, seed=2)[0]
     rests(scene, task(goal=goal), goal)
@@ -89,7 +89,7 @@ FREE = {"eye_in_hand": 1, "mobile_arm": 3, "face_to_face": 6}  # motions beyond 
 
 
 class Wander:
-    """A wish that has nothing to do with the task."""
+    """A secondary task that has nothing to do with the task."""
 
     def velocity(self, q, limits):
         return 0.3 * np.cos(np.arange(q.shape[1]) + 3 * q)
@@ -102,7 +102,7 @@ def times(A, x):
 @pytest.mark.parametrize("name", FREE)
 @pytest.mark.parametrize("task", [rs.IBVS, rs.PBVS, rs.Hybrid])
 def test_a_secondary_motion_shows_nowhere(arrange, around, decide, task, name):
-    """L J qd = 0 at the goal; away from it, L J qd is what it is without."""
+    """L J qd = 0 at the goal; away from it, L J qd is the same as without."""
     scene = arrange(name)
     at_goal = decide(scene, task(secondary=Wander()), scene.home).command
     assert np.abs(at_goal.qd).max() > 1e-2
@@ -120,7 +120,7 @@ def test_a_secondary_motion_shows_nowhere(arrange, around, decide, task, name):
 def test_a_secondary_motion_has_all_that_the_features_leave(
     arrange, around, decide, name, features
 ):
-    """qd = -gain A^+ e + (I - A^+ A) wish with A = L J, not J: features fewer than the joints."""
+    """qd = -gain A^+ e + (I - A^+ A) z with A = L J, not J: features fewer than the joints."""
     scene, q = arrange(name), around(arrange(name), 4)
     wish = np.array([0.1, -0.2, 0.15, 0.05, -0.1, 0.2, 0.1])[: scene.nv]
 
@@ -138,7 +138,7 @@ def test_a_secondary_motion_has_all_that_the_features_leave(
 
 @pytest.mark.parametrize("name", FREE)
 def test_a_secondary_motion_leaves_the_image_alone_for_good(arrange, name):
-    """Held for a second at 1 ms, the error is that of the period; halving it halves that."""
+    """Held for a second at 1 ms, the error is of first order in the period and halves with it."""
     scene, ends = arrange(name), []
     for dt in (2e-3, 1e-3):
         task = rs.IBVS(secondary=Wander(), gain=2.0)

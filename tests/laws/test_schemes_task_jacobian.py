@@ -79,7 +79,7 @@ def test_reach_is_the_derivative_of_the_features(arrange, around, decide, featur
 @pytest.mark.parametrize("joints", ["worker", "watcher", ["worker.shoulder", "watcher.flange"]])
 @pytest.mark.parametrize("feature", ["points", "theta_u", "polar", "points_3d"])
 def test_reach_of_one_of_two_arms(arrange, around, decide, feature, joints):
-    """The columns are those of both arms together, picked out."""
+    """The columns are picked from the Jacobian of both arms together."""
     scene = arrange("face_to_face")
     q = around(scene, 2, spread=0.02, seed=6)
     task, both = rs.IBVS(features=feature, joints=joints), rs.IBVS(features=feature)

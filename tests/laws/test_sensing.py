@@ -1,4 +1,4 @@
-"""Each imperfection of the images has an effect of known size, and none where it is off."""
+"""Each imperfection of the images has an effect of known size, and no effect if it is off."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def same(a, b):
 
 
 @pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL), rs.Hybrid(GOAL)])
-def test_what_is_off_changes_no_bit(task):
+def test_an_imperfection_that_is_off_changes_no_bit(task):
     plain = rs.simulate(SCENE, task, Q0, duration=2.0)
     perfect = rs.Sensing(noise=0, quantisation=0, outliers=0, dropped=0, latency=0, period=None)
     exact = rs.Actuation(lag=0, velocity=None, acceleration=None, encoder=0)
@@ -65,7 +65,7 @@ def test_a_belief_that_is_the_truth_changes_no_bit(believed):
     ],
 )
 def test_the_long_way_round_gives_the_same_bits(nothing):
-    """What goes through frames, but spoils nothing, is the plain loop."""
+    """Images that go through frames without any imperfection give the plain loop."""
     same(closed(**nothing), closed())
 
 
@@ -98,7 +98,7 @@ def test_quantised_pixels_are_whole_steps_and_err_by_their_uniform_distribution(
     assert error.var() == pytest.approx(step**2 / 12, rel=0.05)
 
 
-def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
+def test_marks_behind_the_camera_are_not_seen_in_steps_either():
     behind = rs.Pose(SCENE.pose("camera", Q0).matrix) @ rs.Pose.at(rotvec=(0, np.pi, 0))
     run = closed(in_pixels(), behind.q, quantisation=0.5)
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.BEHIND_CAMERA
@@ -130,7 +130,7 @@ def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
     assert rs.replay(run).identical(run)
 
 
-def test_what_never_comes_within_a_run_is_the_first_image():
+def test_an_image_later_than_the_run_leaves_the_first_image():
     """Later than any run, or rarer than any number of periods."""
     for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
         s = closed(duration=0.4, **late).s.values
@@ -142,7 +142,7 @@ def test_occlusions_may_come_from_a_generator():
     assert rs.Sensing(occlusions=(each for each in [hidden])).occlusions == (hidden,)
 
 
-def test_outliers_are_the_share_and_the_size_that_was_asked_for():
+def test_outliers_are_the_share_and_the_size_that_was_requested():
     starts = np.repeat(Q0[None], 100, axis=0)
     run = closed(in_pixels(), starts, outliers=0.2, outlier_size=30.0, duration=0.8)
     away = (run.s.values - flat(run.pixels)).reshape(-1, 4, 2)
@@ -170,12 +170,12 @@ def test_a_lost_image_is_the_one_before_to_the_bit():
 def test_each_run_may_have_a_latency_of_its_own(task):
     """The stages read it from rows: there, and alone, the bits are the same."""
     own = np.array([0.0, 0.055, 0.08, 0.13, 9.9])
-    told = {"dt": DT, "duration": 1.0, "hold": True}
+    options = {"dt": DT, "duration": 1.0, "hold": True}
     sensing = rs.Sensing(
         latency=0.13, noise=0.3, occlusions=[rs.imperfections.Occlusion([1], 0.2, 0.4)]
     )
     starts = np.repeat(Q0[None], len(own), axis=0)
-    loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
+    loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **options).loop()
     program, images = loop.sequence.program, loop.sequence.images
     delay, share = split_latency(own, DT, loop.steps)
     rows = {images.latency: own, images.delay: delay, images.share: share}
@@ -184,7 +184,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     loop.advance(ChunkProgress(np.arange(len(own))), lambda done: None)
     for i, latency in enumerate(own):
         sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)
-        alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **told)
+        alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **options)
         for name in ("q", "s"):
             np.testing.assert_array_equal(getattr(loop.recorder.series, name)[i], alone[name])
 
@@ -198,7 +198,7 @@ def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypat
 
 
 @pytest.mark.parametrize("periods", [1, 2, 5])
-def test_late_by_whole_periods_the_features_are_those_of_then_to_the_bit(periods):
+def test_features_late_by_whole_periods_agree_with_the_past_to_the_bit(periods):
     run = closed(in_pixels(), latency=periods * DT)
     s, true = run.s.values, flat(run.pixels)
     np.testing.assert_array_equal(s[periods:], true[:-periods])
@@ -222,7 +222,7 @@ def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(ta
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 1.75])
 def test_late_by_a_part_of_a_period_the_image_was_taken_on_the_arc_between(share):
-    """The camera flew T exp(V t), whose image a camera that stands there sees."""
+    """The camera flew T exp(V t); its image is the image of a camera that stands there."""
     run, whole = closed(in_pixels(), latency=share * DT), int(np.ceil(share))
     for k in range(whole, 30):
         V = run.qd.values[k - whole]
@@ -240,7 +240,7 @@ def test_a_slow_camera_repeats_its_image():
 
 
 def test_hidden_marks_are_left_out_and_keep_their_last_place():
-    """While mark 1 is hidden, the command is that of a task of the other three."""
+    """While mark 1 is hidden, the command equals the command of a task of the other three."""
     hidden = rs.imperfections.Occlusion([1], 0.5, 1.0)
     run = closed(in_pixels(), occlusions=hidden)
     steps = np.flatnonzero(np.isin(run.time.values.round(6), np.arange(0.52, 1.0, 0.04).round(6)))
@@ -267,7 +267,7 @@ def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(
 
 @pytest.mark.parametrize("late", [0, 1, 2])
 def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
-    """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
+    """0.12 s - 0.04 s is a rounding below 0.08 s, the time of the third image."""
     hidden = rs.imperfections.Occlusion([1], 2 * DT, 5 * DT)
     run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
     s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
@@ -295,7 +295,7 @@ def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
 
 
 class Spread:
-    """A user's feature of all marks at once, by LAPACK, which raises where it meets a NaN."""
+    """A user's feature of all marks at once, by LAPACK, which raises if it meets a NaN."""
 
     unit, tolerance = "1", 1e-5
 
@@ -311,7 +311,7 @@ def test_so_does_a_feature_of_the_user():
     run = closed(task, occlusions=rs.imperfections.Occlusion([1], 0.5, 1.0))
     free = closed(task)
     assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
-    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
+    kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image that shows it
     np.testing.assert_array_equal(kept, np.repeat(free.s.values[12:13, 4:6], 11, axis=0))
     np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
 
@@ -379,7 +379,7 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: closed(period=0.01), "must be a multiple of the control period"),
     ],
 )
-def test_what_makes_no_sense_is_refused(made, words):
+def test_contradictory_values_are_refused(made, words):
     with pytest.raises(rs.errors.InputError) as error:
         made()
     assert words in str(error.value)

@@ -1,4 +1,4 @@
-"""What is done to a command besides the law: gains, smooth starts, limits."""
+"""Shaping of a command after the law: gains, smooth starts, limits."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ def closed(scene, task, q0, **more):
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("scheme", [rs.IBVS, rs.PBVS, rs.Hybrid])
-def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, decide, scheme, name):
+def test_an_adaptive_gain_follows_the_norm_at_every_state(arrange, around, decide, scheme, name):
     """gain A^+ e with one number between the limits, which grows as the error sinks."""
     scene = arrange(name)
     run = closed(scene, scheme(gain=GAIN), around(scene, 1, spread=0.06)[0])
@@ -34,9 +34,7 @@ def test_an_adaptive_gain_is_that_of_the_norm_at_every_state(arrange, around, de
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("law", ["joint", "camera"])
-def test_an_adaptive_gain_may_be_that_of_the_largest_joint_velocity(
-    arrange, around, decide, law, name
-):
+def test_an_adaptive_gain_may_follow_the_largest_joint_velocity(arrange, around, decide, law, name):
     """max |qd| of the same law at a gain of one, at every state."""
     scene, gain = arrange(name), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     run = closed(scene, rs.IBVS(gain=gain, law=law), around(scene, 1, spread=0.06)[0])
@@ -58,7 +56,7 @@ def test_the_size_of_a_command_is_that_without_feed_forward(arrange, around, dec
 
 
 class Counting:
-    """A law that remembers how often it was asked; as a joint law otherwise."""
+    """A law that counts its calls; otherwise a joint law."""
 
     def command(self, state):
         count = state.memory.setdefault("asked", np.zeros((len(state.error), 1)))
@@ -67,7 +65,7 @@ class Counting:
         return rs.laws.JointLaw().command(state)
 
 
-def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, around):
+def test_a_law_that_remembers_is_requested_its_size_without_a_trace(arrange, around):
     scene, gain = arrange("eye_in_hand"), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     q0 = around(scene, 2, spread=0.06)
     a, b = (closed(scene, rs.IBVS(gain=gain, law=law), q0) for law in (Counting(), "joint"))
@@ -76,7 +74,7 @@ def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, aro
 
 # ViSP's tutorial "How to boost your visual servo control law" (visp-doc.inria.fr) counts iterations
 # until the sum of the squares of e is below 1e-4: one for a constant gain, one for an adaptive one,
-# and one for that with mu = 4 of Mansard and Chaumette
+# and another for mu = 4, by Mansard and Chaumette
 BOOSTED = {
     "constant": (rs.IBVS(gain=0.5), 191),
     "adaptive": (rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.4, 30, of="command")), 91),
@@ -110,8 +108,8 @@ def test_a_smooth_start_starts_from_exactly_zero(arrange, around, scheme):
         assert (run.qd[:, 0] == 0.0).all() and (np.abs(run.qd[:, 1]).max("velocity") > 1e-4).all()
 
 
-def test_a_smooth_start_is_that_of_mansard_and_chaumette(arrange, around, decide):
-    """At every state and time: qd = that of the law, less exp(-mu t) of what it was first."""
+def test_a_smooth_start_agrees_with_mansard_and_chaumette(arrange, around, decide):
+    """At every state and time: qd is the command of the law less exp(-mu t) times the first one."""
     scene = arrange("eye_in_hand")
     run = closed(scene, rs.IBVS(smooth_start=4.0), around(scene, 1, spread=0.06)[0])
     law = decide(scene, rs.IBVS(), run.q.values).command.qd.T

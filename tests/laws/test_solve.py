@@ -30,7 +30,7 @@ def one(A, y, **how):
 
 
 def with_singular_values(rng, shape, sigma):
-    """A = U sigma V', and V: a matrix whose singular values are known."""
+    """A = U sigma V', and V: a matrix with known singular values."""
     k = min(shape)
     U, _ = np.linalg.qr(rng.normal(size=(shape[0], k)))
     V, _ = np.linalg.qr(rng.normal(size=(shape[1], k)))
@@ -58,7 +58,7 @@ def test_tall_square_and_wide_systems_agree_with_lapack(seed, m, n):
 @steady
 @given(seeds, sizes, sizes)
 def test_the_residual_is_normal_to_the_columns_and_the_solution_lies_in_the_rows(seed, m, n):
-    """What makes x the least-squares solution of least norm, without another solver."""
+    """The conditions of the least-squares solution x of least norm, without another solver."""
     rng = np.random.default_rng(seed)
     A, V = with_singular_values(rng, (m, n), rng.uniform(0.1, 10, min(m, n)))
     y = rng.normal(size=m)
@@ -308,7 +308,7 @@ def test_the_data_are_left_as_they_were():
 
 @steady
 @given(seeds, sizes, sizes, sizes)
-def test_products_are_those_of_numpy_run_by_run(seed, m, k, n):
+def test_products_agree_with_numpy_run_by_run(seed, m, k, n):
     rng = np.random.default_rng(seed)
     A, B, out = rng.normal(size=(m, k, 4)), rng.normal(size=(k, n, 4)), np.empty((m, n, 4))
     pseudoinverse.multiply_matrices(A, B, out)

@@ -1,4 +1,4 @@
-"""Stages are given rows by name, whose shapes are checked where a program is put together."""
+"""Stages are called with rows by name; the program checks the shapes of the rows."""
 
 import ast
 from itertools import combinations
@@ -23,7 +23,7 @@ SOURCES = Path(rs.__file__).parent
 
 @pytest.fixture
 def calls(monkeypatch):
-    """What each stage is given from here on, once for each list of shapes."""
+    """The arguments of each stage from here on, once for each list of shapes."""
     found, add = {}, Program.add
 
     def noted(program, stage, /, **rows):
@@ -52,7 +52,7 @@ def swapped(rows):
                     yield {**rows, name: [tuple(fields), *rest]}
 
 
-def refused(calls):
+def count_refusals(calls):
     """Refuse all that is swapped; return how often that was."""
     count = 0
     for (called, _), rows in calls.items():
@@ -71,7 +71,7 @@ def test_rows_of_another_shape_are_refused_in_every_call_of_a_shipped_program(ca
             assert scenario.loop().sequence.program.calls
         else:
             scenario.run()
-    assert len(calls) > 300 and refused(calls) > 2500
+    assert len(calls) > 300 and count_refusals(calls) > 2500
 
 
 def test_rows_of_another_shape_are_refused_in_every_feature(calls):
@@ -85,7 +85,7 @@ def test_rows_of_another_shape_are_refused_in_every_feature(calls):
         rows = ObservationRows(**{**vars(rows), "other": other, "between": program.rows(3, 4)})
         if hasattr(kind, "stages"):
             kind(**given).stages(rows)
-    assert seen and refused(calls) > 60
+    assert seen and count_refusals(calls) > 60
 
 
 def test_points_and_depths_in_each_others_place_are_named():
@@ -107,7 +107,7 @@ def test_points_and_depths_in_each_others_place_are_named():
 
 
 @pytest.mark.parametrize("given", [3, np.int64(3), -1, (0, 1), "0", np.zeros((4, 2)), Address(3)])
-def test_what_is_no_rows_is_refused(given):
+def test_an_invalid_rows_is_refused(given):
     program = Program()
     rows = {"points": program.rows(4, 2), "depth": program.rows(4)}
     rows |= {"s": program.rows(8), "L": program.rows(8, 6)}
@@ -122,7 +122,7 @@ def test_lists_have_their_length_and_their_entries_checked():
     rows, lost = program.rows(3), program.rows(2)
     program.add(flag_lost_numbers, lost=lost, numbers=[[rows[0], rows[2]], [rows[1]]])
     ((_, numbers),) = program.calls
-    assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, where the list begins, and the list
+    assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, start of the list, and the list
     with pytest.raises(WrongRows, match="numbers takes a list, each a list, each a row, got"):
         program.add(flag_lost_numbers, lost=lost, numbers=[[rows]])
 
@@ -159,7 +159,7 @@ def weighed(w, step, n="count", m="count", A="n, m", x="m", factor="whole", out=
             w[(out + i) * 8 + b] = factor * total
 
 
-def test_a_stage_of_ones_own_computes_what_it_says():
+def test_a_stage_of_ones_own_computes_its_formula():
     rng = np.random.default_rng(1)
     A, x = rng.normal(size=(3, 2, 5)), rng.normal(size=(2, 5))
 
@@ -181,7 +181,7 @@ def adding(node):
 
 
 def by_position(node):
-    """What a call that adds a stage is given by position, beside the stage and a shape."""
+    """The positional arguments of a call that adds a stage, beside the stage and a shape."""
     _, *rest = node.args
     if node.func.attr == "computed":  # of so many numbers
         return rest[1:]
@@ -200,7 +200,7 @@ def test_no_stage_is_given_a_number_by_its_position():
     assert found > 100 and unchecked == 0
 
 
-def test_every_stage_but_those_called_by_symbol_declares_what_it_takes():
+def test_every_stage_but_those_called_by_symbol_declares_its_arguments():
     plain = set()
     for path in (SOURCES / "kernels").rglob("*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:

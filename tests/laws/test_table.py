@@ -38,7 +38,7 @@ def test_a_row_is_an_instant_of_a_run_until_its_end(demo):
 
 
 def test_to_dataframe_is_that_table_also_of_a_run_from_a_file(demo, tmp_path):
-    """That of xarray multiplies all dimensions: 77 million rows here."""
+    """The broadcast of xarray multiplies all dimensions: 77 million rows here."""
     table = rs.logs.to_table(demo)
     assert np.prod(list(demo.sizes.values())) > 7e7
     assert demo.to_dataframe().equals(table) and table.memory_usage().sum() < 200_000
@@ -106,7 +106,7 @@ def test_a_table_is_written_as_csv(batch, tmp_path):
     assert header.startswith("run,time,outcome,") and len(rows) == 33
 
 
-def test_what_is_no_table_is_told(demo):
+def test_an_invalid_table_is_reported(demo):
     with pytest.raises(rs.errors.InputError, match="expected a run, a Dataset of simulate, got 3"):
         rs.logs.to_table(3)
     with pytest.raises(rs.errors.InputError, match="no table of 'step'; did you mean 'steps'"):

@@ -1,4 +1,4 @@
-"""check_feature and check_law: silent on what is right, with a sentence for what is wrong."""
+"""check_feature and check_law: no findings for right kinds, and a sentence for each fault."""
 
 from dataclasses import dataclass
 
@@ -60,7 +60,7 @@ def test_a_feature_in_plain_numpy_passes():
         ("nan", "not finite"),
     ],
 )
-def test_a_wrong_feature_is_told_what_is_wrong(broken, words):
+def test_the_fault_of_a_wrong_feature_is_reported(broken, words):
     assert words in " ".join(check_feature(UserPoints(broken)))
 
 
@@ -68,12 +68,12 @@ def test_a_flipped_sign_is_seen_in_every_column():
     assert len(check_feature(UserPoints("sign"))) == 6
 
 
-def test_a_feature_without_unit_or_tolerance_is_told():
+def test_a_feature_without_unit_or_tolerance_is_reported():
     said = check_feature(UserPoints(unit=None, tolerance=-1))
     assert [s.split()[0] for s in said] == ["UserPoints.unit", "UserPoints.tolerance"]
 
 
-BATCH = {"batch": 1e-11, "rounding": 5e-18}  # by which a command grows with the runs beside it
+BATCH = {"batch": 1e-11, "rounding": 5e-18}  # a command grows by this with the runs beside it
 
 
 @dataclass
@@ -102,15 +102,15 @@ class UserLaw:
         ("offset", "zero velocity for zero error"),
     ],
 )
-def test_a_wrong_law_is_told_what_is_wrong(broken, words):
+def test_the_fault_of_a_wrong_law_is_reported(broken, words):
     assert words in " ".join(check_law(UserLaw(broken)))
 
 
-def test_what_only_rounding_makes_of_a_batch_is_no_fault_of_a_user_s_law():
-    """Unless the same bits are asked for, as of RobSim's own laws."""
+def test_rounding_differences_of_a_batch_are_no_fault_of_a_user_s_law():
+    """Unless the same bits are required, as of RobSim's own laws."""
 
     class Rounded:
-        """The joint law, whose last bits depend on how many runs are beside."""
+        """The joint law, with last bits that depend on the number of runs."""
 
         def command(self, state):
             qd = JointLaw().command(state)
@@ -150,5 +150,5 @@ def test_an_angle_may_jump_by_a_turn_from_view_to_view():
     """Of 300 views some lie at the seam of arctan2, with differences of 2 pi over the step."""
     marks = [[-0.3, 0.0, 0.0], [0.1, 0.2, 0.0], [0.1, -0.2, 0.1]]
     kept = [seed for seed in range(20) if check_feature(Turned(), marks, seed, 300) == []]
-    assert len(kept) >= 15  # the others show the mark near the centre, where the angle is none
+    assert len(kept) >= 15  # the others show the mark near the centre, at which there is no angle
     assert "the sign is flipped" in " ".join(check_feature(Turned("sign"), marks, kept[0], 300))

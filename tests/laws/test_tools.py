@@ -14,7 +14,7 @@ from robsim.joints import Joint, Link, Mimic
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
 seeds = st.integers(0, 2**32)
-BACK = Pose.at(z=-0.1083)  # where the gripper belongs on the Rhino, from its tool frame
+BACK = Pose.at(z=-0.1083)  # place of the gripper on the Rhino, from its tool frame
 
 
 def close(a, b, tolerance=1e-14):
@@ -52,7 +52,7 @@ def test_poses_of_an_arm_with_a_tool_are_products(seed):
 
 @steady
 @given(seeds)
-def test_its_jacobian_is_that_of_the_arm_at_its_place_and_its_own(seed):
+def test_its_jacobian_agrees_with_the_arm_at_its_place_and_its_own(seed):
     rng = np.random.default_rng(seed)
     arm, tool, at = rs.robots.puma560(), rs.robots.pan_tilt(), anywhere(rng)
     q, p = rng.normal(size=6), rng.normal(size=2)
@@ -109,8 +109,8 @@ def test_shapes_of_the_link_that_carries_it_stay_unless_it_is_bare(rhino):
     assert next(link for link in rhino.links if link.name == "tool").shapes == ()
 
 
-def test_the_tip_of_the_tool_becomes_that_of_both(rhino):
-    """Also where it is not the last link, and where the name is taken."""
+def test_the_tip_of_the_tool_becomes_the_tip_of_both(rhino):
+    """Also if it is not the last link, and if the name is taken."""
     arm, tool = rs.robots.puma560(), rs.robots.rhino_gripper()
     assert rhino.tip == tool.tip == "tip"
     left = replace(tool, tip="finger_left")
@@ -133,7 +133,7 @@ def test_the_tip_is_the_last_link_or_the_one_that_is_named():
         replace(arm, tip="forarm")
 
 
-def test_names_that_clash_get_that_of_the_tool_in_front(rhino):
+def test_names_that_clash_get_the_prefix_of_the_tool(rhino):
     """So two grippers on one arm move apart, each with its own fingers."""
     two = rhino.with_tool(rs.robots.rhino_gripper().named("other"), Pose.at(0, 0.1, 0))
     assert two.coordinate_names[-2:] == ("opening", "other_opening") and two.tip == "other_tip"
@@ -145,7 +145,7 @@ def test_names_that_clash_get_that_of_the_tool_in_front(rhino):
         two.with_tool(rs.robots.rhino_gripper().named("other"))
 
 
-def test_a_tool_weighs_what_it_weighed():
+def test_a_tool_keeps_its_mass():
     weight = rs.shapes.Inertia(2.0, (0.0, 0.0, 0.1), np.eye(3))
     links = [Link("palm", inertia=weight), Link("jaw", "palm", Joint("revolute"), inertia=weight)]
     plain = Robot("arm", [Link("base"), Link("hand", "base", Joint("revolute"), inertia=weight)])
@@ -205,7 +205,7 @@ def test_an_arm_on_a_car_is_a_tool_too():
         ),
     ],
 )
-def test_what_is_no_tool_is_refused(make, error, told):
+def test_an_invalid_tool_is_refused(make, error, told):
     with pytest.raises(error, match=told):
         make(rs.robots.rhino_xr4(), rs.robots.rhino_gripper())
 
@@ -247,7 +247,7 @@ def test_an_object_stays_where_it_is_from_hand_to_hand(seed):
         scene = after
 
 
-def test_what_is_held_rides_with_the_gripper_and_what_is_released_stays(rhino):
+def test_a_held_object_moves_with_the_gripper_and_a_released_one_stays(rhino):
     scene = bench(rhino)
     q0 = scene.home
     held = scene.attached("cup", "rhino_xr4.tool", q0)

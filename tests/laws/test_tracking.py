@@ -1,4 +1,4 @@
-"""A target that moves on its own: the lag without feed-forward, and what is left of it with."""
+"""A target that moves on its own: the lag without feed-forward, and the remaining lag with it."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from robsim.kernels.estimation.inverse_depth_filter import filter_depths
 from robsim.servo.single_step import SingleStepController
 
 RATE = 0.1  # rad/s
-ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
+ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start with a lag that is not taken for divergence
 quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 
 
@@ -45,7 +45,7 @@ def test_the_lag_behind_a_turning_target_is_rate_over_gain(carousel, gain):
 
 
 @quiet
-def test_the_lag_of_the_current_matrix_is_that_of_its_own_law(carousel):
+def test_the_lag_of_the_current_matrix_agrees_with_its_own_law(carousel):
     """Pan rate = gain x/(1 + x^2) = omega: a little more than omega/gain."""
     run = rs.simulate(carousel, rs.IBVS(), ASIDE, dt=0.01, duration=24, hold=True)
     x = abs(float(run.error[-1, 0]))
@@ -61,7 +61,7 @@ def test_known_motion_leaves_no_lag(carousel, interaction):
 
 @quiet
 def test_known_motion_takes_an_error_away_as_if_nothing_moved(carousel):
-    """In axes of the turning target, the loop is that of a target that stands still."""
+    """In axes of the turning target, the loop is the same as with a target at rest."""
     still = replace(carousel, motions=[rs.Motion("turntable", [0.0])])
     a, b = (
         rs.simulate(scene, rs.IBVS(feed_forward="known"), ASIDE, dt=0.02, duration=3, hold=True)
@@ -81,7 +81,7 @@ def test_estimated_motion_leaves_no_lag_once_it_is_known(carousel, lag):
 @quiet
 @pytest.mark.parametrize("share", [0.5, 0.9, 1.2])
 def test_a_wrong_rate_leaves_its_share_of_the_lag(carousel, share):
-    """The belief says share * omega: what is left of the lag is |1 - share| omega/gain."""
+    """The belief is share * omega: the remaining lag is |1 - share| omega/gain."""
     belief = carousel.replacing(rs.Motion("turntable", [share * RATE]))
     task = rs.IBVS(interaction="desired", gain=2.0, feed_forward="known", belief=belief)
     run = rs.simulate(carousel, task, ASIDE, dt=0.01, duration=15, hold=True)
@@ -95,7 +95,7 @@ def test_a_wrong_rate_leaves_its_share_of_the_lag(carousel, share):
 @pytest.mark.parametrize("features", ["points", "pixels", "spherical"])
 def test_feed_forward_on_other_arrangements(arrange, around, decide, name, features):
     """Beside the table the drift changes all the time. Known: below a thousandth of the lag of
-    what the joints reach; estimated: below a tenth."""
+    the reachable part; estimated: below a tenth."""
     scene, timing = arrange(name), {"dt": 2e-3, "duration": 5.0}
     reached = {}
     for ahead in (None, "known", "estimated"):
@@ -113,7 +113,7 @@ def component(command):
 
 
 @quiet
-def test_feed_forward_of_what_does_not_move_is_nothing(arrange, around):
+def test_feed_forward_of_a_target_at_rest_is_zero(arrange, around):
     """A scene with a turntable that stands still, bit for bit."""
     moving = arrange("turntable")
     scene = replace(moving, motions=[rs.Motion("turntable", [0.0])])
@@ -157,7 +157,7 @@ def passing(arrange, around):
     return follow
 
 
-def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
+def test_a_depth_filter_uses_the_known_motion(passing):
     """Else it takes the motion of the target for parallax."""
     scene, task, run = passing(depth=rs.laws.DepthFilter(0.35))
     plain = passing()[2]
@@ -174,7 +174,7 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     np.testing.assert_allclose(Z, seen.depth, rtol=0.03)
 
 
-def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):
+def test_broyden_learns_the_effect_of_the_joints_and_not_the_known_motion(passing):
     run, plain = passing(interaction="broyden")[2], passing()[2]
     assert (run.error_norm[:, -1] < 2e-3).all() and (plain.error_norm[:, -1] < 2e-3).all()
 

@@ -85,7 +85,7 @@ def test_a_triangle_has_the_time_of_its_formula():
     assert move.velocity(move.duration / 2)[0] == pytest.approx(np.sqrt(0.08 * 2.0), rel=1e-14)
 
 
-def test_what_does_not_move_takes_no_time():
+def test_a_motion_of_zero_length_takes_no_time():
     move = Trapezoid([1.0, 2.0], [1.0, 2.0], speed=1.0, acceleration=1.0)
     assert move.duration == 0.0
     for t in (-1.0, 0.0, 1.0):
@@ -126,7 +126,7 @@ def test_velocities_and_accelerations_are_derivatives_to_second_order(seed):
         scale = 1 + np.abs(move.acceleration(t)).max()
         for of, derivative in ((move.at, move.velocity), (move.velocity, move.acceleration)):
             off = apart(of, derivative, 1e-5 * move.duration)
-            if move is quintic:  # smooth: the error falls by four where the step is halved
+            if move is quintic:  # smooth: the error falls by four if the step is halved
                 coarse, fine = (apart(of, derivative, h * move.duration) for h in (2e-3, 1e-3))
                 assert (fine <= 0.26 * coarse + 1e-9 * scale).all()
                 assert off.max() < 1e-6 * scale
@@ -217,7 +217,7 @@ def test_the_orientation_is_interpolated_on_the_sphere(seed, angle):
         np.testing.assert_allclose(T.position, (1 - s) * A.position + s * B.position, atol=1e-15)
 
 
-def test_the_orientation_is_that_of_others():
+def test_the_orientation_agrees_with_others():
     """SciPy 1.17 (Slerp) and mpmath with 40 digits agree on these numbers."""
     turns = (0.3, -1.2, 0.7), (-1.1, 0.4, 2.0)
     move = Straight(*(rs.Pose.at(rotvec=turn) for turn in turns), duration=1.0)
@@ -324,7 +324,7 @@ def test_trajectories_are_values(made):
     assert type(one).__name__ in repr(one)
 
 
-# what is refused
+# refusals
 
 GOOD = {"speed": 1.0, "acceleration": 1.0}
 

@@ -339,14 +339,14 @@ def robot_of(*links):
         ([("world", "base")], "two frames are called 'world'"),
     ],
 )
-def test_what_is_no_tree_is_told_with_what_there_is(links, words):
+def test_an_invalid_tree_is_reported_with_the_existing_links(links, words):
     with pytest.raises(rs.errors.FrameError) as caught:
         robot_of(*(rs.joints.Link(name, parent) for name, parent in links)).fk([])
     assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("ask", ["fk", "jacobian"])
-def test_an_unknown_link_is_told_with_those_that_exist(ask):
+def test_an_unknown_link_is_reported_with_those_that_exist(ask):
     arm = rs.robots.rhino_xr4()
     with pytest.raises(rs.errors.FrameError) as caught:
         getattr(arm, ask)(arm.home, "tol")

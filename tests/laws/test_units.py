@@ -45,7 +45,7 @@ def test_a_quantity_is_the_double_nearest_to_its_decimal(text, dimension, value)
 @steady
 @given(st.integers(-(10**17), 10**17), st.integers(-30, 30), st.sampled_from(sorted(POWERS)))
 def test_every_decimal_with_a_metric_unit_is_rounded_once(digits, exponent, unit):
-    """The exact rational number, rounded once, is what float(Fraction) gives."""
+    """The exact rational number, rounded once, equals the result of float(Fraction)."""
     dimension = "length" if unit in LENGTHS else "time"
     exact = Fraction(digits) * Fraction(10) ** (exponent + POWERS[unit])
     assert parse(f"{digits}e{exponent} {unit}", dimension) == float(exact)
@@ -132,7 +132,7 @@ def test_the_constants_agree_with_the_spellings(unit):
         ["1 cm"],
     ],
 )
-def test_a_bad_spelling_of_one_length_says_what_was_expected(text):
+def test_a_bad_spelling_of_one_length_is_reported_with_the_expected_one(text):
     with pytest.raises(UnitError) as caught:
         parse(text, "length")
     assert repr(text) in str(caught.value)
@@ -142,7 +142,7 @@ def test_a_bad_spelling_of_one_length_says_what_was_expected(text):
 @pytest.mark.parametrize(
     ("text", "numbers"), [("1, 2 cm", 2), ("1, 2, 3, 4 cm", 4), ("1 cm", 1), (",, cm", 0)]
 )
-def test_a_wrong_count_is_told(text, numbers):
+def test_a_wrong_count_is_reported(text, numbers):
     with pytest.raises(UnitError, match=f"has {numbers} numbers, not 3: expected a vector with"):
         parse(text, "length", count=3)
 

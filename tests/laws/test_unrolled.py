@@ -1,4 +1,4 @@
-"""What is computed for known sizes, or in another order, is what is computed for any."""
+"""Code for known sizes, or in another order, gives the results of the code for any size."""
 
 import numpy as np
 import pytest

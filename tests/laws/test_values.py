@@ -1,4 +1,4 @@
-"""Values compare, hash, copy and pickle by what they hold, and take only what fits."""
+"""Values compare, hash, copy and pickle by their content, and accept valid content only."""
 
 import copy
 import pickle
@@ -111,7 +111,7 @@ def test_a_matrix_is_taken_where_a_pose_is():
         ),
     ],
 )
-def test_what_does_not_fit_is_refused_at_once(make, message):
+def test_an_unsuitable_value_is_refused_at_once(make, message):
     with pytest.raises(rs.errors.InputError, match=message):
         make()
 

@@ -20,7 +20,7 @@ def close(a, b, tolerance=1e-13):
 
 @pytest.fixture(scope="module", params=WHEELS)
 def driven(request):
-    """A robot, all states of its run up to a sign, and the velocities with which it left each."""
+    """A robot, all states of its run up to a sign, and its velocities in each state."""
     scenario = rs.load_scenario(rs.examples.path(request.param))
     run = scenario.run()
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
@@ -43,7 +43,7 @@ def test_its_path_is_a_chain_of_arcs(driven):
 
 
 def test_no_wheel_slips_from_start_to_end(driven):
-    """What touches the floor stands still there, at the end of each period."""
+    """Points that touch the floor stand still there, at the end of each period."""
     robot, q, v, _ = driven
     for wheel in WHEELS[robot.name]:
         radius = robot.fk(robot.home, wheel)[2, 3]
@@ -64,7 +64,7 @@ def test_each_wheel_turns_by_the_way_of_its_hub(driven):
 
 
 def test_a_wheel_in_a_figure_has_turned(driven):
-    """Its spoke is drawn where the angle says: at a quarter turn it stands."""
+    """Its spoke is drawn at its angle: at a quarter turn it stands."""
     robot, *_ = driven
     q, wheel = robot.home.copy(), WHEELS[robot.name][0]
     q[robot.coordinate_names.index(wheel)] = np.pi / 2
@@ -96,7 +96,7 @@ def test_a_car_steers_within_its_rate_and_limit_at_every_step():
     assert run.error.values[-1, 0] > 0.02  # metres to the side of the sign: it cannot turn more
 
 
-def test_the_error_of_a_differential_drive_decays_as_the_law_says():
+def test_the_error_of_a_differential_drive_decays_by_the_law():
     """e = e(0) exp(-gain t) as the period goes to zero, to first order in it."""
     scenario = rs.load_scenario(rs.examples.path("differential_drive"))
     missed = []
@@ -108,7 +108,7 @@ def test_the_error_of_a_differential_drive_decays_as_the_law_says():
     assert missed[0] / missed[1] == pytest.approx(2.0, abs=0.1)
 
 
-# what it is told
+# the commanded velocity
 
 
 def watched(rates, duration=3.0, dt=0.04):
@@ -122,8 +122,8 @@ def watched(rates, duration=3.0, dt=0.04):
     return run.q.values[:, 2:], run.qd_actual.values[:, 2:]
 
 
-def test_a_car_is_told_its_speed_and_steering_angle():
-    """Where the asked angle changes slowly, the wheels have it at the end of each period."""
+def test_a_car_is_commanded_by_its_speed_and_steering_angle():
+    """If the commanded angle changes slowly, the wheels have it at the end of each period."""
     steering = rs.robots.car().links[1].joint.steering
     q, v = watched(lambda t: steering.rates(0.5, 0.4 * np.sin(t)))
     close(q[1:, 3], 0.4 * np.sin(0.04 * np.arange(len(q) - 1)), 1e-15)
@@ -131,7 +131,7 @@ def test_a_car_is_told_its_speed_and_steering_angle():
     close(np.diff(q[:, 2]), 0.04 * 0.5 * np.tan(q[1:, 3]) / steering.wheelbase, 1e-15)
 
 
-def test_a_car_that_is_told_to_turn_at_once_takes_its_time():
+def test_a_car_that_is_commanded_to_turn_at_once_takes_its_time():
     steering = rs.robots.car().links[1].joint.steering
     q, v = watched(steering.rates(0.5, 0.4), duration=0.4)
     close(q[:, 3], np.minimum(3.2 * 0.04 * np.arange(len(q)), 0.4), 1e-15)
@@ -152,8 +152,8 @@ def test_rates_of_a_steering_angle():
 # between two instants
 
 
-def held(scene, car_angle=0.0):
-    """Coordinates, velocities, and what is commanded."""
+def hold_command(scene, car_angle=0.0):
+    """Coordinates, velocities, and commands."""
     q = scene.home.copy()
     q[3] = car_angle
     v = np.random.default_rng(4).normal(size=scene.nv)
@@ -164,8 +164,8 @@ def held(scene, car_angle=0.0):
 def test_in_the_middle_of_a_period_a_car_is_on_its_arc(after):
     """It steers once, when the period begins: a late image shows it on the way that it went."""
     scene = rs.Scene(rs.robots.car())
-    whole, v = after(scene, *held(scene), 0.04)
-    half, _ = after(scene, *held(scene), 0.04, 0.02)
+    whole, v = after(scene, *hold_command(scene), 0.04)
+    half, _ = after(scene, *hold_command(scene), 0.04, 0.02)
     assert whole[3] == half[3] == pytest.approx(3.2 * 0.04)
     rest = scene.robot().integrate(half, [1.0, v[1]], 0.02)
     close(rest, whole, 1e-15)
@@ -174,14 +174,14 @@ def test_in_the_middle_of_a_period_a_car_is_on_its_arc(after):
 def test_an_arm_lags_no_differently_beside_a_car(after):
     arm, car = rs.robots.rhino_xr4(), rs.robots.car()
     together, actuation = rs.Scene([car, arm]), rs.Actuation(lag=0.1, acceleration=9.0)
-    whole = held(together)
+    whole = hold_command(together)
     alone = tuple(part[-5:] for part in whole)
     both = after(together, *whole, 0.04, actuation=actuation)
     own = after(rs.Scene(arm), *alone, 0.04, actuation=actuation)
     for mine, theirs in zip(own, both, strict=True):
         np.testing.assert_array_equal(mine, theirs[-5:])
     q, v = both
-    assert 0.5 < v[0] < 1.0  # on its way to what it is told
+    assert 0.5 < v[0] < 1.0  # between the start and the commanded velocity
     close(v[1], v[0] * np.tan(q[3]) / 0.3302, 1e-15)
 
 

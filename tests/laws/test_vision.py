@@ -1,4 +1,4 @@
-"""What holds of poses, points and planes that are found in images, whatever the view."""
+"""Properties of poses, points and planes that are estimated from images, in any view."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def views(seed, marks=6, runs=20, thick=1.0):
     return p, rs.Pose(T)
 
 
-def seen(camera, p, T_c_o):
+def project(camera, p, T_c_o):
     return camera.project(p, T_c_o.inv())
 
 
@@ -53,7 +53,7 @@ def twist(T):
 )
 def test_an_exact_image_gives_the_pose(seed, marks, thick, camera):
     p, T = views(seed, marks, thick=thick)
-    found = rs.vision.estimate_pose(p, seen(camera, p, T), camera)
+    found = rs.vision.estimate_pose(p, project(camera, p, T), camera)
     close(found.T_c_o, T.matrix, 1e-9)  # targets that are nearly a line are among them
     assert found.rms.max() < 1e-10
 
@@ -62,12 +62,12 @@ def test_an_exact_image_gives_the_pose(seed, marks, thick, camera):
 @given(seed=seeds)
 def test_the_pose_is_one_of_those_that_three_marks_have(seed):
     p, T = views(seed, 3)
-    found = rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    found = rs.vision.estimate_pose(p, project(PLAIN, p, T), PLAIN)
     apart = np.abs(found.candidates - T.matrix[:, None]).max((-1, -2))
     assert (np.nanmin(apart, axis=1) < 1e-5).all() and found.ambiguous.all()
     poses = found.candidates[np.isfinite(found.candidates).all((-1, -2))]
-    again = np.repeat(seen(PLAIN, p, T), np.isfinite(apart).sum(1), axis=0)
-    close(seen(PLAIN, p, rs.Pose(poses)), again, 1e-4)  # each puts the marks at their image
+    again = np.repeat(project(PLAIN, p, T), np.isfinite(apart).sum(1), axis=0)
+    close(project(PLAIN, p, rs.Pose(poses)), again, 1e-4)  # each puts the marks at their image
 
 
 @steady
@@ -75,7 +75,7 @@ def test_the_pose_is_one_of_those_that_three_marks_have(seed):
 def test_it_does_not_matter_where_the_axes_of_the_target_are(seed, marks, thick):
     """T_c_n = T_c_o T_o_n for other axes n; twice the size is twice as far."""
     p, T = views(seed, marks, thick=thick)
-    pixels = seen(PLAIN, p, T) + np.random.default_rng(seed).normal(size=(20, marks, 2)) * 0.1
+    pixels = project(PLAIN, p, T) + np.random.default_rng(seed).normal(size=(20, marks, 2)) * 0.1
     T_n_o = rs.Pose.at(0.3, -0.2, 0.5, rotvec=(0.4, -2.0, 0.7))
     here, there = (rs.vision.estimate_pose(m, pixels, PLAIN) for m in (p, T_n_o @ p))
     sure = ~here.ambiguous & (here.rms < 0.99 * np.nan_to_num(here.other_rms, nan=np.inf))
@@ -88,7 +88,7 @@ def test_it_does_not_matter_where_the_axes_of_the_target_are(seed, marks, thick)
 @pytest.mark.parametrize(("marks", "thick"), [(3, 1.0), (4, 0.0), (5, 1.0), (12, 0.1)])
 def test_a_pose_has_the_same_bits_alone_and_in_any_batch(marks, thick):
     p, T = views(3, marks, 300, thick)
-    pixels = seen(BENT, p, T) + np.random.default_rng(1).normal(size=(300, marks, 2))
+    pixels = project(BENT, p, T) + np.random.default_rng(1).normal(size=(300, marks, 2))
     pixels[7, 1] = np.nan
     batch = rs.vision.estimate_pose(p, pixels, BENT)
     shaped = rs.vision.estimate_pose(p, pixels.reshape(3, 100, marks, 2), BENT)
@@ -104,7 +104,7 @@ def test_a_pose_has_the_same_bits_alone_and_in_any_batch(marks, thick):
 
 def test_a_mark_that_is_not_seen_costs_its_own_run_only():
     p, T = views(4, 5)
-    pixels = seen(PLAIN, p, T)
+    pixels = project(PLAIN, p, T)
     gap = pixels.copy()
     gap[3, 2, 0] = np.nan
     found, whole = rs.vision.estimate_pose(p, gap, PLAIN), rs.vision.estimate_pose(p, pixels, PLAIN)
@@ -118,7 +118,7 @@ def test_a_mark_that_is_not_seen_costs_its_own_run_only():
 def test_the_unit_of_length_changes_no_digit(scale):
     """Metres and radians must not be weighed against each other: a target may be tiny or huge."""
     p, T = views(3)
-    x = seen(PLAIN, p, T) + np.random.default_rng(4).normal(0, 0.5, (20, 6, 2))
+    x = project(PLAIN, p, T) + np.random.default_rng(4).normal(0, 0.5, (20, 6, 2))
     for noise in (None, 0.5):
         one, other = (rs.vision.estimate_pose(m, x, PLAIN, noise=noise) for m in (p, scale * p))
         np.testing.assert_array_equal(other.T_c_o[..., :3, 3], scale * one.T_c_o[..., :3, 3])
@@ -136,7 +136,9 @@ def test_an_image_that_is_one_point_has_no_pose():
 
 def test_of_a_target_in_the_far_distance_the_depth_is_flagged():
     near, far = (
-        rs.vision.estimate_pose(SQUARE, seen(PLAIN, SQUARE, rs.Pose.at(0, 0, Z)), PLAIN, noise=0.5)
+        rs.vision.estimate_pose(
+            SQUARE, project(PLAIN, SQUARE, rs.Pose.at(0, 0, Z)), PLAIN, noise=0.5
+        )
         for Z in (1, 300)
     )
     assert far.ambiguous and not near.ambiguous
@@ -146,7 +148,7 @@ def test_of_a_target_in_the_far_distance_the_depth_is_flagged():
 @pytest.mark.parametrize("tilt", [0.0, 0.5, np.pi / 2])
 def test_symmetric_views_and_views_along_the_plane_are_no_trouble(tilt):
     T = rs.Pose.at(0, 0, 1, rpy=(tilt, 0, 0))
-    found = rs.vision.estimate_pose(SQUARE, seen(PLAIN, SQUARE, T), PLAIN)
+    found = rs.vision.estimate_pose(SQUARE, project(PLAIN, SQUARE, T), PLAIN)
     close(found.T_c_o, T.matrix, 1e-12)
     assert not found.ambiguous
 
@@ -154,17 +156,17 @@ def test_symmetric_views_and_views_along_the_plane_are_no_trouble(tilt):
 def test_three_of_four_marks_may_be_on_a_line_or_two_in_one_place():
     T = rs.Pose.at(0.05, 0, 0.8, rpy=(0.5, 0.2, 1))
     p = np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 0.15, 0]])
-    close(rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN).T_c_o, T.matrix, 1e-12)
+    close(rs.vision.estimate_pose(p, project(PLAIN, p, T), PLAIN).T_c_o, T.matrix, 1e-12)
     p[2] = p[1]
-    found = rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    found = rs.vision.estimate_pose(p, project(PLAIN, p, T), PLAIN)
     close(np.nanmin(np.abs(found.candidates - T.matrix).max((-1, -2))), 0, 1e-12)
     assert found.ambiguous  # as it is of three
 
 
 def test_the_second_pose_of_a_plane_is_a_minimum_too():
-    """A small far plane is tilted to one side or to the other; noise hides to which."""
+    """A small far plane is tilted to one side or to the other; noise hides the side."""
     T = rs.Pose.at(0, 0, 2, rpy=(0.6, 0, 0))
-    exact = seen(PLAIN, 0.3 * SQUARE, T)
+    exact = project(PLAIN, 0.3 * SQUARE, T)
     found = rs.vision.estimate_pose(0.3 * SQUARE, exact, PLAIN)
     assert not found.ambiguous and found.rms < 1e-10 and 0.01 < found.other_rms < 0.2
     close(found.other[:3, 2] * (-1, -1, 1), T.rotation[:, 2], 0.02)
@@ -172,16 +174,16 @@ def test_the_second_pose_of_a_plane_is_a_minimum_too():
     assert noisy.ambiguous
     close(noisy.T_c_o, T.matrix, 1e-12)
     again = rs.vision.estimate_pose(
-        0.3 * SQUARE, seen(PLAIN, 0.3 * SQUARE, rs.Pose(found.other)), PLAIN
+        0.3 * SQUARE, project(PLAIN, 0.3 * SQUARE, rs.Pose(found.other)), PLAIN
     )
     close(again.T_c_o, found.other, 1e-12)
 
 
 @pytest.mark.parametrize("camera", [pytest.param(PLAIN, marks=pytest.mark.full), BENT])
-def test_the_covariance_is_that_of_many_noisy_images(camera):
+def test_the_covariance_agrees_with_many_noisy_images(camera):
     """Truth = exp(V) estimate; variances and correlations within 6 percent."""
     p, T = views(11, 7, 1)
-    sigma, exact = 0.2, seen(camera, p, T)
+    sigma, exact = 0.2, project(camera, p, T)
     noise = sigma * np.random.default_rng(2).normal(size=(4000, 7, 2))
     found = rs.vision.estimate_pose(p, exact + noise, camera)
     V = twist(T.matrix @ rs.Pose(found.T_c_o).inv().matrix)
@@ -196,7 +198,7 @@ def test_the_covariance_is_that_of_many_noisy_images(camera):
 
 
 def chi_squares(tilt, distance, runs=2000, spread=False):
-    """Errors V of poses of a square at 1 px by their covariance, V' C^-1 V, where these are sure.
+    """Errors V of poses of a square at 1 px by their covariance, V' C^-1 V, for sure poses only.
 
     The square is turned by `tilt` degrees about any axis across the view, or by up to that.
     """
@@ -226,16 +228,16 @@ def chi_squares(tilt, distance, runs=2000, spread=False):
         ),
     ],
 )
-def test_the_pose_of_a_square_is_as_well_known_as_its_covariance_says(tilt, distance):
+def test_the_pose_of_a_square_is_as_certain_as_its_covariance(tilt, distance):
     """The mean over 2000 images is 6, the degrees of freedom."""
     assert 5.5 < chi_squares(tilt, distance).mean() < 6.6
 
 
 @pytest.mark.full
 def test_of_all_tilts_together_the_covariance_of_a_square_is_right():
-    """It is that of what the image leaves likely, so it is right on average over what there may be.
+    """The covariance covers all poses that the image leaves likely, so it is right on average.
 
-    Of squares at a metre that face the camera exactly, where foreshortening tells least, the mean
+    Of squares at a metre that face the camera exactly, with the least foreshortening, the mean
     is up to 6.9; to first order it is 8.2.
     """
     assert chi_squares(25, 1.0, spread=True).mean() == pytest.approx(6.0, abs=0.3)
@@ -246,7 +248,7 @@ def test_no_pose_fits_the_image_better():
     """The pixels of a pinhole with square pixels: the estimate is the maximum of likelihood."""
     p, T = views(5, 5)
     rng = np.random.default_rng(5)
-    pixels = seen(PLAIN, p, T) + rng.normal(size=(20, 5, 2))
+    pixels = project(PLAIN, p, T) + rng.normal(size=(20, 5, 2))
     found = rs.vision.estimate_pose(p, pixels, PLAIN)
     both = np.isfinite(found.other_rms)
     assert both.sum() > 5 and (found.other_rms[both] > found.rms[both]).all()
@@ -256,7 +258,7 @@ def test_no_pose_fits_the_image_better():
     ):
         for _ in range(20):
             moved = rs.Pose.exp(rng.normal(size=(len(T), 6)) * 1e-3) @ rs.Pose(T)
-            rms = np.sqrt(np.square(seen(PLAIN, p, moved) - u).mean((-1, -2)))
+            rms = np.sqrt(np.square(project(PLAIN, p, moved) - u).mean((-1, -2)))
             assert (rms > least).all()
 
 
@@ -265,7 +267,7 @@ def test_of_a_thick_target_far_away_there_is_no_other_pose():
     p, T = views(3, 12, 40)
     far = T.matrix.copy()
     far[:, :3, 3] *= 5
-    pixels = seen(PLAIN, p, rs.Pose(far)) + np.random.default_rng(3).normal(size=(40, 12, 2))
+    pixels = project(PLAIN, p, rs.Pose(far)) + np.random.default_rng(3).normal(size=(40, 12, 2))
     found = rs.vision.estimate_pose(p, pixels, PLAIN)
     assert np.isnan(found.other_rms).all() and not found.ambiguous.any()
 
@@ -311,7 +313,7 @@ def test_no_point_fits_both_images_better(seed):
         assert (miss(found + rng.normal(size=X.shape) * 1e-3) > miss(found)).all()
 
 
-def test_the_covariance_of_points_is_that_of_many_noisy_images():
+def test_the_covariance_of_points_agrees_with_many_noisy_images():
     X, T = rig(3, 1)
     a, b = in_both(X[0], T[0])
     rng, sigma = np.random.default_rng(4), 0.2
@@ -336,7 +338,7 @@ def test_a_parallel_rig_has_the_depth_error_of_the_textbook():
     np.testing.assert_allclose(np.sqrt(C[:, 2, 2]), expected, rtol=1e-12)
 
 
-def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
+def test_a_point_off_the_epipolar_line_is_a_miss_and_one_along_it_is_not():
     """In a parallel rig of equal cameras an offset d of a row is shared: d/2 in each image."""
     T, X = rs.Pose.at(0.12, 0, 0), np.array([[0.1, 0.05, 1.5]])
     a, b = in_both(X, T, right=PLAIN)
@@ -347,7 +349,7 @@ def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
     assert np.linalg.norm(along.points - X) > 0.5
 
 
-def test_the_miss_of_noise_is_as_large_as_that_of_a_coordinate():
+def test_the_miss_of_noise_is_as_large_as_the_noise_of_a_coordinate():
     X, T = rig(9, 1, 2000)
     rng = np.random.default_rng(9)
     a, b = (p + 0.3 * rng.normal(size=p.shape) for p in in_both(X, T))
@@ -399,7 +401,7 @@ def planes(seed, runs=20, points=6):
 
 @steady
 @given(seed=seeds, points=st.sampled_from([4, 5, 30]))
-def test_a_homography_is_that_of_the_motion_itself(seed, points):
+def test_a_homography_agrees_with_the_motion_itself(seed, points):
     R, t, n, a, b = planes(seed, points=points)
     expected = R + t[:, :, None] * n[:, None]
     H = rs.vision.estimate_homography(a, b)
@@ -413,7 +415,7 @@ def test_a_homography_is_that_of_the_motion_itself(seed, points):
 
 @steady
 @given(seed=seeds)
-def test_the_motion_is_among_those_of_its_homography(seed):
+def test_the_motion_is_among_the_motions_of_its_homography(seed):
     R, t, n, a, b = planes(seed)
     found = rs.vision.decompose_homography(3.0 * rs.vision.estimate_homography(a, b), a)
     whole = np.concatenate([R.reshape(-1, 9), t, n], axis=1)

@@ -67,7 +67,7 @@ def test_the_weight_has_two_continuous_derivatives_where_its_pieces_meet(joint):
     np.testing.assert_allclose(away[-1] / (h[-1] / 40) ** 3, 10.0, rtol=0.02)
 
 
-# the command is that of weighted least squares
+# the command of weighted least squares
 
 
 def step(task, q, scene=SCENE, **how):
@@ -88,7 +88,7 @@ def interaction(points, depths):
 
 
 @pytest.mark.parametrize("start", LESS[:6])
-def test_the_command_is_that_of_numpys_weighted_least_squares_of_the_marks_that_are_seen(start):
+def test_the_command_agrees_with_numpys_weighted_least_squares_of_the_visible_marks(start):
     q = POSTER.starts[start]
     run = step(rs.IBVS(GOAL, gain=0.7, weighting=rs.weights.Border(width=60)), q)
     points, depths = points_by_hand(q)
@@ -169,7 +169,7 @@ def test_a_hidden_mark_counts_less_and_less_from_its_last_place_and_comes_back_s
     fade = rs.IBVS(GOAL, weighting=rs.weights.Fade(time=0.4))
     run = rs.simulate(SCENE, fade, q, dt=0.04, duration=2, sensing=HIDDEN)
     t = run.time.values
-    down = smooth(1 - (t - 0.36) / 0.4)  # hidden in the image of 0.4 s, seen in that of 1.2 s
+    down = smooth(1 - (t - 0.36) / 0.4)  # hidden in the image at 0.4 s, seen in the image at 1.2 s
     up = smooth((t - 1.16) / 0.4)
     expected = np.where(t < 1.18, down, up)
     np.testing.assert_allclose(
@@ -184,8 +184,8 @@ def test_a_hidden_mark_counts_less_and_less_from_its_last_place_and_comes_back_s
 
 
 @pytest.mark.parametrize("form", ["goal", "camera"])
-def test_a_pose_is_that_of_the_marks_that_are_there(form):
-    """Marks that are hidden spoil it where they stay; with a weighting they do not count."""
+def test_a_pose_agrees_with_the_visible_marks(form):
+    """Hidden marks that stay in the task spoil it; with a weighting they do not count."""
     q = POSTER.starts[LESS[0]]
     task = rs.PBVS(GOAL, form=form, weighting="border")
     whole = rs.simulate(SCENE, task, q, duration=3)
@@ -199,7 +199,7 @@ def test_a_pose_is_that_of_the_marks_that_are_there(form):
 
 
 def test_a_pose_counts_its_marks_by_their_weights():
-    """With noise: the minimum of the weighted squares, of which the gradient is zero."""
+    """With noise: at the minimum of the weighted squares, their gradient is zero."""
     q, noise = POSTER.starts[LESS[0]], rs.Sensing(noise=0.5)
     run = step(rs.PBVS(GOAL, weighting="border"), q, sensing=noise)
     image = step(rs.IBVS(GOAL, weighting="border"), q, sensing=noise)  # the same noise
@@ -221,7 +221,7 @@ def test_a_pose_counts_its_marks_by_their_weights():
 
 
 class Trusting:
-    """Counts the marks of the left half in full, and those of the right by half."""
+    """Counts marks in the left half in full, and marks in the right half by half."""
 
     def weigh(self, now):
         assert len(now.groups) == now.error.shape[1] // 2 and now.tolerances.shape == (80,)

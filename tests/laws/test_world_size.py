@@ -27,7 +27,7 @@ def scaled(pose, s):
 
 
 def run(task, s):
-    """The run of a scene in which all lengths are s times as long."""
+    """The run of a scene with all lengths s times as long."""
     scene = SCENARIO.scene
     (thing,), (eye,) = scene.objects, scene.cameras
     thing = replace(thing, marks=s * thing.marks, pose=scaled(thing.pose, s), shapes=())

@@ -1,6 +1,6 @@
 """Random views of random targets, the same for the generator and for the test of poses.
 
-Needs NumPy only. K is that of 640 x 480 pixels with a focal length of 800; a target has N = 4 to
+Needs NumPy only. K belongs to 640 x 480 pixels with a focal length of 800; a target has N = 4 to
 12 marks in 0.3 m, in its plane z = 0 or not; it stands at 0.5 to 2 m, its centre in the middle of
 the image, turned anyhow, but for planes that are seen at less than 12 degrees.
 """
@@ -48,7 +48,7 @@ def targets(kind, noise):
 
 
 def errors(R, t, R_true, t_true):
-    """Angle in radians, and distance over that of the target."""
+    """Angle in radians, and distance relative to the distance of the target."""
     chord = np.sqrt(np.square(R - R_true).sum((-1, -2)) / 8)
     distance = np.linalg.norm(t - t_true, axis=-1) / np.linalg.norm(t_true, axis=-1)
     return 2 * np.arcsin(np.minimum(chord, 1)), distance

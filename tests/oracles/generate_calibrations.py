@@ -28,7 +28,7 @@ COUNTS = 4, 5, 8, 12, 14
 
 
 def text(ending, names, K, lens, size):
-    """What FileStorage writes into a file of this ending."""
+    """The text that FileStorage writes into a file with this ending."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"calibration{ending}")
         file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)

@@ -1,14 +1,14 @@
 """Oracle: mounts of cameras by the hand-eye calibrations of OpenCV.
 
-Program: OpenCV below 5, whose Python has them (`pip install "opencv-python-headless<5"`); the
+Program: OpenCV below 5, with Python bindings (`pip install "opencv-python-headless<5"`); the
          version is in "made_by".
 Run:     python tests/oracles/generate_hand_eye.py
 Writes:  hand_eye_opencv.json, always the same numbers.
 
 T_m_f are poses of the target's frame in the frame that carries the camera, the inverse of
-OpenCV's gripper2base; T_c_o poses of the target in camera axes with the noise of a twist, whose
+OpenCV's gripper2base; T_c_o poses of the target in camera axes with the noise of a twist; its
 standard deviation is `noise` (m and rad); all are 3 x 4. By each method `mounts` has T_m_c;
-`mount` and `place` are those of Shah's method, T_m_c and T_f_o.
+`mount` and `place` are the results of Shah's method, T_m_c and T_f_o.
 """
 
 import cv2
@@ -50,7 +50,7 @@ def joined(R, t):
 
 
 def case(seed, noise):
-    """Twelve views, and what OpenCV makes of them."""
+    """Twelve views, and OpenCV's results for them."""
     rng = np.random.default_rng(seed)
     A = [pose(rng, 0.4) for _ in range(12)]
     X, Z = pose(rng, 0.8), pose(rng, 0.8)

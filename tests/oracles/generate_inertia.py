@@ -15,7 +15,7 @@ from mpmath import mp, mpf, pi, quad, sqrt
 mp.dps = 40
 
 
-def found(radius, ends):
+def integrate_solid(radius, ends):
     """Volume, height of the centre, and moments about the centre across and along z."""
     volume = quad(lambda z: pi * radius(z) ** 2, ends)
     centre = quad(lambda z: pi * radius(z) ** 2 * z, ends) / volume
@@ -32,12 +32,12 @@ def capsule(r, h):
         beyond = max(abs(z) - h / 2, mpf(0))
         return sqrt(r**2 - beyond**2)
 
-    return found(radius, [-h / 2 - r, -h / 2, h / 2, h / 2 + r])
+    return integrate_solid(radius, [-h / 2 - r, -h / 2, h / 2, h / 2 + r])
 
 
 def tapered_cylinder(r, end, h):
     r, end, h = mpf(r), mpf(end), mpf(h)
-    return found(lambda z: r + (end - r) * (z / h + mpf(1) / 2), [-h / 2, h / 2])
+    return integrate_solid(lambda z: r + (end - r) * (z / h + mpf(1) / 2), [-h / 2, h / 2])
 
 
 CAPSULES = [("1", "2"), ("0.05", "0.4"), ("0.3", "0.01"), ("2e-3", "7")]

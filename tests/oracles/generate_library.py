@@ -173,7 +173,7 @@ def urdf(table):
 
 
 def in_pinocchio(model, q):
-    """q in the form of the model: (cos, sin) of what turns without end."""
+    """q in the form of the model: (cos, sin) for joints that turn without end."""
     turns = [j.nq == 2 for j in model.joints[1:]]
     each = zip(turns, q, strict=True)
     return np.concatenate([[np.cos(x), np.sin(x)] if two else [x] for two, x in each])
@@ -187,7 +187,7 @@ def flange_case(model, q):
 
 
 def described(name, table, rng, base=NOTHING):
-    """What a URDF says about the flange of one robot; ours is base . theirs."""
+    """The flange of one robot according to a URDF; ours is base . theirs."""
     model = pin.buildModelFromXML(urdf(table))
     n = sum(axis is not None for *_, axis in table)
     cases = [flange_case(model, rng.uniform(-PI, PI, n)) for _ in range(RANDOM)]

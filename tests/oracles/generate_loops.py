@@ -7,7 +7,7 @@ Writes:  loops.json, always the same numbers up to rounding of the linear algebr
 A loop of the textbook form and nothing else: four points, s the normalised coordinates x0 y0 x1
 y1 ..., e = s - s_goal, V = -gain pinv(L) e, a velocity V = (v, omega) in camera axes held over
 dt, T <- T expm([V] dt). T is the pose of the camera in the world (4x4). Depths are exact. L is
-`current`, `desired` (that of the goal view) or `mean` (half their sum). The error at time k dt is
+`current`, `desired` (L of the goal view) or `mean` (half their sum). The error at time k dt is
 that before the k-th command. Poses in words are position (m) | rotation vector (rad).
 
 Each result stands beside `reference`: the closed form or the number known for the case.
@@ -111,7 +111,7 @@ def run(points, goal, start, law, gain, dt, keep):
 
 
 def scene(name, points, goal, start, gain, dt, keep, laws, reference):
-    """One case: the scene, what is known of it and the runs."""
+    """One case: the scene, the known quantities and the runs."""
     return {
         "name": name,
         "points": points.tolist(),
@@ -182,7 +182,7 @@ def retreat(degrees):
 def retreat_limits(theta0):
     """Depths on the way for dt -> 0 (Z = 1 at the goal).
 
-    Current: largest 1 / cos(theta0 / 2). Desired: Z = 1 - (theta0 - theta) tan(theta / 2), whose
+    Current: largest 1 / cos(theta0 / 2). Desired: Z = 1 - (theta0 - theta) tan(theta / 2); its
     smallest value is cos(m) with m + sin(m) = theta0. Mean: constant.
     """
     m = brentq(lambda x: x + np.sin(x) - theta0, 0, np.pi, xtol=1e-15)

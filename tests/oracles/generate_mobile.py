@@ -9,7 +9,7 @@ Units are metres and radians. Conventions:
 - the coordinates of a planar joint and of a unicycle are (x, y, theta); its velocities are
   (vx, vy, omega), or (v, omega), in the axes of the body that moves. Both are Pinocchio's
   JointModelPlanar, with q = (x, y, cos theta, sin theta); a unicycle leaves out the column of vy;
-- a pose is that of the link frame in the base frame, a 4x4 matrix;
+- a pose is the pose of the link frame in the base frame, a 4x4 matrix;
 - a Jacobian has rows (v, omega): velocity of the origin of the link frame and angular velocity,
   both in base axes (Pinocchio's LOCAL_WORLD_ALIGNED).
 

@@ -39,7 +39,7 @@ def random_pose(rng):
 
 
 def points_in_front(T_w_c, rng):
-    """World points whose normalised coordinates lie within 0.5 of the image centre."""
+    """World points with normalised coordinates within 0.5 of the image centre."""
     depth = rng.uniform(0.3, 5.0, (POINTS_PER_VIEW, 1))
     normalised = rng.uniform(-0.5, 0.5, (POINTS_PER_VIEW, 2))
     in_camera = np.hstack([normalised, np.ones_like(depth)]) * depth
@@ -61,7 +61,7 @@ def view(K, distortion, rng):
 
 
 def distort_only(distortion, rng):
-    """Normalised points and what the lens makes of them: a projection with K = 1 at rest."""
+    """Normalised points and their image in the lens: a projection with K = 1 at rest."""
     normalised = rng.uniform(-0.5, 0.5, (PAIRS, 2))
     points = np.hstack([normalised, np.ones((PAIRS, 1))])
     distorted, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), np.eye(3), distortion)

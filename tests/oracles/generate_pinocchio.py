@@ -8,7 +8,7 @@ Units are metres and radians. Conventions:
 - standard DH: T = Rz(theta) Tz(d) Tx(a) Rx(alpha);
   modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d);
 - a row is (theta, d, a, alpha); the coordinate of an R joint is added to theta, of a P joint to d;
-- a pose is that of the link frame in the base frame, a 4x4 matrix;
+- a pose is the pose of the link frame in the base frame, a 4x4 matrix;
 - a Jacobian has rows (v, omega): velocity of the origin of the link frame and angular velocity,
   both in base axes (Pinocchio's LOCAL_WORLD_ALIGNED);
 - a free-flyer's q is (x, y, z, qx, qy, qz, qw), its twist V is (v, omega) in body axes.

@@ -5,7 +5,7 @@ Run:     python tests/oracles/generate_pnp.py
 Writes:  pnp_opencv.json, always the same numbers.
 
 marks are in axes of the target (metres); T_c_o is the true pose of the target in camera axes
-(x right, y down, z forward), fitted the pose whose reprojection error in the image is least.
+(x right, y down, z forward), fitted the pose with the least reprojection error in the image.
 points are normalised: x/z, y/z, in exact images as they are, in noisy ones with a standard
 deviation of one pixel of a camera with a focal length of 800 pixels. The solver starts from
 SQPNP, for three marks near the true pose, and goes on by Levenberg-Marquardt until it stands

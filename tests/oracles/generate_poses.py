@@ -4,10 +4,10 @@ Program: OpenCV (`pip install opencv-python-headless`); the version is in "made_
 Run:     python tests/oracles/generate_poses.py
 Writes:  poses_opencv.json and homographies_opencv.json, always the same numbers.
 
-The views are those of _pnp_cases.py; planar targets by SOLVEPNP_IPPE, others by SOLVEPNP_SQPNP.
+The views come from _pnp_cases.py; planar targets by SOLVEPNP_IPPE, others by SOLVEPNP_SQPNP.
 Kept are the errors against the true pose, view by view: rotation in radians and translation over
-the distance of the target, null where the solver gave no pose; "sum" is that of all pixels, by
-which the test knows that it has the same views.
+the distance of the target, null if the solver gave no pose; "sum" is the sum of all pixels, which
+shows the test that it has the same views.
 """
 
 import cv2
@@ -20,7 +20,7 @@ MOTIONS = 40
 
 
 def solved(marks, pixels, kind):
-    """(R, t), NaN where there is none."""
+    """(R, t), or NaN if there is none."""
     try:
         found, turn, t = cv2.solvePnP(marks, pixels, K, None, flags=SOLVERS[kind])
     except cv2.error:
@@ -53,7 +53,7 @@ def group(kind, noise):
 
 
 def motion(rng):
-    """H = R + t n' (n towards the plane) and what OpenCV makes of it."""
+    """H = R + t n' (n towards the plane) and OpenCV's decomposition of it."""
     t, n = rng.normal(size=3) * 0.4, rng.normal([0, 0, 3])
     H = (rotation(rng) + np.outer(t, n / np.linalg.norm(n))) * rng.uniform(0.5, 2)
     if np.linalg.det(H) < 0.01:

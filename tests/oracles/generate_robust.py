@@ -1,4 +1,4 @@
-"""Oracle: robust weights, and the scale of deviations, by statsmodels; those of Cauchy by mpmath.
+"""Oracle: robust weights, and the scale of deviations, by statsmodels; for Cauchy by mpmath.
 
 Program: statsmodels and mpmath (`pip install statsmodels mpmath`); the version is in "made_by".
 Run:     python tests/oracles/generate_robust.py

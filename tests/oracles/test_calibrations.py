@@ -13,7 +13,7 @@ DATA = json.loads(Path(__file__).with_name("calibrations_opencv.json").read_text
 
 @pytest.mark.parametrize("case", DATA["cases"], ids=lambda case: str(len(case["distortion"])))
 def test_a_file_of_opencv_gives_its_camera_and_its_pixels(case, tmp_path):
-    path = tmp_path / "calibration.data"  # the content tells the format
+    path = tmp_path / "calibration.data"  # the format follows from the content
     path.write_text(case["xml"], encoding="utf-8")
     camera = rs.Camera.from_file(path)
     assert camera.K.tolist() == case["K"] and camera.size == tuple(case["size"])

@@ -13,7 +13,7 @@ STORED = json.loads((Path(__file__).parent / "curves_mpmath.json").read_text())
 
 
 @pytest.mark.parametrize("case", STORED["catenaries"], ids=lambda c: f"{c['length']} m")
-def test_a_catenary_is_that_of_its_equation(case):
+def test_a_catenary_agrees_with_its_equation(case):
     cable = rs.shapes.curves.Catenary(case["start"], case["end"], case["length"])
     slack = cable.length / np.hypot(*np.subtract(case["end"], case["start"])) - 1
     # a depends on the slack, which is known to one part in 1e16 of the length
@@ -32,7 +32,7 @@ def test_a_catenary_is_that_of_its_equation(case):
 
 
 @pytest.mark.parametrize("case", STORED["chords"], ids=lambda c: f"{c['curve']} {c['s']:.2f}")
-def test_a_chord_is_that_of_the_search(case):
+def test_a_chord_agrees_with_the_search(case):
     if case["curve"] == "arc":
         way = rs.shapes.curves.Arc(case["radius"], case["angle"])
     else:

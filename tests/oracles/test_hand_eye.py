@@ -21,7 +21,7 @@ def pose(rows):
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"noise {case['noise']}")
 @pytest.mark.parametrize("method", ["tsai_lenz", "park_martin", "daniilidis"])
-def test_a_mount_is_that_of_opencv(case, method):
+def test_a_mount_agrees_with_opencv(case, method):
     """Also with noise to the last digits; of Tsai and Lenz it leaves out small motions."""
     ours = rs.calibration.solve_hand_eye(pose(case["T_m_f"]), pose(case["T_c_o"]), method)
     near = ROUNDING + (0.1 * case["noise"] if method == "tsai_lenz" else 0.0)
@@ -29,7 +29,7 @@ def test_a_mount_is_that_of_opencv(case, method):
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"noise {case['noise']}")
-def test_mount_and_place_are_those_of_opencv(case):
+def test_mount_and_place_agree_with_opencv(case):
     """The rotations to the last digits; its positions are the best in the axes of the camera."""
     found = rs.calibration.solve_robot_world(pose(case["T_m_f"]), pose(case["T_c_o"]))
     for ours, theirs in zip(found, (case["mount"], case["place"]), strict=True):

@@ -21,7 +21,7 @@ CASES = [
 @pytest.mark.parametrize(
     ("kind", "sizes", "case"), CASES, ids=lambda x: x.__name__ if isinstance(x, type) else None
 )
-def test_volume_centre_and_moments_are_those_of_the_integrals(kind, sizes, case):
+def test_volume_centre_and_moments_agree_with_the_integrals(kind, sizes, case):
     found = kind(*(case[size] for size in sizes), density=1.0).inertia
     assert found.mass == pytest.approx(case["volume"], rel=1e-15)
     np.testing.assert_allclose(

@@ -70,7 +70,7 @@ def test_a_held_body_twist_moves_a_floating_joint_as_pinocchio_does():
 
 
 def test_a_held_velocity_in_the_plane_is_an_arc_to_the_last_digits():
-    """Turns of 0, and of 1e-300 to 20 rad; a unicycle where nothing moves sideways."""
+    """Turns of 0, and of 1e-300 to 20 rad; a unicycle without any sideways motion."""
     planar, unicycle = (
         Tree([Frame("cart", "world", Joint(kind))]) for kind in ("planar", "unicycle")
     )
@@ -95,8 +95,8 @@ def test_projection_and_its_inverse_agree_with_opencv(spec):
 
 
 @pytest.mark.parametrize("target", ["triangle", "square", "roof", "cloud"])
-def test_the_pose_of_a_target_is_that_of_opencv_without_and_with_noise(target):
-    """OpenCV's own last digits are 3e-11 m or rad, where it minimises a sum of noise."""
+def test_the_pose_of_a_target_agrees_with_opencv_without_and_with_noise(target):
+    """OpenCV's own last digits are 3e-11 m or rad, because it minimises a sum of noise."""
     data = stored("pnp_opencv.json")
     marks = np.array(data["targets"][target])
     for case in data["cases"]:

@@ -1,6 +1,6 @@
 """Control laws against plain evaluations of their equations by NumPy, one run at a time.
 
-Nothing of RobSim is in what they are compared with, but poses of its robots in two tests.
+The references contain nothing of RobSim, except the poses of its robots in two tests.
 """
 
 from dataclasses import replace
@@ -133,7 +133,7 @@ def test_the_twist_of_the_camera_law_is_the_least_by_its_own_measure(seed, lengt
 
 
 def flying(marks, focal=500.0):
-    """A free camera that starts where the world is, and marks given in axes of the world."""
+    """A free camera that starts at the origin of the world, and marks in axes of the world."""
     eye = rs.MountedCamera("eye", rs.Camera(np.diag([focal, focal, 1.0])), on="free_camera.body")
     return rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=marks)], [eye])
 
@@ -198,7 +198,7 @@ def corke_hutchinson(now, goal, gain, roll, advance):
 
 @settings(derandomize=True, max_examples=20, deadline=None)
 @given(seed=seeds)
-def test_the_partitioned_scheme_commands_what_corke_and_hutchinson_publish(seed):
+def test_the_partitioned_scheme_commands_the_law_of_corke_and_hutchinson(seed):
     rng = np.random.default_rng(seed)
     goal = rigid(rng.uniform(-0.1, 0.1, 3), rng.uniform(-0.1, 0.1, 3))
     starts = [
@@ -291,7 +291,7 @@ def placing(variant, **what):
 @pytest.mark.parametrize("variant", ["corrected", "printed"])
 @steady
 @given(seed=seeds)
-def test_the_placing_law_is_that_of_section_6_2_for_any_triangle(variant, seed):
+def test_the_placing_law_agrees_with_section_6_2_for_any_triangle(variant, seed):
     rng = np.random.default_rng(seed)
     now, goal = (np.stack([triangle(rng) for _ in range(RUNS)], axis=-1) for _ in range(2))
     k1, k2 = rng.uniform(0.2, 2, 2)
@@ -328,7 +328,7 @@ def test_the_completed_law_turns_any_triangle_by_the_sine_about_the_axis(seed):
 
 @steady
 @given(seed=seeds)
-def test_a_docking_unicycle_knows_where_it_is_wherever_its_camera_rides(seed):
+def test_a_docking_unicycle_localises_itself_with_its_camera_anywhere(seed):
     """T_goal_c = T_b_c^-1 (x, y, heading) T_b_c, and its rotation vector is heading R_b_c' z."""
     rng = np.random.default_rng(seed)
     T_b_c = rigid(rng.uniform(-1, 1, 3), rng.normal(size=3))
@@ -436,7 +436,7 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
         assert abs(blocks.get(found, 1).item() - 0.7) > 0.02  # it has learnt something
 
 
-def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
+def test_estimated_motion_is_a_filter_of_the_residual_of_the_command():
     """d <- d + dt/(lag + dt) ((e - e_before)/dt - A qd - d), from zero."""
     rng, dt = np.random.default_rng(5), 0.05
     program = Program()

@@ -31,7 +31,7 @@ def test_poses_and_jacobians_agree_with_pinocchio(spec):
 
 
 def built(spec):
-    """The robot that the links of the file tell of."""
+    """The robot that the links of the file describe."""
     links = [
         Link(k["name"], k["parent"], Joint(k["kind"], Pose(k["place"]), Pose(k["tail"])))
         for k in spec["links"]
@@ -73,8 +73,8 @@ def test_arms_of_the_library_agree_with_their_published_tables(spec):
         np.testing.assert_allclose(ours, [case[key] for case in cases], rtol=0, atol=1e-12)
 
 
-# metres and radians between our flange and that of the maker's URDF: the file of the UR5e has right
-# angles of nine digits, that of the Gen3 of five, and its lengths are not rounded to 0.1 mm
+# metres and radians between our flange and the flange of the maker's URDF: the file of the UR5e has
+# right angles of nine digits, of the Gen3 of five, and its lengths are not rounded to 0.1 mm
 APART = {
     "ur5e": (2e-10, 1e-9),
     "lbr_iiwa14": (1e-12, 1e-12),

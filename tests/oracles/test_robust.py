@@ -23,7 +23,7 @@ def weights(distances, kind, least):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_weights_are_those_of_the_norms(kind):
+def test_the_weights_agree_with_the_norms(kind):
     """Beside so many marks at their place that the scale is the least one, 1."""
     u = np.array(STORED["u"])
     given = np.concatenate([np.zeros(len(u) + 1), u])[:, None]

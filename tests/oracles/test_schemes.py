@@ -1,6 +1,6 @@
-"""Whole schemes against loops in plain NumPy, and against what is known of them in closed form.
+"""Whole schemes against loops in plain NumPy, and against closed forms.
 
-The loops of NumPy know the pose of the camera and compute features, L and the exponential of a
+The loops of NumPy have the true pose of the camera and compute features, L and the exponential of a
 held twist on their own; RobSim measures pixels and estimates the pose from them.
 """
 
@@ -116,7 +116,7 @@ def loop(name, dt, steps):
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-def test_the_whole_path_is_that_of_a_plain_loop(name):
+def test_the_whole_path_agrees_with_a_plain_loop(name):
     run = simulated(name, 0.04, 6.0)
     path, errors, twists = loop(name, 0.04, len(run.time))
     assert np.linalg.norm(errors[-1]) < 1e-2 * np.linalg.norm(errors[0])
@@ -139,7 +139,7 @@ def test_the_interaction_matrix_is_the_one_that_was_chosen(name, which):
 
 
 def test_levels_are_served_in_nested_null_spaces():
-    """V = V1 + N (A2 N)^+ (r2 - A2 V1), N a basis of what the first level leaves."""
+    """V = V1 + N (A2 N)^+ (r2 - A2 V1), with N a basis of the motions that level 1 leaves free."""
     first, second = hybrid(START, GOAL, 1), pbvs_goal(START, GOAL)
     e1, A1, e2, A2 = first[0][:2], first[1][:2], *second
     goal = rs.Pose(GOAL)
@@ -152,7 +152,7 @@ def test_levels_are_served_in_nested_null_spaces():
 
 
 def test_the_pace_of_the_transpose_is_the_gain_times_the_least_eigenvalue():
-    """edot = -gain A A' e: the slowest part of e decays at gain times that of A A', here L L'."""
+    """edot = -gain A A' e: the slowest part of e decays at gain times the least eigenvalue."""
     _, L = pbvs_camera(GOAL, GOAL)
     controller = rs.PBVS(goal=rs.Pose(GOAL), form="camera", gain=GAIN, inverse="transpose")
     pace = controller.bind(flying()).pace
@@ -251,8 +251,8 @@ def test_the_mark_of_the_hybrid_scheme_goes_straight_in_the_image():
     halves(slow)
 
 
-def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
-    """Where nothing turns, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
+def test_an_adaptive_gain_arrives_by_its_scalar_equation():
+    """Without rotation, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
     start, dt = GOAL @ pose([0.3, -0.2, -0.4], [0.0, 0.0, 0.0]), 0.02
     adaptive, ends = rs.laws.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
     x = [np.linalg.norm([0.3, -0.2, -0.4])]
@@ -269,7 +269,7 @@ def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
     assert float(run.end_time) < 0.5 * float(ends[float(slow)].end_time)
 
 
-# what is learnt on the way
+# quantities that are learnt during the run
 
 
 def image(T):
@@ -287,7 +287,7 @@ def point_rows(x, Z):
     return np.array(rows).reshape(-1, 6)
 
 
-def held(V, dt):
+def exp_twist(V, dt):
     """exp([V] dt), 4x4."""
     generator = np.zeros((4, 4))
     generator[:3, :3], generator[:3, 3] = hat(V[3:]) * dt, V[:3] * dt
@@ -301,7 +301,7 @@ def moved_mark(state, T):
 
 def filtered(state, P, x, V, dt, sigma):
     """One step of the textbook's extended Kalman filter of a mark (x, y, 1/Z)."""
-    T = held(-V, dt)
+    T = exp_twist(-V, dt)
     F = np.stack([moved_mark(state + h, T).imag / 1e-30 for h in 1e-30j * np.eye(3)], axis=1)
     state = moved_mark(state, T)
     P = F @ P @ F.T + dt * np.diag([1e-4, 1e-4, 1e-2 * state[2]]) ** 2
@@ -309,8 +309,8 @@ def filtered(state, P, x, V, dt, sigma):
     return state + gain @ (x - state[:2]), P - gain @ P[:2]
 
 
-def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
-    """The filter is told of the twist that was commanded, and its depths go into L."""
+def test_a_loop_with_filtered_depths_agrees_with_a_plain_loop():
+    """The filter receives the commanded twist, and its depths go into L."""
     dt, steps, sigma = 0.04, 100, 2.0 / FOCAL
     task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.laws.DepthFilter(0.8, 0.6, noise=2.0))
     run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)
@@ -326,11 +326,11 @@ def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
         V = -GAIN * np.linalg.pinv(point_rows(x, Z)) @ (x - x_goal).ravel()
         close(run.camera_pose[k], T, 1e-10)
         close(run.qd[k], V, 1e-10)
-        T = T @ held(V, dt)
+        T = T @ exp_twist(V, dt)
     close(Z, X[:, 2], 0.02)  # it has learnt them
 
 
-def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
+def test_a_loop_with_a_learnt_jacobian_agrees_with_a_plain_loop():
     """Broyden's rule from a start that is wrong by a third, in the camera's own axes."""
     dt, steps, (x, X), (x_goal, _) = 0.04, 100, image(START), image(GOAL)
     A = point_rows(x, X[:, 2]) * np.random.default_rng(0).uniform(0.7, 1.3, (8, 6))
@@ -344,10 +344,10 @@ def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
             A = A + np.outer(ds - A @ dq, dq) / (dq @ dq)
         V = -GAIN * np.linalg.pinv(A) @ (x - x_goal).ravel()
         close(run.camera_pose[k], T, 1e-11)
-        T, before = T @ held(V, dt), x
+        T, before = T @ exp_twist(V, dt), x
 
 
-def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
+def test_a_loop_with_estimated_motion_agrees_with_a_plain_loop():
     """The marks are carried at a constant rate; e + d/gain in place of e."""
     dt, lag, rates = 0.04, 0.1, np.array([0.05, -0.02, 0.03, 0.1, -0.05, 0.2])
     home = rs.robots.free_camera().home
@@ -369,7 +369,7 @@ def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
         explained = L @ V
         close(run.error[k], e, 1e-10)
         close(run.qd[k, :6], V, 1e-10)
-        T, O = T @ held(V, dt), O @ held(rates, dt)
+        T, O = T @ exp_twist(V, dt), O @ exp_twist(rates, dt)
     assert np.abs(d).max() > 0.01
 
 
@@ -380,7 +380,7 @@ def q_of(T):
     return np.r_[T[:3, 3], 0.5 * w * np.sinc(half / np.pi), np.cos(half)]
 
 
-def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
+def test_a_computed_goal_is_the_expected_view_of_each_camera_on_the_hand():
     """T_right_o = T_right_left T_left_o: the second camera's view follows from the first's."""
     hand = {"left": pose([-0.06, 0, 0.02], [0, 0.1, 0.3]), "right": pose([0.07, 0, 0], [0.1, 0, 0])}
     lens = rs.Camera(np.diag([FOCAL, FOCAL, 1.0]))
@@ -434,7 +434,7 @@ def placed(T, goal, marks, k1, k2, variant, dt, steps):
 
 
 @pytest.mark.parametrize("variant", ["corrected", "printed", "completed"])
-def test_the_whole_path_of_a_placed_body_is_that_of_a_plain_loop(variant):
+def test_the_whole_path_of_a_placed_body_agrees_with_a_plain_loop(variant):
     """With an angle of 53 degrees at mark a."""
     marks = np.array([[0, 0, 0], [0.1, 0, 0], [0.06, 0.08, 0.0]])
     start, goal = pose([0.1, -0.1, 0.2], [0.3, -0.4, 0.5]), pose([-0.05, 0.05, 0.0], [0, 0.1, 0])

@@ -44,7 +44,7 @@ def name(group):
 
 
 @pytest.mark.parametrize("group", POSES, ids=name)
-def test_poses_without_a_guess_are_as_good_as_those_of_opencv(group):
+def test_poses_without_a_guess_are_as_good_as_opencv(group):
     """Median and 95th percentile within 5 percent of IPPE's and SQPNP's, and no more failures."""
     found, _, total = ours(group["kind"], group["noise"])
     assert found.shape == (2, 1000) and abs(total - group["sum"]) < 1e-6  # the same views
@@ -70,7 +70,7 @@ def test_poses_that_fail_are_flagged_as_ambiguous(kind):
 
 
 @pytest.mark.parametrize("case", MOTIONS, ids=lambda case: f"{case['H'][0][0]:.3f}")
-def test_motions_of_a_homography_are_those_of_opencv(case):
+def test_motions_of_a_homography_agree_with_opencv(case):
     """As sets: each of theirs is one of ours, and each of ours one of theirs."""
     found = rs.vision.decompose_homography(case["H"])
     mine = np.concatenate(

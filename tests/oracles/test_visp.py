@@ -1,8 +1,8 @@
 """Features, gains, laws and poses against ViSP 3.5 (visp.json, by generate_visp.cpp).
 
-What a group of the file holds stands in its "meaning". Every case gives the marks in camera axes,
+The "meaning" of a group in the file describes it. Every case gives the marks in camera axes,
 so the features are measured here, not only their interaction matrices compared. The tolerance is
-1e-10 of the largest entry where nothing else is said.
+1e-10 of the largest entry by default.
 
 Where ViSP's L is not the derivative of its own s, by central differences: the entry vx of x_n of
 a dense region (vpFeatureMomentGravityCenterNormalized, off by 1e-3 to 2e-2; 50 digits), replaced
@@ -43,11 +43,11 @@ def cases(group):
 
 
 def values(group, key):
-    """What all cases hold, stacked."""
+    """A field of all cases, stacked."""
     return np.array([case[key] for case in cases(group)])
 
 
-def seen(marks):
+def observe(marks):
     """An observation of marks (B, N, 3) or (N, 3) given in camera axes."""
     X = move_runs_last(np.asarray(marks, float).reshape(-1, *np.shape(marks)[-2:]), 2)
     points, depth = np.ascontiguousarray(X[:, :2] / X[:, 2:]), np.ascontiguousarray(X[:, 2])
@@ -55,8 +55,8 @@ def seen(marks):
 
 
 def posed(T):
-    """An observation whose pose of the target is T (B, 4, 4)."""
-    view = seen(np.ones((len(T), 3, 3)))
+    """An observation with the pose T (B, 4, 4) of the target."""
+    view = observe(np.ones((len(T), 3, 3)))
     vars(view)["pose_last"] = move_runs_last(T[:, :3], 2)
     return view
 
@@ -92,7 +92,7 @@ def through(outer, s, L):
     ],
 )
 def test_points(group, feature, angles):
-    view, expected = seen(values(group, "marks")), values(group, "s")
+    view, expected = observe(values(group, "marks")), values(group, "s")
     s = feature.measure(view).copy()
     s[:, angles] = near(s[:, angles], expected[:, angles])
     close(s, expected)
@@ -101,15 +101,15 @@ def test_points(group, feature, angles):
 
 def test_the_logarithm_of_depth():
     for case in cases("depth"):
-        goal = seen([[0.0, 0.0, case["goal_depth"]]])
-        feature, view = LogDepth().towards(goal), seen(case["marks"])
+        goal = observe([[0.0, 0.0, case["goal_depth"]]])
+        feature, view = LogDepth().towards(goal), observe(case["marks"])
         np.testing.assert_allclose(feature.measure(view)[0], case["s"], rtol=0, atol=1e-14)
         close(feature.interaction(view), [case["L"]])
 
 
 def test_segments():
-    """ViSP's angle is that of the way from the second end to the first."""
-    view, expected = seen(values("segment", "marks")[:, ::-1]), values("segment", "s")
+    """ViSP's angle is the angle of the direction from the second end to the first."""
+    view, expected = observe(values("segment", "marks")[:, ::-1]), values("segment", "s")
     s, L = Segments().measure(view).copy(), Segments().interaction(view)
     s[:, 3] = near(s[:, 3], expected[:, 3])
     close(s, expected)
@@ -122,7 +122,7 @@ def test_segments():
 
 def test_lines():
     """A line is (rho, theta) or (-rho, theta + pi): Lines takes its sense from the marks."""
-    view, expected = seen(values("line", "marks")), values("line", "s")
+    view, expected = observe(values("line", "marks")), values("line", "s")
     s, L = Lines().measure(view).copy(), np.array(Lines().interaction(view))
     reversed_ = np.cos(s[:, 1] - expected[:, 1]) < 0
     assert reversed_.any() and not reversed_.all()
@@ -143,7 +143,7 @@ def on_circle(centre, normal, radius):
 def test_ellipses_of_circles():
     """ViSP's s of circles that are seen nearly edge-on is itself good to 6e-12 only."""
     for case in cases("circle"):
-        view = seen(on_circle(case["centre"], case["normal"], case["radius"]))
+        view = observe(on_circle(case["centre"], case["normal"], case["radius"]))
         close(Ellipse().measure(view), [case["s"]])
         close(Ellipse().interaction(view), [case["L"]])
 
@@ -164,7 +164,7 @@ def ellipse_of_sphere(s):
 def test_spheres():
     """The features of the limb, as functions of RobSim's s = (X, Y, Z) / radius."""
     for case in cases("sphere"):
-        feature, view = Sphere(case["radius"]), seen([case["centre"]])
+        feature, view = Sphere(case["radius"]), observe([case["centre"]])
         s, L = through(ellipse_of_sphere, feature.measure(view)[0], feature.interaction(view)[0])
         close(s[None], [case["s"]])
         close(L[None], [case["L"]])
@@ -185,7 +185,7 @@ def inverse(T):
     ],
 )
 def test_parts_of_a_pose(group, feature, sign):
-    """The target is put where the goal camera is; the other rotation vector has the other sign."""
+    """The target is put at the pose of the goal camera; one rotation vector has the other sign."""
     view = posed(inverse(values(group, "T_goal_c")))
     close(sign * feature.measure(view), values(group, "s"))
     close(sign * feature.interaction(view), values(group, "L"))
@@ -208,7 +208,7 @@ def moment_cases():
 def test_size_centre_and_orientation(case, kind):
     """Orientation is compared modulo pi: ViSP finds its sense from the third moments."""
     feature = RegionMoments() if kind == "region" else PointMoments()
-    view = seen(case["marks"])
+    view = observe(case["marks"])
     s, L = feature.measure(view)[0], feature.interaction(view)[0]
     size, L_size = np.array(case["centred"])[[3, 5]], np.array(case["L_centred"])[[3, 5]]
     if kind == "region":
@@ -234,8 +234,8 @@ def tilts(mu):
 @pytest.mark.parametrize(("case", "kind"), moment_cases())
 def test_decoupled_moments(case, kind):
     """xn, yn, an and alpha as ViSP has them; Px and Py by the chain rule from its L of mu_ij."""
-    feature = DecoupledMoments(kind).towards(seen(case["goal_marks"]))
-    view, scale = seen(case["marks"]), feature.goal[1, 0] / case["goal_depth"]
+    feature = DecoupledMoments(kind).towards(observe(case["goal_marks"]))
+    view, scale = observe(case["marks"]), feature.goal[1, 0] / case["goal_depth"]
     s, L = feature.measure(view)[0], feature.interaction(view)[0]
     an, L_an = np.array(case["area_normalised"]), np.array(case["L_area_normalised"])
     xn, L_xn = np.array(case["centroid_normalised"]), np.array(case["L_centroid_normalised"])
@@ -258,7 +258,7 @@ def test_adaptive_gains():
 
 def task(case):
     """Error (k, 1) and interaction matrices (k, 6, 1), now and at the goal, of image points."""
-    now, goal = seen(case["marks"]), seen(case["goal_marks"])
+    now, goal = observe(case["marks"]), observe(case["goal_marks"])
     e = Points().measure(now) - Points().measure(goal)
     L, L_goal = (move_runs_last(np.array(Points().interaction(view)), 2) for view in (now, goal))
     return move_runs_last(e, 1), L, L_goal

@@ -101,7 +101,7 @@ def firefox(tmp_path):
 
 
 def seen_by_firefox(socket, address, ready):
-    """Open an address by the WebDriver BiDi protocol, and return what is seen once it is ready."""
+    """Open an address by the WebDriver BiDi protocol, and return the screen once it is ready."""
     numbers = itertools.count()
 
     def call(method, **params):
@@ -127,7 +127,7 @@ def seen_by_firefox(socket, address, ready):
 
 @pytest.fixture
 def opened(chromium):
-    """Open an address without a network, and fail where the page complains or asks for more."""
+    """Open an address without a network; fail if the page complains or requests more files."""
     contexts, complaints = [], []
 
     def open_page(address, **options):

@@ -1,4 +1,4 @@
-"""A page in a real browser: what is drawn, and what the controls do."""
+"""A page in a real browser: the drawing, and the effect of the controls."""
 
 import io
 import re
@@ -38,7 +38,7 @@ def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
 
 
 def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp_path):
-    """Normals at the corners of triangles are those of the true surface; a capsule has no line."""
+    """Normals at the corners of triangles equal the true surface normals; a capsule has no line."""
     shapes = (
         rs.shapes.Capsule(0.1, 0.3),
         rs.Wheel(0.1, 0.2, n=32),
@@ -69,7 +69,7 @@ def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp
         assert len(found[name][2]) == 2 * count
 
 
-def test_the_slider_moves_what_is_drawn(opened, demo_page):
+def test_the_slider_moves_the_drawing(opened, demo_page):
     page = opened(demo_page.as_uri())
     before = picture(page)
     page.locator("#slider").fill("150")
@@ -92,7 +92,7 @@ def test_keys_step_play_and_pause(opened, demo_page):
     assert page.evaluate("robsim.clock.index") == there
 
 
-def test_speed_is_what_it_says(opened, demo_page):
+def test_the_displayed_speed_is_the_true_speed(opened, demo_page):
     page = opened(demo_page.as_uri())
     page.locator("#speed").select_option("4")
     page.evaluate("robsim.clock.pass(0)")
@@ -160,7 +160,7 @@ def test_a_title_with_script_is_text(opened, tmp_path):
     assert page.locator("h1").inner_text() == bad and page.title() == bad
 
 
-def test_a_damaged_page_says_so(opened, demo_page, tmp_path):
+def test_a_damaged_page_reports_it(opened, demo_page, tmp_path):
     text = demo_page.read_text()
     at = text.index('id="recording">') + 500
     (tmp_path / "bad.html").write_text(text[:at] + "AAAA" + text[at + 4 :])

@@ -55,7 +55,7 @@ def test_a_phone_shows_the_whole_width_of_the_index(index, scheme):
 
 
 @pytest.mark.parametrize("name", rs.examples.names())
-def test_a_page_gets_ready_and_asks_for_nothing(gallery, opened, name):
+def test_a_page_gets_ready_and_requests_nothing(gallery, opened, name):
     path = gallery / f"{name}.html"
     assert path.stat().st_size < LARGEST
     page = opened(path.as_uri())

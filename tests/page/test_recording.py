@@ -69,7 +69,7 @@ def test_ten_thousand_instants_of_an_arm_stay_below_three_megabytes(tmp_path):
     assert export_html(long, tmp_path / "run.html").stat().st_size < 3_000_000
 
 
-def test_what_is_believed_elsewhere_is_a_ghost_and_what_is_not_is_none():
+def test_a_wrongly_believed_body_has_a_ghost_and_a_true_one_has_none():
     wrong = build_recording(run_of("wrong_dh", duration=0.4)).header
     groups = [wrong["frames"][part["frame"]]["group"] for part in wrong["parts"]]
     assert groups.count("belief") > 3 and "goal" in groups
@@ -103,12 +103,12 @@ def test_no_text_can_leave_its_place(tmp_path):
 
 
 @pytest.mark.parametrize("shown", [None, 3, "run.nc", np.zeros(3)])
-def test_what_cannot_be_shown_is_told(shown, tmp_path):
+def test_a_run_that_cannot_be_shown_is_reported(shown, tmp_path):
     with pytest.raises(rs.errors.InputError, match=r"expected a run, .*, a robot or a study, got"):
         export_html(shown, tmp_path / "run.html")
 
 
-def test_several_runs_are_told_to_be_several(tmp_path):
+def test_several_runs_are_refused_as_several(tmp_path):
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
     several = experiment.vary({"task.gain": [1.0, 2.0]}).run(duration=0.2)
     with pytest.raises(rs.errors.InputError, match="pick one"):

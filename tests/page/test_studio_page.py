@@ -1,4 +1,4 @@
-"""The page of a studio in a real browser: what is touched changes what runs."""
+"""The page of a studio in a real browser: the controls that are touched change the run."""
 
 import re
 
@@ -22,7 +22,7 @@ ON_SCREEN = """(name) => {
 
 
 class Desk:
-    """Pages of a studio, which may ask their server alone, and complain of nothing."""
+    """Pages of a studio, which may send requests to their server alone, and complain of nothing."""
 
     def __init__(self, browser, server):
         self.browser, self.server, self.complaints, self.contexts = browser, server, [], []
@@ -183,7 +183,7 @@ def test_the_past_is_looked_at_while_it_goes_on(desk):
     until(page, "robsim.clock.index === robsim.clock.times.length - 1")
 
 
-def test_what_is_typed_beyond_the_slider_is_taken(desk):
+def test_a_number_typed_beyond_the_slider_is_accepted(desk):
     page = desk.page()
     gain = row(page, "gain (1/s)").locator("input")
     gain.fill("30")
@@ -203,7 +203,7 @@ def test_it_is_explained_again_when_it_ends_again(desk):
         until(page, "!document.getElementById('texts').innerText.includes('the run converged')")
 
 
-def test_what_is_refused_is_said(desk):
+def test_a_refused_value_is_reported(desk):
     page = desk.page()
     page.evaluate("robsim.controls.set('task.gain', 0)")
     until(page, "!document.getElementById('note').hidden")
@@ -211,7 +211,7 @@ def test_what_is_refused_is_said(desk):
     assert float(row(page, "gain (1/s)").locator("input").input_value()) == 0.5
 
 
-def test_what_is_paused_stays_so_when_another_page_comes(desk):
+def test_a_paused_run_stays_paused_when_another_page_comes(desk):
     page = desk.page()
     for _ in range(3):
         page.locator("#step").click()
@@ -222,7 +222,7 @@ def test_what_is_paused_stays_so_when_another_page_comes(desk):
     assert not other.evaluate("robsim.state.playing")
 
 
-def test_curves_have_all_that_was_told(desk):
+def test_curves_have_all_messages(desk):
     page = desk.page()
     page.locator("#speed").select_option("8")
     page.locator("#play").click()

@@ -1,4 +1,4 @@
-"""The map of a study in a real browser: what is pointed at, hidden, and opened."""
+"""The map of a study in a real browser: points are selected, hidden and opened."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ COLOR = """((i) => {
 
 @pytest.fixture(scope="module")
 def study():
-    """Two interaction matrices from 40 starts, some of which see too little."""
+    """Two interaction matrices from 40 starts, some of them with too few marks in view."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=20)
     look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.4)
     vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Uniform(0.5, 2)}
@@ -43,7 +43,7 @@ def choose(page, name, value):
 
 
 def place(page, number):
-    """Where the point of a run is on the screen."""
+    """The position of the point of a run on the screen."""
     box = page.locator(".points canvas").bounding_box()
     x, y = page.evaluate(POINT.format(number))
     return box["x"] + x, box["y"] + y
@@ -109,7 +109,7 @@ def test_points_stand_at_their_numbers(desk, study):
     )
 
 
-def test_pointing_tells_the_row(desk, study):
+def test_pointing_shows_the_row(desk, study):
     page = desk.page()
     number = alone(page, study.table, task__interaction="current", began=True)
     page.mouse.move(*place(page, number))
@@ -117,10 +117,10 @@ def test_pointing_tells_the_row(desk, study):
     row = study.table.iloc[number]
     assert card.locator("strong").inner_text() == f"run {number}"
     terms = card.locator("dt").all_inner_texts()
-    told = dict(zip(terms, card.locator("dd").all_inner_texts(), strict=True))
-    assert told["task.interaction"] == "current"
-    assert float(told["task.gain (1/s)"]) == pytest.approx(row["task.gain"], rel=1e-4)
-    assert float(told["end_time (s)"]) == pytest.approx(row["end_time"], rel=1e-4)
+    options = dict(zip(terms, card.locator("dd").all_inner_texts(), strict=True))
+    assert options["task.interaction"] == "current"
+    assert float(options["task.gain (1/s)"]) == pytest.approx(row["task.gain"], rel=1e-4)
+    assert float(options["end_time (s)"]) == pytest.approx(row["end_time"], rel=1e-4)
     page.mouse.move(5, 5)
     assert card.is_hidden()
 
@@ -151,7 +151,7 @@ def test_an_opened_run_can_be_changed(desk):
     until(page, "robsim.state.changes.includes('task.gain')")
 
 
-def test_the_ten_worst_are_those_of_the_study(desk, study):
+def test_the_ten_worst_agree_with_the_study(desk, study):
     page = desk.page()
     choose(page, "task.interaction", "all")
     for name in ("distance_to_goal", "end_time"):
@@ -187,7 +187,7 @@ def test_a_rectangle_that_is_dragged_is_looked_at(desk, study):
     assert page.evaluate(SHOWN) == before
 
 
-def test_a_shade_tells_a_number(desk, study):
+def test_a_shade_represents_a_number(desk, study):
     page = desk.page()
     choose(page, "colour", "end_time")
     told = study.table[(study.table["task.interaction"] == "current") & study.table["began"]]
@@ -213,7 +213,7 @@ def test_on_a_phone_a_tap_shows_the_row_and_a_button_opens_it(desk, study):
     assert page.evaluate("scrollY") == 90
 
 
-def test_two_pages_look_at_what_they_chose(desk, study):
+def test_two_pages_look_at_their_own_choices(desk, study):
     one, two = desk.page(), desk.page()
     one.locator(".worst button").first.click()
     one.wait_for_selector("body:not(.map)")

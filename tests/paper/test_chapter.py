@@ -1,6 +1,6 @@
-"""The chapter's robot and its errata: what is printed, what is right, and why.
+"""The chapter's robot and its errata: the printed equations, the right ones, and the reasons.
 
-Numbers are those of "A Modeling and Simulation Platform for Robot Kinematics aiming Visual Servo
+Numbers come from "A Modeling and Simulation Platform for Robot Kinematics aiming Visual Servo
 Control". Erratum 1 (eq. 10) is in test_classic.py and laws/test_camera.py, 5 and 6 belong to
 section 6.2.
 """
@@ -149,7 +149,7 @@ def test_erratum_2_the_pseudo_inverse_is_the_inverse_of_the_gram_matrix_times_th
     assert np.abs(printed @ L - np.eye(6)).max() > 1
 
 
-def test_erratum_2_what_is_minimal_is_the_distance_from_exponential_decay(free_scene):
+def test_erratum_2_the_law_minimises_the_distance_from_exponential_decay(free_scene):
     """V minimises ||edot + gain e||: any other twist is farther from edot = -gain e."""
     run = rs.simulate(free_scene(SQUARE), rs.IBVS(goal=GOAL, gain=0.7), START, duration=0.04)
     X, _ = image(START, SQUARE)
@@ -206,7 +206,7 @@ def test_erratum_4_with_exact_l_the_lyapunov_function_never_grows(free_scene, la
 
 
 def test_erratum_4_l_times_its_pseudo_inverse_has_rank_six_at_most():
-    """Eq. (18) asks L L^+ > 0. It is a projection: for k = 8 two directions of e are unseen."""
+    """Eq. (18) requires L L^+ > 0. It is a projection: for k = 8 two directions of e are unseen."""
     X, _ = image(START, SQUARE)
     for marks, k in ((3, 6), (4, 8)):
         L = interaction(X[:marks])
@@ -287,7 +287,7 @@ def test_erratum_4_three_points_look_the_same_from_four_poses(free_scene, n):
     close(run.q_end[:3], there.position, 1e-4)
 
 
-def test_erratum_4_a_fourth_point_tells_the_four_poses_apart():
+def test_erratum_4_a_fourth_point_separates_the_four_poses():
     four = np.vstack([TRIANGLE, [[0, 0, 0]]])
     for n in range(3):
         away = image(with_mark_drawn_nearer(n), four)[1] - image(ABOVE, four)[1]
@@ -342,7 +342,7 @@ def test_erratum_7_the_two_laws_take_different_paths_on_an_arm_of_five_joints(gu
 
 
 def test_erratum_7_the_camera_law_can_raise_the_error_and_the_joint_law_does_not(guided):
-    """No joint velocity realises the twist that the camera law asks for."""
+    """No joint velocity realises the twist of the camera law."""
     start = np.radians([-13, -63, 69, 12, -121])
     joint, camera = (guided(law, start).lyapunov.dropna("time") for law in ("joint", "camera"))
     assert (np.diff(joint) < 0).all()
@@ -353,7 +353,7 @@ def test_erratum_7_the_camera_law_depends_on_the_unit_of_length(guided):
     """J^+ of a 6 x 5 matrix weighs |dv|^2 / length^2 against |domega|^2."""
     metre, centimetre = guided(rs.laws.CameraLaw(1.0)), guided(rs.laws.CameraLaw(0.01))
     assert float(metre.path_length) > 2 * float(centimetre.path_length)
-    np.testing.assert_array_equal(metre.q, guided("camera").q)  # a metre unless told
+    np.testing.assert_array_equal(metre.q, guided("camera").q)  # a metre by default
 
 
 def camera_by_hand(q, unit):

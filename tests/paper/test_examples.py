@@ -1,4 +1,4 @@
-"""The shipped scenarios end as their comments say."""
+"""The shipped scenarios end as their comments claim."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def outcome(run):
 
 
 @pytest.mark.parametrize("name", [name for name in rs.examples.names() if name not in MISSIONS])
-def test_it_ends_as_it_says(name):
+def test_it_ends_as_its_comment_claims(name):
     assert outcome(run_of(name)) == ENDINGS.get(name, "CONVERGED")
 
 
@@ -43,7 +43,7 @@ def test_the_camera_law_stalls_on_the_rhino_where_the_joint_law_arrives():
     assert (np.diff(arrived.error_norm.dropna("time").values) < 0).all()
 
 
-def test_robust_weights_leave_what_noise_leaves():
+def test_robust_weights_leave_the_error_of_noise():
     """In mm, means from 10 s on: 24 with marks that lie, 4.2 weighted, 3.9 of noise; and ends."""
 
     def off(*changes):
@@ -66,7 +66,7 @@ def test_feed_forward_keeps_the_plate_in_the_middle():
     assert known < 1e-4 and none > 100 * known
 
 
-def test_one_arm_can_do_what_two_do():
+def test_one_arm_can_do_the_work_of_two():
     one = run_of("second_robot", 'task.joints=["worker"]')
     assert outcome(one) == "CONVERGED"
     np.testing.assert_array_equal(np.nan_to_num(one.qd.values)[:, 6:], 0.0)

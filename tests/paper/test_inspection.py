@@ -17,7 +17,7 @@ RADIUS, CLOSED, DT = 0.05, 1e-9, 0.04
 
 @pytest.fixture(scope="module", params=ARMS)
 def done(request):
-    """What the robot of a scenario file did from its first to its last instant."""
+    """The motion of the robot of a scenario file from its first to its last instant."""
     experiment = rs.load_scenario(rs.examples.path(request.param))
     scene, mission = experiment.scene, experiment.run()
     robot = scene.robot()
@@ -133,7 +133,7 @@ def test_the_camera_brings_it_before_the_obstacle_and_it_ends_behind(done):
 
 def test_the_body_of_three_arms_hangs_between_two_that_hold(done):
     if "body" not in done.robot.coordinate_names:
-        return  # only that of robot b shifts
+        return  # only the body of robot b shifts
     x = done.q[:, done.robot.coordinate_names.index("body")]
     stands = np.where(closed(done), [0.0, 0.6, 1.2], np.nan)
     assert (np.nanmin(stands, axis=1) + 0.1 < x).all()
@@ -144,7 +144,7 @@ def test_to_roll_on_with_the_arms_closed_is_caught(done):
     approach = next(leg for leg in done.legs if leg.name == "approach by sight")
     on = rs.FollowJoints(by={"rear": 0.4}, speed=0.4, acceleration=0.8)
     blind = rs.simulate(done.scene, on, approach.q_end)
-    assert rs.Outcome(int(blind.outcome)) is rs.Outcome.CONVERGED  # it knows of no obstacle
+    assert rs.Outcome(int(blind.outcome)) is rs.Outcome.CONVERGED  # it has no model of the obstacle
     gaps = rs.kinematics.clearance(
         done.scene, blind.q.dropna("time").values, done.robot.name, THINGS[done.robot.name]
     )
@@ -152,7 +152,7 @@ def test_to_roll_on_with_the_arms_closed_is_caught(done):
 
 
 def test_it_starts_elsewhere_and_passes_all_the_same(done):
-    """What follows the approach is counted from where that ended."""
+    """The phases after the approach are counted from its end."""
     moved = done.experiment.at("task.phases.roll.task.to.rear", "520 cm")
     assert moved.run().succeeded
 

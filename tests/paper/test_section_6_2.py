@@ -90,7 +90,7 @@ def test_the_completed_law_turns_by_the_sine_of_the_angle(section):
     for angle in (0.1, 1.0, 2.0, 3.0):
         turned = rs.Pose.at(0.3, 0.1, 0.2, rotvec=angle * axis)
         run = placed(scene, turned, "completed", duration=0.02, rotation=2.0)
-        omega = turned.matrix[:3, :3] @ run.qd.values[0, 3:]  # from body axes to those of the base
+        omega = turned.matrix[:3, :3] @ run.qd.values[0, 3:]  # from body axes to base axes
         np.testing.assert_allclose(omega, -2.0 * np.sin(angle) * axis, atol=1e-12)
 
 
@@ -128,7 +128,7 @@ def test_the_joints_follow_exactly_the_velocities_that_are_commanded(section):
 
 
 def test_the_tool_moves_by_the_twist_of_the_law_shifted_to_its_origin(section):
-    """v = T + Omega x p_tool: J^+ takes the twist of the tool's origin, not that of the base."""
+    """v = T + Omega x p_tool: J^+ takes the twist of the tool's origin, not of the base."""
     scene, run = section.scene, section.run(duration=1.0)
     q = run.q.values[0]
     cube, tool = scene.pose("cube", q), scene.pose("rhino_xr4.tool", q)

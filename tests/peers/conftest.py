@@ -1,8 +1,8 @@
 """Other programs that read what we write: `pip install '.[oracles,mesh,ros,vision]'`, then
 `pytest tests/peers`.
 
-Where one of them is not installed, no test that takes it is collected, which pytest says on top;
-it fails if it was asked for these alone.
+If one of them is not installed, no test that needs it is collected, and pytest reports it on top;
+it fails if these tests alone were selected.
 """
 
 import importlib.util
@@ -34,9 +34,9 @@ def pytest_report_header():
 
 
 class Pinocchio:
-    """A URDF file as Pinocchio reads it, asked in the names and coordinates of our robot.
+    """A URDF file as Pinocchio reads it, in the names and coordinates of our robot.
 
-    Without `mimic` it knows nothing of coordinates that follow others, and is given ours.
+    Without `mimic` it ignores that coordinates follow others, and receives all of ours.
     """
 
     def __init__(self, path, robot, mimic=True):
@@ -110,7 +110,7 @@ def pinocchio_reads():
 
 @pytest.fixture
 def some_coordinates():
-    """Random coordinates, within the limits where there are any."""
+    """Random coordinates, within the limits if there are any."""
 
     def drawn(robot, runs=3):
         rng = np.random.default_rng(robot.nq)
@@ -126,7 +126,7 @@ def some_coordinates():
 
 
 def gripper():
-    """What no robot of the library has: a coordinate that follows one that follows another."""
+    """A case that no robot of the library has: a coordinate follows a follower."""
     turn = rs.joints.Joint(
         "revolute", rs.Pose.at(0, 0, 0.1, rpy=(0.1, 0.2, 0.3)), rs.Pose.at(0.1, 0.2)
     )
@@ -176,7 +176,7 @@ def expressible(robot):
     return all(j.kind in kinds and isinstance(j.follows, rs.joints.Mimic | None) for j in joints)
 
 
-# packages of URDF files: those of the extra `oracles`, and more that are looked at where they are
+# packages of URDF files: the packages of the extra `oracles`, and more that are tested if they are
 # installed (`pip install --no-deps airo-models armar ...`; they weigh 0.6 GB, most of it meshes)
 PUBLISHERS = (
     "example-robot-data",
@@ -257,6 +257,6 @@ def bag(run, tmp_path_factory):
 @pytest.fixture
 def content(bag):
     """All messages of `bag`: (topic, type, time, message)."""
-    from bagging import said  # here, as it needs rosbags
+    from bagging import read_messages  # here, as it needs rosbags
 
-    return list(said(bag))
+    return list(read_messages(bag))

@@ -1,4 +1,4 @@
-"""Bags: what other readers find in those that we write, and what we find in those of others."""
+"""Bags: other readers read our bags, and we read the bags of others."""
 
 import re
 import runpy
@@ -9,7 +9,7 @@ from pathlib import Path
 import mcap.reader
 import numpy as np
 import pytest
-from bagging import NANO, changed, remake, written
+from bagging import NANO, change_topic, remake, write_bag
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Writer
 
@@ -152,7 +152,7 @@ def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
                     one.id = f"tag{one.id.removeprefix('cube.')}"
                 yield topic, kind, time, each
 
-    path = written(tmp_path / "other", other())
+    path = write_bag(tmp_path / "other", other())
     names = {name: f"arm_{name}" for name in rhino.scene.coordinate_names}
     ids = {"cube": [f"tag{i}" for i in range(run.sizes["mark"])]}
     with pytest.warns(rs.errors.FileWarning, match=r"the scene does not have them: joint gripper"):
@@ -172,7 +172,7 @@ def test_images_are_bytes_with_times(tmp_path):
             data = np.arange(i, dtype=np.uint8)
             yield "/eye/image", kind, i, make_message(kind, header=header, format="jpeg", data=data)
 
-    found = list(rs.logs.read_bag_images(written(tmp_path / "bag", images()), "/eye/image"))
+    found = list(rs.logs.read_bag_images(write_bag(tmp_path / "bag", images()), "/eye/image"))
     assert [each.time for each in found] == [0.0, 0.25, 0.5]
     assert [each.data for each in found] == [b"", b"\0", b"\0\1"]
     with pytest.raises(rs.errors.FileError, match="no topic /eye; did you mean '/eye/image"):
@@ -180,8 +180,10 @@ def test_images_are_bytes_with_times(tmp_path):
 
 
 def test_other_intrinsics_are_found_out(content, tmp_path):
-    zoomed = changed(content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k)))
-    found = rs.explain(rs.logs.read_bag(written(tmp_path / "bag", zoomed)), trials=False)
+    zoomed = change_topic(
+        content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k))
+    )
+    found = rs.explain(rs.logs.read_bag(write_bag(tmp_path / "bag", zoomed)), trials=False)
     assert [each.about for each in found.causes] == ["intrinsics"]
 
 
@@ -192,7 +194,7 @@ def test_nan_marks_are_not_seen(content, tmp_path):
         return time, each
 
     again = rs.logs.read_bag(
-        written(tmp_path / "bag", changed(content, "/camera/detections", lost))
+        write_bag(tmp_path / "bag", change_topic(content, "/camera/detections", lost))
     )
     assert np.argwhere(np.isnan(again.pixels.values[:, :, 0])).tolist() == [[4, 0]]
 
@@ -226,7 +228,7 @@ def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
     (tmp_path / "bag").mkdir()
     for part in range(11):
         some = [each for each in content if each[2] * 11 // (NANO + 1) == part]
-        folder = written(tmp_path / f"part{part}", some)
+        folder = write_bag(tmp_path / f"part{part}", some)
         shutil.move(folder / f"{folder.name}.mcap", tmp_path / "bag" / f"bag_{part}.mcap")
     np.testing.assert_array_equal(rs.logs.read_bag(tmp_path / "bag").q, run.q)
 
@@ -244,5 +246,5 @@ def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / "bag_there_and_back.py"), run_name="__main__")
     out, err = capsys.readouterr()
-    assert err == "" and "with a lag of 0.1 s." in out and "0.803 times those" in out
+    assert err == "" and "with a lag of 0.1 s." in out and "0.803 times the commands" in out
     assert "to the bit with its own experiment: True, lag 0.1 s" in out

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bagging import NANO, written
+from bagging import NANO, write_bag
 
 import robsim as rs
 from robsim.logs import message_types
@@ -18,7 +18,7 @@ def controller(name):
 
 
 def read(name, kind, *each):
-    """The commands of some messages, and what of them the scene does not have."""
+    """The commands of some messages, and the commanded joints that the scene does not have."""
     commands = CommandReader(controller(name), kind, {})
     stream = commands.stream(
         "topic /told", [TimedMessage(i * NANO, one) for i, one in enumerate(each)]
@@ -47,7 +47,7 @@ def streamed(names, velocity, count=1):
     return now
 
 
-def test_what_a_body_cannot_do_is_left_out_and_named():
+def test_motion_that_a_body_cannot_execute_is_left_out_and_named():
     values, others = read(
         "unicycle_docking",
         message_types.TWIST,
@@ -56,7 +56,7 @@ def test_what_a_body_cannot_do_is_left_out_and_named():
     assert values.tolist() == [[0.5, -0.25]] and others == ["linear.z of topic /told"]
 
 
-def test_a_twist_of_a_mobile_arm_is_that_of_its_base():
+def test_a_twist_of_a_mobile_arm_agrees_with_its_base():
     values, others = read("mobile_arm", message_types.TWIST, twisted(linear_y=0.5, angular_z=1.0))
     names = controller("mobile_arm").scene.velocity_names
     assert {n: v for n, v in zip(names, values[0], strict=True) if v} == {
@@ -99,7 +99,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_no_command_is_told_in_a_line(case):
+def test_an_invalid_command_is_reported_in_a_line(case):
     name, kind, made, words = REFUSED[case]
     with pytest.raises(rs.errors.InputError, match=words) as raised:
         read(name, kind, made())
@@ -112,11 +112,11 @@ def test_the_parts_of_twists():
         twist_components(["a.v", "b.omega"])
 
 
-def test_a_bag_of_what_the_scene_has_no_commands_for_is_named(tmp_path):
+def test_a_bag_of_joints_without_commands_in_the_scene_is_named(tmp_path):
     made = rs.load_scenario(rs.examples.path("chapter_6_1"))
     rs.logs.write_bag(made.run(duration=0.2), tmp_path / "run.mcap")
     told = [("/cmd_vel", message_types.TWIST, 0, twisted(linear_x=1.0))]
-    path = written(tmp_path / "bag", told)
+    path = write_bag(tmp_path / "bag", told)
     (tmp_path / "run.mcap").rename(path / "run_1.mcap")
     with pytest.raises(rs.errors.InputError, match=f"{path}: a Twist commands one body"):
         rs.logs.read_bag(path, topics={"commands": "/cmd_vel"})

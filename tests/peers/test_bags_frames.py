@@ -1,8 +1,8 @@
-"""Bodies that drive or fly, where a bag says in /tf alone where they are."""
+"""Bodies that drive or fly; only the topic /tf of the bag has their poses."""
 
 import numpy as np
 import pytest
-from bagging import NANO, refused, said, transform, written
+from bagging import NANO, check_refusal, read_messages, transform, write_bag
 
 import robsim as rs
 from robsim.logs import message_types
@@ -17,10 +17,10 @@ def experiment(name):
 
 
 def without_joints(run, tmp_path, change=lambda each: each):
-    """The bag of a run in which no JointState says where its bodies are."""
+    """The bag of a run without the poses of its bodies in JointState messages."""
 
     def kept():
-        for topic, kind, time, each in said(rs.logs.write_bag(run, tmp_path / "whole")):
+        for topic, kind, time, each in read_messages(rs.logs.write_bag(run, tmp_path / "whole")):
             if topic == "/joint_states":
                 own = [i for i, name in enumerate(each.name) if name not in PLACE]
                 each.name = [each.name[i] for i in own]
@@ -31,12 +31,12 @@ def without_joints(run, tmp_path, change=lambda each: each):
                 each.transforms = change(each.transforms)
             yield topic, kind, time, each
 
-    return written(tmp_path / "bag", kept())
+    return write_bag(tmp_path / "bag", kept())
 
 
 @pytest.mark.parametrize("name", ROAMING)
-def test_the_frames_that_we_write_say_where_bodies_are(name, tmp_path):
-    """Also of a car, whose steering and wheels are joints."""
+def test_the_frames_that_we_write_have_the_poses_of_bodies(name, tmp_path):
+    """Also for a car with joints for its steering and wheels."""
     run = experiment(name).run(duration=0.4)
     again = rs.logs.read_bag(without_joints(run, tmp_path))
     np.testing.assert_allclose(again.q, run.q, atol=1e-14)
@@ -53,12 +53,12 @@ def test_a_heading_goes_on_beyond_half_a_turn(tmp_path):
 
 
 def chained(run, tmp_path, backwards=False):
-    """A bag in which a camera hangs on a base, that on odom, and that on a map, which corrects."""
+    """A bag with a camera on a base, the base in odom, and odom in a map, which corrects."""
     rng = np.random.default_rng(1)
     mount, fixes = rs.Pose.exp(rng.normal(size=6)), rs.Pose.exp(0.1 * rng.normal(size=(50, 6)))
 
     def frames(t, i):
-        fix = fixes[i // 5]  # said at every fifth instant, dated ahead as a localiser does
+        fix = fixes[i // 5]  # published at every fifth instant, dated ahead as a localiser does
         cam = rs.Pose(run.camera_pose.values[i])
         base = fix.inv() @ cam @ mount.inv()
         if i % 5 == 0:
@@ -70,14 +70,14 @@ def chained(run, tmp_path, backwards=False):
             message_types.FRAMES, transforms=[transform("base_link", "cam", mount.q)]
         )
         yield "/tf_static", message_types.FRAMES, 0, still
-        for topic, kind, time, each in said(rs.logs.write_bag(run, tmp_path / "whole")):
+        for topic, kind, time, each in read_messages(rs.logs.write_bag(run, tmp_path / "whole")):
             if topic == "/tf":
                 i = round(time / NANO / run.attrs["dt"])
                 each.transforms = list(frames(time / NANO, i))
             if topic not in ("/joint_states", "/tf_static"):
                 yield topic, kind, time, each
 
-    return written(tmp_path / "bag", kept())
+    return write_bag(tmp_path / "bag", kept())
 
 
 def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
@@ -91,8 +91,10 @@ def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
 
 def test_frames_that_are_not_there(tmp_path):
     path = chained(experiment("visp_tutorial").run(duration=0.4), tmp_path)
-    refused(path, r"no position of joint body.x; give .* frames={'free_camera.body': ..., 'world'")
-    refused(path, "frames: cam, odom, base_link", frames={"world": "earth"})
+    check_refusal(
+        path, r"no position of joint body.x; give .* frames={'free_camera.body': ..., 'world'"
+    )
+    check_refusal(path, "frames: cam, odom, base_link", frames={"world": "earth"})
     for frames, words in (
         ({"free_camera.bod": "cam"}, "no 'free_camera.bod' that drives or flies; did you mean"),
         ({"world": 3}, "frames: expected"),
@@ -105,7 +107,7 @@ def test_frames_that_are_not_there(tmp_path):
 def test_a_clock_of_frames_that_goes_backwards(tmp_path):
     path = chained(experiment("visp_tutorial").run(duration=0.8), tmp_path, backwards=True)
     named = {"frames": {"world": "map", "free_camera.body": "cam"}}
-    refused(path, "/tf: the clock goes backwards, to 0.18 s after 0.24 s", **named)
+    check_refusal(path, "/tf: the clock goes backwards, to 0.18 s after 0.24 s", **named)
     assert rs.logs.read_bag(path, clock="log", **named).sizes["time"] == 21
 
 
@@ -124,7 +126,7 @@ def test_transforms_that_are_no_pose(case, tmp_path):
     def odd(transforms):
         return [transform("world", each.child_frame_id, pose) for each in transforms]
 
-    refused(without_joints(run, tmp_path, odd), f"topic /tf: .*{words}")
+    check_refusal(without_joints(run, tmp_path, odd), f"topic /tf: .*{words}")
 
 
 def test_a_circle_of_frames_leads_nowhere(tmp_path):
@@ -134,4 +136,4 @@ def test_a_circle_of_frames_leads_nowhere(tmp_path):
     def round_about(transforms):
         return [transform("a", "unicycle.body", rest), transform("unicycle.body", "a", rest)]
 
-    refused(without_joints(run, tmp_path, round_about), "no position of joint body.x")
+    check_refusal(without_joints(run, tmp_path, round_about), "no position of joint body.x")

@@ -1,10 +1,10 @@
-"""What messages say to a controller, and its commands as messages: there and back."""
+"""Messages as input of a controller, and its commands as messages: there and back."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bagging import NANO, april_tag, detections, frames, sent, state, written
+from bagging import NANO, april_tag, detections, frames, serialise, state, write_bag
 
 import robsim as rs
 from robsim.logs import message_types
@@ -32,7 +32,7 @@ def test_joints_are_known_by_name(ros):
     np.testing.assert_array_equal(some.joints(state(q[:1], ["arm_0"])), q)
 
 
-def test_times_are_those_of_headers(ros):
+def test_times_agree_with_headers(ros):
     assert ros.time(state([], [], 7.25)) == 7.25 and ros.time(state([], [])) is None
     assert ros.marks(detections({}, 3.5)).t == 3.5 and ros.marks(detections({}), t=2.0).t == 2.0
 
@@ -49,7 +49,7 @@ def test_marks_are_known_by_name(ros):
     np.testing.assert_array_equal(seen, [*[[np.nan] * 2] * 3, [5, 6]])
 
 
-def test_what_is_not_looked_for_is_told_by_the_controller(ros):
+def test_a_target_that_is_not_looked_for_is_reported_by_the_controller(ros):
     run, names = experiment().run(duration=0.2), ros.controller.scene.coordinate_names
     places = {f"cube.{i}": place for i, place in enumerate(run.pixels.values[0])}
     marks = ros.marks(detections(places | {"cup": (1, 2)}, 5.0))
@@ -75,7 +75,7 @@ def test_corners_of_april_tags_are_in_our_order_and_pixels():
         header=make_header(make_message, NANO),
         detections=[april_tag("tag36h11", 7, theirs), april_tag("tag36h11", 8, theirs)],
     )
-    found = rs.control.RosMessages(controller).marks(sent(array)).pixels
+    found = rs.control.RosMessages(controller).marks(serialise(array)).pixels
     np.testing.assert_array_equal(found[("eye", tag.name)], ours)
     assert [name for name in found if name != ("eye", tag.name)] == [
         f"tag36h11_8.{i}" for i in range(4)
@@ -94,7 +94,7 @@ SAID = [
 
 @pytest.mark.parametrize(("name", "kind"), SAID)
 def test_commands_come_back_from_a_bag(name, kind, tmp_path):
-    """Those of a run, said by a node and recorded, are those of the run that is read."""
+    """Commands that a node publishes and a bag records equal the commands of the read run."""
     made = experiment(name)
     run = made.run(duration=0.4)
     ros = rs.control.RosMessages(rs.Controller(made))
@@ -112,7 +112,7 @@ def test_commands_come_back_from_a_bag(name, kind, tmp_path):
             yield f"/{eye}/detections", message_types.DETECTIONS, t, detections(places, t / NANO)
             yield "/commands", kind, t, command
 
-    path = written(tmp_path / "bag", told())
+    path = write_bag(tmp_path / "bag", told())
     again = rs.logs.read_bag(path, made, topics={"commands": "/commands"}, clock="log")
     np.testing.assert_array_equal(again.qd, run.qd)
     assert again.attrs["commands"] == "topic /commands"
@@ -122,28 +122,28 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
     names = ros.controller.scene.coordinate_names
     other = rs.control.RosMessages(ros.controller, order=[*names[::-1], "gripper"])
     ros.joints(state([1, 2, 3, 4, 5], names))
-    each = sent(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
+    each = serialise(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
     (point,) = each.points
     assert tuple(each.joint_names) == names and point.time_from_start.nanosec == 250_000_000
     np.testing.assert_array_equal(point.positions, [3.5, 7, 10.5, 14, 17.5])
     np.testing.assert_array_equal(point.velocities, [10, 20, 30, 40, 50])
-    numbers = sent(other.command([10, 20, 30, 40, 50]))
+    numbers = serialise(other.command([10, 20, 30, 40, 50]))
     np.testing.assert_array_equal(numbers.data, [50, 40, 30, 20, 10, 0])
     with pytest.raises(rs.errors.InputError, match="needs the position of joint tool"):
         other.command([1] * 5, message_types.TRAJECTORY)
 
 
-def test_a_twist_is_that_of_the_body():
+def test_a_twist_agrees_with_the_body():
     ros = rs.control.RosMessages(rs.Controller(experiment("visp_tutorial")))
-    each = sent(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
+    each = serialise(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
     assert [getattr(each.linear, a) for a in "xyz"] == [1, 2, 3]
     assert [getattr(each.angular, a) for a in "xyz"] == [4, 5, 6]
     drive = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
-    each = sent(drive.command([0.5, -0.25], message_types.TWIST))
+    each = serialise(drive.command([0.5, -0.25], message_types.TWIST))
     assert (each.linear.x, each.angular.z, each.linear.y, each.angular.x) == (0.5, -0.25, 0, 0)
 
 
-def test_what_does_not_fit_is_told_in_a_line(ros):
+def test_an_unsuitable_message_is_reported_in_a_line(ros):
     names = list(ros.controller.scene.coordinate_names)
     for call, words in (
         (lambda: ros.joints(state([np.nan] * 5, names, 2.5)), r"shoulder is nan, at 2.5 s"),
@@ -187,7 +187,7 @@ def test_what_does_not_fit_is_told_in_a_line(ros):
         ros.marks(seen)
 
 
-def test_frames_are_left_out_where_joints_say_where_a_body_is():
+def test_frames_are_left_out_if_joints_have_the_pose_of_a_body():
     ros = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
     moved = frames(("world", "unicycle.body", rs.Pose.at(3, 4, 0, rpy=(0, 0, 1))), t=1.5)
     assert ros.roams and ros.time(moved) == 1.5
@@ -200,7 +200,7 @@ def test_frames_are_left_out_where_joints_say_where_a_body_is():
     assert not rs.control.RosMessages(rs.Controller(experiment())).roams
 
 
-def test_an_april_tag_that_is_there_twice_is_told():
+def test_an_april_tag_that_is_there_twice_is_reported():
     scene = rs.load_scenario(rs.examples.path("visp_tutorial"))
     ros = rs.control.RosMessages(rs.Controller(scene))
     tag = april_tag("tag36h11", 3, np.arange(8).reshape(4, 2))
@@ -208,4 +208,4 @@ def test_an_april_tag_that_is_there_twice_is_told():
         message_types.APRILTAGS, header=make_header(make_message, NANO), detections=[tag, tag]
     )
     with pytest.raises(rs.errors.InputError, match=r"mark 'tag36h11_3.0' occurs twice, at 1 s"):
-        ros.marks(sent(twice))
+        ros.marks(serialise(twice))

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bagging import NANO, detections, frames, sent, state
+from bagging import NANO, detections, frames, serialise, state
 
 import robsim as rs
 from robsim.logs import message_types
@@ -20,7 +20,7 @@ def experiment(name="chapter_6_1"):
 
 
 class Node:
-    """What the example needs of a node of rclpy, with what was published and logged."""
+    """A stand-in for the node of rclpy in the example, with its publications and its log."""
 
     def __init__(self, **told):
         self.told, self.heard, self.timers = told, {}, []
@@ -31,7 +31,7 @@ class Node:
 
     def create_publisher(self, kind, topic, queue):
         self.topic = topic
-        return SimpleNamespace(publish=lambda each: self.published.append(sent(each)))
+        return SimpleNamespace(publish=lambda each: self.published.append(serialise(each)))
 
     def create_subscription(self, kind, topic, call, queue):
         self.heard[topic] = call
@@ -73,7 +73,7 @@ def node(monkeypatch):
     return started
 
 
-def test_the_node_of_the_example_commands_what_is_simulated(node):
+def test_the_commands_of_the_example_node_equal_the_simulated_ones(node):
     run = experiment().run(duration=1.0)
     ros, _ = node(
         names=[f"{name}=arm_{name}" for name in run.coordinate.values],
@@ -155,7 +155,7 @@ def test_the_node_waits_for_the_word_to_run(node, tmp_path, monkeypatch):
     assert moved == [False, False, True, True]
 
 
-def test_without_ros_it_says_what_is_needed(monkeypatch):
+def test_without_ros_it_names_the_missing_packages(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "examples")
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(SystemExit, match=r"^needs ROS 2: source /opt/ros/DISTRO/setup.bash"):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bagging import changed, later, refused, remake, said, written
+from bagging import change_topic, check_refusal, later, read_messages, remake, write_bag
 
 import robsim as rs
 
@@ -52,14 +52,14 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("case", CHANGES)
-def test_what_does_not_fit_is_told_in_a_line(case, content, tmp_path):
+def test_an_unsuitable_message_is_reported_in_a_line(case, content, tmp_path):
     topic, change, words = CHANGES[case]
-    refused(written(tmp_path / "bag", changed(content, topic, change)), words)
+    check_refusal(write_bag(tmp_path / "bag", change_topic(content, topic, change)), words)
 
 
 def test_the_clock_of_the_recorder_serves_where_headers_go_backwards(content, run, tmp_path):
     topic, change, _ = CHANGES["backwards"]
-    path = written(tmp_path / "bag", changed(content, topic, change))
+    path = write_bag(tmp_path / "bag", change_topic(content, topic, change))
     np.testing.assert_array_equal(rs.logs.read_bag(path, clock="log").pixels, run.pixels)
 
 
@@ -69,7 +69,7 @@ def test_messages_without_stamps_have_the_times_of_the_recorder(content, run, tm
             empty = hasattr(each, "header")
             yield topic, kind, time, later(each, -1e6) if empty else each
 
-    again = rs.logs.read_bag(written(tmp_path / "bag", unstamped()))
+    again = rs.logs.read_bag(write_bag(tmp_path / "bag", unstamped()))
     np.testing.assert_array_equal(again.q, run.q)
 
 
@@ -77,19 +77,21 @@ def test_no_topic_serves_two_cameras(tmp_path):
     stereo = rs.load_scenario(rs.examples.path("stereo_in_hand")).run(duration=0.4)
     path = rs.logs.write_bag(stereo, tmp_path / "both")
     gone = "/right/detections"
-    every = list(said(path))
+    every = list(read_messages(path))
     assert gone in {topic for topic, *_ in every}
     some = [each for each in every if each[0] != gone]
-    refused(written(tmp_path / "one", some), f"no topic {gone}.*topics={{'marks.right': ...}}")
+    check_refusal(
+        write_bag(tmp_path / "one", some), f"no topic {gone}.*topics={{'marks.right': ...}}"
+    )
 
 
 def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
-    refused(
+    check_refusal(
         bag,
         r"no topic /joint_state; did you mean '/joint_states",
         topics={"joints": "/joint_state"},
     )
-    refused(
+    check_refusal(
         bag,
         r"topic /tf has the type tf2_msgs/msg/TFMessage; expected sensor_msgs",
         topics={"joints": "/tf"},
@@ -106,25 +108,27 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
         rs.logs.read_bag(bag, names={"elbow": "a"})
     with pytest.raises(rs.errors.InputError, match="two joints have the same name in the bag"):
         rs.logs.read_bag(bag, names={"shoulder": "a", "wrist": "a"})
-    none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
-    refused(none, "it has no /robsim/experiment: give the experiment")
+    none = write_bag(
+        tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment")
+    )
+    check_refusal(none, "it has no /robsim/experiment: give the experiment")
     assert rs.logs.read_bag(none, rhino).sizes["time"] == 26
-    still = written(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
-    refused(still, r"no topic /joint_states \(sensor_msgs.*topics={'joints': ...}")
+    still = write_bag(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
+    check_refusal(still, r"no topic /joint_states \(sensor_msgs.*topics={'joints': ...}")
 
 
 def test_files_that_are_none(bag, tmp_path):
-    refused(tmp_path / "gone.mcap", "no file")
-    refused(tmp_path, r"no .mcap or .db3 file in this folder")
+    check_refusal(tmp_path / "gone.mcap", "no file")
+    check_refusal(tmp_path, r"no .mcap or .db3 file in this folder")
     (tmp_path / "x.txt").write_text("text")
-    refused(tmp_path / "x.txt", "expected a folder, or a .mcap or .db3 file")
-    refused(written(tmp_path / "empty", ()), "the bag is empty")
+    check_refusal(tmp_path / "x.txt", "expected a folder, or a .mcap or .db3 file")
+    check_refusal(write_bag(tmp_path / "empty", ()), "the bag is empty")
     whole = bag.read_bytes()
     for size in (0, 7, 100, len(whole) // 2, len(whole) - 1):
         (tmp_path / "cut.mcap").write_bytes(whole[:size])
-        refused(tmp_path / "cut.mcap", "truncated or damaged")
+        check_refusal(tmp_path / "cut.mcap", "truncated or damaged")
     (tmp_path / "cut.db3").write_bytes(whole)
-    refused(tmp_path / "cut.db3", "truncated or damaged")
+    check_refusal(tmp_path / "cut.db3", "truncated or damaged")
 
 
 @pytest.mark.parametrize("suffix", [".mcap", ".db3"])
@@ -132,7 +136,7 @@ def test_files_that_are_none(bag, tmp_path):
 def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
     """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
     whole = rs.logs.write_bag(run, tmp_path / f"run{suffix}").read_bytes()
-    path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
+    path, rng, text = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
     for i in range(30):
         data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
         if i % 3 == 0:
@@ -143,15 +147,15 @@ def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
         try:
             rs.logs.read_bag(path)
         except rs.errors.InputError as error:
-            told += 1
+            text += 1
             assert str(error).startswith(str(path)) and "\n" not in str(error)
-    assert told > 10
+    assert text > 10
 
 
-def test_a_truncated_database_is_told(run, tmp_path):
+def test_a_truncated_database_is_reported(run, tmp_path):
     whole = rs.logs.write_bag(run, tmp_path / "run.db3").read_bytes()
     (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
-    refused(tmp_path / "cut.db3", "truncated or damaged")
+    check_refusal(tmp_path / "cut.db3", "truncated or damaged")
 
 
 def test_a_definition_in_the_bag_is_compared_and_never_parsed(bag, tmp_path):
@@ -160,4 +164,4 @@ def test_a_definition_in_the_bag_is_compared_and_never_parsed(bag, tmp_path):
     (tmp_path / "other.mcap").write_bytes(
         data.replace(b"float64[] position", b"float32[] position")
     )
-    refused(tmp_path / "other.mcap", "JointState has other fields in this bag|checksum")
+    check_refusal(tmp_path / "other.mcap", "JointState has other fields in this bag|checksum")

@@ -29,7 +29,7 @@ def urdf(folder, mesh, scale="", color="", more="", origin=""):
     return rs.Robot.from_urdf(path)
 
 
-def drawn(robot):
+def list_drawn_shapes(robot):
     return list_drawable_shapes(robot.links[0].shapes)
 
 
@@ -41,7 +41,7 @@ def lack(robot):
 def test_every_format_is_drawn_where_it_is(tmp_path, kind):
     robot = urdf(tmp_path, f"../meshes/ball.{kind}", origin='<origin xyz="0 0 1"/>')
     BALL.export(tmp_path / f"arm/meshes/ball.{kind}")
-    (ball,) = drawn(robot)
+    (ball,) = list_drawn_shapes(robot)
     away = np.linalg.norm(ball.vertices - [0, 0, 1], axis=1)
     np.testing.assert_allclose(away, 0.1, rtol=1e-6)
     assert len(ball.faces) == len(BALL.faces)
@@ -61,25 +61,25 @@ def test_names_lead_to_the_file(tmp_path, monkeypatch, name):
     for package in ("arm", "ros/tools"):
         BALL.export(tmp_path / package / "meshes/ball.stl")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
-    assert len(drawn(robot)) == 1 and lack(robot) is None
+    assert len(list_drawn_shapes(robot)) == 1 and lack(robot) is None
 
 
 def test_nothing_outside_of_the_package_is_opened(tmp_path):
     BALL.export(tmp_path / "secret.stl")
     robot = urdf(tmp_path, "package://arm/meshes/link.stl")
     os.symlink(tmp_path / "secret.stl", tmp_path / "arm/meshes/link.stl")
-    assert drawn(robot) == [] and lack(robot).endswith("outside of its package")
+    assert list_drawn_shapes(robot) == [] and lack(robot).endswith("outside of its package")
     robot = urdf(tmp_path, f"file://{tmp_path}/secret.stl")
-    assert drawn(robot) == [] and lack(robot).endswith("outside of its package")
+    assert list_drawn_shapes(robot) == [] and lack(robot).endswith("outside of its package")
 
 
-def test_scale_and_colour_are_those_of_the_urdf(tmp_path):
+def test_scale_and_colour_agree_with_the_urdf(tmp_path):
     color = '<material name="m"><color rgba="1 0.5 0 1"/></material>'
     robot = urdf(tmp_path, "../meshes/box.stl", scale='scale="2 -1 0.5"', color=color)
     trimesh.creation.box((0.2, 0.2, 0.2)).apply_translation((0.1, 0.1, 0.1)).export(
         tmp_path / "arm/meshes/box.stl"
     )
-    (box,) = drawn(robot)
+    (box,) = list_drawn_shapes(robot)
     np.testing.assert_allclose(box.vertices.min(axis=0), [0, -0.2, 0], atol=1e-7)
     np.testing.assert_allclose(box.vertices.max(axis=0), [0.4, 0, 0.1], atol=1e-7)
     volume = sum(np.linalg.det(box.vertices[list(face)]) / 6 for face in box.faces)
@@ -102,7 +102,7 @@ def test_a_unit_and_the_colours_of_a_file_are_its_own(tmp_path):
     unit = '<unit name="centimeter" meter="0.01"/>'
     text = text.replace("<asset>", f"<asset>{unit}") if "<unit" not in text else text
     path.write_text(text.replace('<unit name="meter" meter="1"/>', unit))
-    pieces = drawn(robot)
+    pieces = list_drawn_shapes(robot)
     assert {piece.color for piece in pieces} == {"#ff0000", "#0000ff"}
     corners = np.concatenate([piece.vertices for piece in pieces])
     np.testing.assert_allclose(np.ptp(corners, axis=0), [0.02, 0.01, 0.01], rtol=1e-6)
@@ -139,7 +139,7 @@ def test_a_wrong_file_is_refused_by_its_name_and_simpler_shapes_are_drawn(tmp_pa
     with pytest.warns(rs.errors.FileWarning, match=told) as caught:
         figure = rs.plot.robot(robot)
     assert len(caught) == 1 and name in str(caught[0].message) and figure is not None
-    assert [type(each) for each in drawn(robot)] == [rs.Block]
+    assert [type(each) for each in list_drawn_shapes(robot)] == [rs.Block]
     with pytest.raises(
         rs.errors.InputError, match="no hull of a Mesh"
     ):  # no result depends on files
@@ -160,7 +160,7 @@ def test_files_and_surfaces_that_are_too_large_are_refused(tmp_path, monkeypatch
     mesh_files._parse_mesh_file.cache_clear()
 
 
-def test_without_the_extra_it_is_said_once_for_all_meshes(tmp_path, monkeypatch):
+def test_without_the_extra_it_is_reported_once_for_all_meshes(tmp_path, monkeypatch):
     robot = urdf(tmp_path, "../meshes/ball.stl", more=BOX.replace("collision", "visual"))
     BALL.export(tmp_path / "arm/meshes/ball.stl")
     mesh_files._parse_mesh_file.cache_clear()
@@ -182,7 +182,7 @@ def test_a_mesh_is_the_same_value_with_its_file_and_without(tmp_path):
     robot.to_urdf(tmp_path / "arm/urdf/again.urdf")
     BALL.export(tmp_path / "arm/meshes/ball.stl")
     again = rs.Robot.from_urdf(tmp_path / "arm/urdf/again.urdf")
-    assert again.links[0].shapes == robot.links[0].shapes and len(drawn(again)) == 1
+    assert again.links[0].shapes == robot.links[0].shapes and len(list_drawn_shapes(again)) == 1
 
 
 def test_thirty_links_of_a_hundred_thousand_triangles_make_a_page_of_less_than_10_mb(tmp_path):

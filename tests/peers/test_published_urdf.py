@@ -1,6 +1,6 @@
 """Every plain URDF of sixteen packages: read, or refused with a reason; its poses, and its tip.
 
-Of 291 files Pinocchio reads 275, and this reader 271: the other four do not say how they move, or
+Of 291 files Pinocchio reads 275, and this reader 271: the other four do not define their motion, or
 are no XML. Before shapes and inertias that cannot be used were left out, it was 216.
 """
 
@@ -63,7 +63,7 @@ REFUSED = {
     "robot-properties-fingers/robot_properties_fingers/urdf/trifinger_stage": "parent: no link",
     "robot-properties-fingers/robot_properties_fingers/urdf/finger_macro": "<robot>: 0 links",
 }
-TIPS = {  # where the hand of an arm is, without a word about others
+TIPS = {  # the link of the hand of an arm, without any other information
     "rtb-data/abb_irb140_description/urdf/irb140": "tool0",
     "rtb-data/abb_irb140_description/urdf/irb140QT": "tool0",
     "rtb-data/kuka_kr120/urdf/kr120r2500pro": "tool0",
@@ -79,7 +79,7 @@ TIPS = {  # where the hand of an arm is, without a word about others
     "example-robot-data/xarm_description/urdf/xarm7": "link_eef",
     "example-robot-data/tiago_description/robots/tiago": "hand_tool_link",
 }
-# where a joint mimics one that comes later in the tree, which Pinocchio does not read
+# a joint mimics one that comes later in the tree, which Pinocchio does not read
 MIMICS_LATER = ("romeo", "talos_full_v2", "talos_full_v2_box", "jvrc1")
 THOROUGHLY = ("panda", "ur5_robot", "lbr_iiwa_14_r820")
 
@@ -91,7 +91,7 @@ def read(path):
 
 
 def test_there_are_as_many_as_were_looked_at(every_published):
-    """A package that has others asks for another look."""
+    """A package with other files has to be examined anew."""
     counts = {
         package: (len(names), sum(name not in REFUSED for name in names))
         for package, names in every_published.items()
@@ -151,8 +151,8 @@ def test_it_is_read_and_has_the_poses_of_pinocchio_or_it_is_refused(
                 np.testing.assert_allclose(ours, theirs, rtol=0, atol=TOLERANCE)
 
 
-def test_what_moves_weighs_what_pinocchio_says(published, name, pinocchio_reads, some_coordinates):
-    """Mass, centre and tensor of the whole, where no link has an inertia that no body can have."""
+def test_moving_links_have_pinocchios_masses(published, name, pinocchio_reads, some_coordinates):
+    """Mass, centre and tensor of the whole, if no link has an inertia that no body can have."""
     if name in REFUSED:
         return
     with warnings.catch_warnings(record=True) as caught:

@@ -50,7 +50,7 @@ def test_a_lens_is_found_of_marks_that_are_partly_seen(views):
     assert np.abs(part.camera.K - K).max() < 5 * max(part.deviations[n] for n in ("fx", "cx", "cy"))
 
 
-def test_a_tag_tells_a_lens_too():
+def test_a_tag_determines_a_lens_too():
     """By four exact corners in each of eight views."""
     tag, lens = rs.vision.Tag("tag36h11", 7, size=0.2), [[800, 0, 330], [0, 810, 230], [0, 0, 1]]
     turns = np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))

@@ -61,7 +61,7 @@ k: [500.1, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]
 """
 
 
-def written(folder, text):
+def write_calibration(folder, text):
     path = folder / "calibration.yaml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -71,7 +71,7 @@ def written(folder, text):
 @pytest.mark.parametrize("version", ["%YAML:1.0", "%YAML 1.2"])
 def test_a_file_of_opencv_gives_its_camera(case, version, tmp_path):
     text = re.sub(r"^%YAML[^\n]*", version, case["yaml"])
-    camera = rs.Camera.from_file(written(tmp_path, text))
+    camera = rs.Camera.from_file(write_calibration(tmp_path, text))
     assert camera.K.tolist() == case["K"] and camera.size == tuple(case["size"])
     assert list(camera.distortion) == case["distortion"][:8]
 
@@ -79,7 +79,7 @@ def test_a_file_of_opencv_gives_its_camera(case, version, tmp_path):
 @pytest.mark.parametrize("ending", ["yaml", "yml", "xml"])
 @pytest.mark.parametrize("count", [0, 4, 5, 8])
 @pytest.mark.parametrize("size", [(640, 480), None])
-def test_opencv_reads_what_we_write_to_the_last_digit(ending, count, size, tmp_path):
+def test_opencv_reads_our_files_to_the_last_digit(ending, count, size, tmp_path):
     camera = rs.Camera(K, size, distortion=LENS[:count])
     path = camera.to_file(tmp_path / f"camera.{ending}")
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
@@ -90,7 +90,7 @@ def test_opencv_reads_what_we_write_to_the_last_digit(ending, count, size, tmp_p
     assert rs.Camera.from_file(path) == camera
 
 
-def test_what_we_write_has_all_that_ros_asks_for(tmp_path):
+def test_our_files_have_all_fields_that_ros_requires(tmp_path):
     """As camera_calibration_parsers reads it: plain YAML, where tags do not matter."""
     path = rs.Camera(K, (640, 480), distortion=LENS).to_file(tmp_path / "camera.yaml")
     found = yaml.safe_load(path.read_text().replace("!!opencv-matrix", ""))
@@ -108,14 +108,14 @@ def test_what_we_write_has_all_that_ros_asks_for(tmp_path):
 
 @pytest.mark.parametrize("text", [ROS, ECHO])
 def test_a_file_and_an_echo_of_ros_give_its_camera(text, tmp_path):
-    camera = rs.Camera.from_file(written(tmp_path, text))
+    camera = rs.Camera.from_file(write_calibration(tmp_path, text))
     assert camera.K.tolist() == [[500.1, 0, 320], [0, 501, 240], [0, 0, 1]]
     assert camera.distortion == (-0.1, 0.02, 1e-4, -1e-3, 0) and camera.size == (640, 480)
 
 
 def test_a_chain_of_kalibr_is_a_rig(tmp_path):
-    """T_cn_cnm1 takes points of cam0 to cam1, so a point is seen by both where it is."""
-    path = written(tmp_path, CAMCHAIN)
+    """T_cn_cnm1 takes points of cam0 to cam1, so both cameras see a point at its true place."""
+    path = write_calibration(tmp_path, CAMCHAIN)
     left, right = rs.MountedCamera.rig_from_file(path, on="arm.tool", pose=rs.Pose.at(0, 0, 0.1))
     assert (left.name, right.name, left.on, right.on) == ("cam0", "cam1", "arm.tool", "arm.tool")
     assert left.camera == rs.Camera.from_file(path, "cam0")
@@ -150,7 +150,7 @@ BAD = {
 @pytest.mark.parametrize("text", BAD)
 def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
     with pytest.raises(rs.errors.FileError, match=re.escape(BAD[text])) as caught:
-        rs.Camera.from_file(written(tmp_path, text), "cam0")
+        rs.Camera.from_file(write_calibration(tmp_path, text), "cam0")
     assert "\n" not in str(caught.value)
 
 
@@ -162,18 +162,18 @@ def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
         (CAMCHAIN.replace("1.0, 0.0, -0.11", "2.0, 0.0, -0.11"), "cam1: T_cn_cnm1: "),
     ],
 )
-def test_what_is_no_rig_is_refused(text, reason, tmp_path):
+def test_an_invalid_rig_is_refused(text, reason, tmp_path):
     with pytest.raises(rs.errors.FileError, match=re.escape(reason)):
-        rs.MountedCamera.rig_from_file(written(tmp_path, text))
+        rs.MountedCamera.rig_from_file(write_calibration(tmp_path, text))
 
 
 def test_a_bomb_of_aliases_and_a_long_list_end_at_once(tmp_path):
     lines = [f"{b}: &{b} [*{a}, *{a}]\n" for a, b in pairwise("abcdefg")]
     bomb = "a: &a [x]\n" + "".join(lines)
     with pytest.raises(rs.errors.FileError, match="alias"):
-        rs.Camera.from_file(written(tmp_path, bomb))
+        rs.Camera.from_file(write_calibration(tmp_path, bomb))
     with pytest.raises(rs.errors.FileError, match="no camera matrix"):
-        rs.Camera.from_file(written(tmp_path, f"points: [{'1.5, ' * 50_000}]\n"))
+        rs.Camera.from_file(write_calibration(tmp_path, f"points: [{'1.5, ' * 50_000}]\n"))
 
 
 @pytest.mark.parametrize("size", [(320, 240), (160, 120), (1280, 960)])

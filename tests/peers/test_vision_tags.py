@@ -26,7 +26,7 @@ def noisy(image, rng):
 
 
 @pytest.mark.parametrize("name", TAG_FAMILIES)
-def test_a_family_is_that_of_opencv(name):
+def test_a_family_agrees_with_opencv(name):
     theirs = opencv_dictionary(name)
     assert TAG_FAMILIES[name].ids == len(theirs.bytesList)
     assert TAG_FAMILIES[name].cells == theirs.markerSize + 2
@@ -128,7 +128,7 @@ def two_tags():
     return pair, dict(zip(pair, places, strict=True))
 
 
-def test_what_is_not_seen_is_absent_and_its_pixels_are_gaps():
+def test_an_unseen_tag_is_absent_and_its_pixels_are_gaps():
     (april, aruco), placed = two_tags()
     away = rs.vision.Tag("tag36h11", 2, size=0.04)
     seen = rs.vision.TagDetector([april, away, aruco])(rs.vision.render_targets(CAMERA, placed))
@@ -139,7 +139,7 @@ def test_what_is_not_seen_is_absent_and_its_pixels_are_gaps():
 
 
 @pytest.mark.parametrize("family", ["tag36h11", "DICT_5X5_100"])
-def test_a_tag_that_is_seen_twice_is_told_and_not_delivered(family):
+def test_a_tag_that_is_seen_twice_is_reported_and_not_delivered(family):
     tag = rs.vision.Tag(family, 4, size=0.04)
     image = rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(-0.05, 0, 0.25)})
     both = np.hstack([image[:, :160], image[:, :160]])
@@ -188,7 +188,7 @@ def test_the_grey_of_a_pixel_is_the_share_of_paper_in_it():
     np.testing.assert_allclose(share[14:17], [1, 0.8, 0], rtol=0, atol=1 / 16 + 1 / 255)
 
 
-def test_what_is_behind_the_camera_is_not_rendered():
+def test_marks_behind_the_camera_are_not_rendered():
     tag = rs.vision.Tag("tag36h11", 0, size=0.1)
     assert (rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, -0.3)}) == 128).all()
 

@@ -1,4 +1,4 @@
-"""What we write as MJCF, as MuJoCo reads it: poses to 1e-10, limits, masses, equalities."""
+"""Our MJCF files, as MuJoCo reads them: poses to 1e-10, limits, masses, equalities."""
 
 from dataclasses import replace
 
@@ -13,10 +13,10 @@ TOLERANCE = 1e-10
 
 @pytest.fixture
 def model(written, tmp_path):
-    return made(written, tmp_path)
+    return load_in_mujoco(written, tmp_path)
 
 
-def made(robot, folder):
+def load_in_mujoco(robot, folder):
     robot.to_mjcf(folder / "robot.xml")
     return mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
 
@@ -71,7 +71,7 @@ def test_mujoco_has_the_same_tensors_of_leaning_blocks(written, tmp_path):
         replace(link, inertia=rs.Block(0.3, 0.2, 0.1, mass=1 + i).at(lean(i)).inertia)
         for i, link in enumerate(written.links)
     ]
-    model = made(replace(written, links=links), tmp_path)
+    model = load_in_mujoco(replace(written, links=links), tmp_path)
     for link in links:
         body, R = model.body(link.name), np.empty(9)
         mujoco.mju_quat2Mat(R, body.iquat)
@@ -84,7 +84,7 @@ def lean(i):
     return rs.Pose.at(0.1 * i, -0.2, 0.3, rpy=(0.4, i, 2.0))
 
 
-def test_mujoco_ties_what_mimics(written, model, some_coordinates):
+def test_mujoco_ties_mimics(written, model, some_coordinates):
     """Where our coordinates are, its equality constraints are kept."""
     for q in some_coordinates(written):
         data = put(model, written, q)

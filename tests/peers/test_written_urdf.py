@@ -1,4 +1,4 @@
-"""What we write as URDF, as Pinocchio, MuJoCo and yourdfpy read it: every pose, to 1e-10."""
+"""Our URDF files, as Pinocchio, MuJoCo and yourdfpy read them: every pose, to 1e-10."""
 
 from dataclasses import replace
 from functools import reduce
@@ -13,8 +13,8 @@ import yourdfpy
 import robsim as rs
 
 TOLERANCE = 1e-10
-# where what follows comes, by its name, before what it follows, which Pinocchio does not read;
-# it then knows nothing of what follows
+# the name of a follower comes before the name of its leader, which Pinocchio does not read;
+# it then ignores that the joint follows
 MIMICS_LATER = ("rhino_gripper",)
 
 
@@ -82,14 +82,14 @@ def leaning(i):
 
 
 def carried(robot, link):
-    """Whether it moves, or hangs from what does."""
+    """Whether the link moves, or hangs from a moving link."""
     while link.parent is not None and link.joint.kind == "fixed":
         link = next(other for other in robot.links if other.name == link.parent)
     return link.parent is not None
 
 
 def test_mujoco_has_the_same_poses(written, path, some_coordinates):
-    """It merges links that do not move against each other, unless told; then nothing can float."""
+    """It merges links that do not move against each other, by default; then nothing can float."""
     text, floats = (
         path.read_text(encoding="utf-8"),
         any(link.joint.kind == "floating" for link in written.links),
@@ -126,7 +126,7 @@ def put(model, data, robot, q):
 
 
 def test_yourdfpy_has_the_same_poses(written, path, some_coordinates):
-    """It knows neither planar nor floating joints."""
+    """It supports neither planar nor floating joints."""
     if not {link.joint.kind for link in written.links} <= {"fixed", "revolute", "prismatic"}:
         return
     peer = yourdfpy.URDF.load(str(path), load_meshes=False)

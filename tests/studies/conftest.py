@@ -18,7 +18,7 @@ def flying():
 
 @pytest.fixture(scope="session")
 def how():
-    """What differs from run to run: a start, a choice, a believed number, and the task in turn."""
+    """The values that differ from run to run: a start, a choice, a believed number and the task."""
     vary = {
         "task.gain": rs.samplers.Choice([0.5, 1.0, 2.0]),
         "belief.cameras.eye.focal": rs.samplers.Normal(1.0, 0.05),

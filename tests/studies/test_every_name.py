@@ -1,4 +1,4 @@
-"""Every kind of name with every kind of axis: a row says what the experiment made by hand says."""
+"""Every kind of name with every kind of axis: a row equals the experiment that is built by hand."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ BELIEFS = {
 
 
 def pairs():
-    """Each case with each belief that says other things; by default each case with one of them."""
+    """Each case with each belief about other parts; by default each case with one of them."""
     for i, case in enumerate(CASES):
         beliefs = [name for name, own in BELIEFS.items() if not own.keys() & CASES[case].keys()]
         for j, belief in enumerate(beliefs):
@@ -65,7 +65,7 @@ def study_of(flying, case, belief, **how):
 
 
 def by_hand(found, number):
-    """The end of a run whose experiment is made of the values that the table says."""
+    """The end of a run of the experiment with the values in the table."""
     plan, row = found.plan, found.table.iloc[number]
     values = {}
     for axis in plan.axes:
@@ -84,7 +84,7 @@ def by_hand(found, number):
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize(("case", "belief"), list(pairs()))
-def test_a_row_is_what_its_values_give_by_hand(flying, case, belief):
+def test_a_row_equals_the_experiment_with_its_values(flying, case, belief):
     found = study_of(flying, case, belief)
     for number in range(found.plan.runs):
         run, row = by_hand(found, number), found.table.iloc[number]
@@ -95,7 +95,7 @@ def test_a_row_is_what_its_values_give_by_hand(flying, case, belief):
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize("case", CASES)
-def test_the_text_of_a_study_says_the_same_study(flying, case):
+def test_the_text_of_a_study_gives_the_same_study(flying, case):
     one = study_of(flying, case, "partial").plan
     again = read_plan(rs.Experiment.from_text(format_plan(one)))
     assert format_plan(again) == format_plan(one)
@@ -112,7 +112,7 @@ def test_the_text_of_a_study_says_the_same_study(flying, case):
                 assert one.experiment.at(a.name, x) == again.experiment.at(b.name, y)
 
 
-def test_standard_measures_of_varied_numbers_are_those_of_the_runs_alone(flying):
+def test_standard_measures_of_varied_numbers_agree_with_the_runs_alone(flying):
     found = study_of(flying, "focal", "fixed", measures=True)
     for number in range(RUNS):
         run = found.of_run(number)

@@ -59,7 +59,7 @@ def test_mcnemar_is_the_binomial_test_also_of_a_million_pairs(k, n):
     assert mcnemar(k, n - k) == pytest.approx(stats.binomtest(k, n).pvalue, rel=1e-11)
 
 
-def test_what_is_rarer_than_any_number_is_zero_not_nan():
+def test_a_probability_below_any_number_is_zero_not_nan():
     assert mcnemar(0, 1_000_000) == 0.0
     np.testing.assert_allclose(half_binomial(21), stats.binom.cdf(range(11), 21, 0.5), rtol=1e-13)
 
@@ -149,6 +149,6 @@ def test_it_prints_as_a_table_in_every_form():
         (lambda t: t.assign(task=[f"{i}" for i in range(len(t))]), {}, "expected a choice"),
     ],
 )
-def test_what_cannot_be_compared_is_told(change, arguments, message):
+def test_columns_that_cannot_be_compared_are_reported(change, arguments, message):
     with pytest.raises(InputError, match=message):
         compare_paired(change(MIXED), **arguments)

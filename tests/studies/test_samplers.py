@@ -1,4 +1,4 @@
-"""What is drawn: moments of distributions, places of starts, and what depends on nothing else."""
+"""Samples: moments of distributions, positions of starts, and independence of other settings."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from robsim.units import deg
 MANY = np.arange(100_000)
 
 
-def drawn(sampler, count=MANY, shape=()):
+def sample(sampler, count=MANY, shape=()):
     return sampler.drawn(RandomNumbers(3, "x", count), shape)
 
 
@@ -48,10 +48,12 @@ def test_evenly_drawn_numbers_miss_no_cell():
     np.testing.assert_array_equal(two, points[[5, 200], 1])
 
 
-def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
+def test_a_sample_depends_on_seed_name_and_number_alone():
     some = np.array([7, 3, 40])
-    whole = drawn(rs.samplers.Normal(0, [1.0, 2.0]), shape=(2,))
-    np.testing.assert_array_equal(drawn(rs.samplers.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
+    whole = sample(rs.samplers.Normal(0, [1.0, 2.0]), shape=(2,))
+    np.testing.assert_array_equal(
+        sample(rs.samplers.Normal(0, [1.0, 2.0]), some, (2,)), whole[some]
+    )
     for other in (
         RandomNumbers(4, "x", MANY),
         RandomNumbers(3, "y", MANY),
@@ -150,11 +152,11 @@ def test_anywhere_is_within_the_limits():
     assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
 
 
-def test_what_is_given_comes_in_turn_and_together():
+def test_given_values_come_in_turn_and_together():
     """Rows of two names belong together, whichever runs are looked at, and from a text too."""
     rows = np.arange(6.0).reshape(3, 2)
     np.testing.assert_array_equal(
-        drawn(rs.samplers.TabulatedValues(rows), np.array([2, 0]), (2,)), rows[[2, 0]]
+        sample(rs.samplers.TabulatedValues(rows), np.array([2, 0]), (2,)), rows[[2, 0]]
     )
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.04)
     vary = {

@@ -1,4 +1,4 @@
-"""What matters: rank correlations and correlation ratios, their intervals, and clear errors."""
+"""Sensitivity: rank correlations and correlation ratios, their intervals, and clear errors."""
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ TIED = RNG.integers(0, 4, 400).astype(float)
 
 
 def table(n=600, tasks=("IBVS",)):
-    """Return a study in which one number decides, one bends, one does nothing, and a choice."""
+    """Return a study: one number is decisive, one bends, one has no effect; and a choice."""
     rng = np.random.default_rng(2)
     drawn = {"gain": rng.random(n), "focal": rng.normal(1, 0.1, n), "noise": rng.random(n)}
     frames = []
@@ -32,12 +32,12 @@ def table(n=600, tasks=("IBVS",)):
 
 
 @pytest.mark.parametrize(("x", "y"), [(X, Y), (X, -np.exp(Y)), (TIED, Y), (TIED, np.sign(Y))])
-def test_rank_correlations_are_those_of_scipy(x, y):
+def test_rank_correlations_agree_with_scipy(x, y):
     np.testing.assert_array_equal(ranks(y), stats.rankdata(y))
     assert spearman(x, y).value == pytest.approx(stats.spearmanr(x, y).statistic, abs=1e-14)
 
 
-def test_the_interval_of_a_rank_correlation_is_that_of_bonett_and_wright():
+def test_the_interval_of_a_rank_correlation_agrees_with_bonett_and_wright():
     found = spearman(X, Y)
     rho, n = stats.spearmanr(X, Y).statistic, len(X)
     half = stats.norm.ppf(0.975) * np.sqrt((1 + rho**2 / 2) / (n - 3))
@@ -49,7 +49,7 @@ def test_the_interval_of_a_rank_correlation_is_that_of_bonett_and_wright():
 
 
 @pytest.mark.parametrize("y", [Y, np.sign(Y), TIED])
-def test_the_correlation_ratio_is_that_of_kruskal_and_wallis(y):
+def test_the_correlation_ratio_agrees_with_kruskal_and_wallis(y):
     groups = np.arange(400) % 5
     statistic = stats.kruskal(*(y[groups == k] for k in range(5))).statistic
     raw = statistic / 399
@@ -84,14 +84,14 @@ def test_the_intervals_hold_the_truth_at_their_level(slope):
     assert (held >= 930).all() and (held <= 970).all(), held
 
 
-def test_of_what_does_nothing_the_interval_has_zero():
+def test_the_interval_of_a_number_without_effect_contains_zero():
     rng = np.random.default_rng(9)
     groups = np.arange(200) % 8
     lows = [correlation_ratio(groups, rng.random(200)).low for _ in range(300)]
     assert np.mean(np.array(lows) == 0) > 0.95
 
 
-def test_what_decides_comes_first_with_its_direction_and_a_bend_is_seen():
+def test_the_decisive_number_comes_first_with_its_direction_and_a_bend_is_seen():
     outcome = compute_sensitivity(table())
     assert outcome.effects[0].name == "gain" and outcome.runs == 570
     assert outcome.effects[0].rho.high < -0.7 and outcome.effects[0].eta.value > 0.9
@@ -102,7 +102,7 @@ def test_what_decides_comes_first_with_its_direction_and_a_bend_is_seen():
     assert lens.groups == 3 and np.isnan(lens.rho.value) and "-" in lens.rho.text()
 
 
-def test_runs_of_the_same_draw_count_once_but_for_what_differs_between_them():
+def test_runs_of_the_same_sample_count_once_except_for_differences_between_them():
     effects = {
         each.name: each for each in compute_sensitivity(table(tasks=("IBVS", "PBVS"))).effects
     }
@@ -147,6 +147,6 @@ def test_it_prints_as_a_table_in_every_form():
         (lambda t: t, {"among": "converged"}, "is counted among the runs that began"),
     ],
 )
-def test_what_tells_nothing_is_told(change, arguments, message):
+def test_a_column_without_information_is_reported(change, arguments, message):
     with pytest.raises(InputError, match=message):
         compute_sensitivity(change(table()), **arguments)

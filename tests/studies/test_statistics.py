@@ -1,4 +1,4 @@
-"""Numbers with intervals, and random numbers: what all analyses share."""
+"""Numbers with intervals, and random numbers, which all analyses share."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_row_of_random_numbers_depends_on_no_other_row():
 
 
 def test_random_rotations_are_uniform():
-    """The mean of R is zero, and that of the angle pi/2 + 2/pi (Haar measure)."""
+    """The mean of R is zero, and the mean angle is pi/2 + 2/pi (Haar measure)."""
     q = random_quaternions(uniform(0, SUITES, 20_000, 3))
     np.testing.assert_allclose(np.linalg.norm(q, axis=1), 1.0, rtol=1e-14)
     R = Pose.from_quaternion(np.zeros(3), q).rotation

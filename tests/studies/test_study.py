@@ -1,4 +1,4 @@
-"""What a study says of its runs: the same as each run alone says."""
+"""A study reports of its runs the same as each run alone."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def found(flying, how):
     return rs.study(flying, 60, **how)
 
 
-def test_a_row_says_what_its_run_says_alone(found):
+def test_a_row_equals_its_run_alone(found):
     for number in (0, 1, 2, 77, 179):
         row, run = found.table.iloc[number], found.replay(number)
         assert rs.Outcome(int(run.outcome)).name == row["outcome"]
@@ -25,7 +25,7 @@ def test_a_row_says_what_its_run_says_alone(found):
         )
 
 
-def test_what_is_drawn_is_what_the_run_is_made_with(found):
+def test_the_sampled_value_is_the_value_of_the_run(found):
     row, one = found.table.iloc[100], found.of_run(100)
     assert one.task.gain == row["task.gain"]
     assert type(one.task).__name__ == row["task"]
@@ -46,7 +46,7 @@ def test_a_focal_length_below_ten_is_a_factor(found):
     assert abs(focal.mean() - 500) < 10 and 15 < focal.std() < 35
 
 
-def test_runs_of_a_draw_share_all_but_what_is_in_turn(found):
+def test_runs_of_a_sample_share_all_but_the_values_in_turn(found):
     table = found.table
     assert (table.groupby("draw").size() == 3).all() and table["draw"].nunique() == 60
     shared = ["task.gain", "belief.cameras.eye.focal", "start_x", "start_angle", "start_tries"]
@@ -78,7 +78,7 @@ def test_counts_are_of_those_that_began(flying):
     assert some.converged() == estimate_share(3, 3)
 
 
-def test_noise_is_that_of_the_draw(flying):
+def test_the_noise_of_a_run_belongs_to_its_sample(flying):
     noisy = flying.at("sensing.noise", 0.5).with_(start=[0.1, 0, -0.2, 0, 0, 0, 1], duration=1.0)
     tasks = {"one": rs.IBVS(gain=2), "same": rs.IBVS(gain=2.0, depth="true")}
     twice = rs.study(noisy, 3, seed=2, vary={"task": tasks})
@@ -89,7 +89,7 @@ def test_noise_is_that_of_the_draw(flying):
     np.testing.assert_array_equal(batch.error_norm, error[:, 0])
 
 
-def test_what_no_batch_can_differ_in_is_simulated_run_by_run(flying):
+def test_values_that_cannot_vary_in_a_batch_are_simulated_run_by_run(flying):
     """The period, a limit and a word, which are of an experiment as a whole."""
     vary = {
         "run.dt": rs.samplers.Choice(["20 ms", 0.04]),
@@ -121,7 +121,7 @@ def test_plus_and_times_change_the_nominal_value(flying):
     assert 0.9 <= ratio.min() < ratio.max() <= 1.1
 
 
-def test_standard_measures_are_those_of_compare(flying):
+def test_standard_measures_agree_with_compare(flying):
     q = [[0.1, 0.05, -0.2, 0, 0, 0.3, 0.95], [0, 0.1, 0.1, 0, 0, -0.2, 0.98]]
     starts = np.array(q) / np.r_[[1] * 3, [1] * 4]
     starts[:, 3:] /= np.linalg.norm(starts[:, 3:], axis=1, keepdims=True)
@@ -138,7 +138,7 @@ def test_the_worst_are_named(found):
     assert worst["run"].tolist() == top.tolist()
 
 
-def test_a_changed_run_is_told(found, monkeypatch):
+def test_a_changed_run_is_reported(found, monkeypatch):
     runs, facts = found._facts
     other = {**facts, "path_length": facts["path_length"] + 1.0}
     doctored = rs.studies.StudyResult(found.plan, lambda: (runs, other))

@@ -69,10 +69,9 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(noisy, how, wanted, t
 KILLED = """
 import os, signal, sys
 import robsim as rs
-from robsim.base import output
-from robsim.studies import store
+from robsim.studies import study_store
 
-put, count = store.write_whole, 0
+put, count = study_store.write_whole, 0
 def counted(path, data):
     global count
     count += "rows-" in str(path)
@@ -81,14 +80,14 @@ def counted(path, data):
         open(draft, "wb").write(bytes(data)[:100])
         os.kill(os.getpid(), signal.SIGKILL)
     return put(path, data)
-store.write_whole = counted
+study_store.write_whole = counted
 from robsim.cli import main
 sys.argv = ["robsim", "study", sys.argv[1], "-o", sys.argv[2], "--chunk", "10"]
 main()
 """
 
 
-def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatch):
+def test_a_full_disk_keeps_the_finished_part(noisy, how, wanted, tmp_path, monkeypatch):
     write = atomic_files._write_synced
 
     def full(path, content):
@@ -120,7 +119,7 @@ def test_a_study_that_was_killed_goes_on_to_the_same_bits(noisy, how, wanted, tm
     assert not list((tmp_path / "out").glob(".robsim-*"))  # nor of its draft
 
 
-def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
+def test_trajectories_agree_with_the_runs(noisy, how, tmp_path):
     some = rs.study(noisy, 4, store=tmp_path, trajectories=10, chunk=5, **how)
     ways = some.trajectories()
     for number in (0, 11):
@@ -133,7 +132,7 @@ def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
         assert ways.time.values.tolist() == pytest.approx([0.4 * i for i in range(11)])
 
 
-def test_a_worker_is_told_all_it_needs(noisy, how):
+def test_a_worker_receives_everything_it_needs(noisy, how):
     plan = rs.study(noisy, 12, **how).plan
     work = pickle.dumps(plan)
     there, here = (
@@ -164,6 +163,6 @@ def test_a_cluster_leaves_the_bits_also_where_a_worker_dies(noisy, how, wanted, 
         dask_cluster.connect_client(made.scheduler_address) as client,
     ):
         assert rs.study(noisy, 12, client=client, chunk=7, **how).hash == wanted
-        told = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}
-        assert rs.study(noisy, 12, **told, **how).hash == wanted
+        options = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}
+        assert rs.study(noisy, 12, **options, **how).hash == wanted
         assert killed

@@ -1,4 +1,4 @@
-"""The figures of studies show each run, share and interval where it is, and count them."""
+"""The figures of studies show each run, share and interval at its place, and count them."""
 
 import matplotlib
 import numpy as np
@@ -16,7 +16,7 @@ from robsim.studies.sensitivity import compute_sensitivity
 matplotlib.use("agg")
 
 
-def made(n=400):
+def make_study(n=400):
     """Return a study of two tasks on n draws: the second fails for a large angle of the start."""
     rng = np.random.default_rng(4)
     half = {"draw": np.arange(n), "start_x": rng.uniform(-1, 1, n), "start_y": rng.random(n)}
@@ -33,12 +33,12 @@ def made(n=400):
     return pd.concat(frames, ignore_index=True)
 
 
-TABLE = made()
+TABLE = make_study()
 BEGAN = TABLE[TABLE["began"]]
 
 
 def dots(axes):
-    """Return the dots of axes, those that could not begin first where there are some."""
+    """Return the dots of axes; first the starts that could not begin, if there are any."""
     return [each for each in axes.collections if isinstance(each, PathCollection)]
 
 
@@ -47,7 +47,7 @@ def texts(artist):
 
 
 class Study:
-    """A study, of which figures take the table."""
+    """A study for figures that read its table."""
 
     table = TABLE
 
@@ -92,7 +92,7 @@ def test_dots_can_have_the_colours_of_a_number_or_of_a_choice():
     }
 
 
-def test_of_very_many_runs_a_fair_sample_is_drawn_and_that_is_told():
+def test_of_very_many_runs_a_fair_sample_is_drawn_and_that_is_reported():
     many = pd.concat([TABLE] * 150, ignore_index=True)
     axes = plot.study(many, "start_x", "start_y").axes[0]
     assert len(dots(axes)[1].get_offsets()) == 100_000
@@ -246,6 +246,6 @@ def test_a_figure_is_drawn_into_the_axes_of_the_user(draw):
         (lambda t: plot.study_sensitivity(5), "expected a study or its table"),
     ],
 )
-def test_what_cannot_be_drawn_is_told(draw, message):
+def test_a_figure_that_cannot_be_drawn_is_reported(draw, message):
     with pytest.raises(rs.errors.InputError, match=message):
         draw(TABLE)

@@ -19,7 +19,7 @@ FILES = {"run.nc": ("application/x-netcdf", bytes(range(256)) * 4000), "a.txt": 
 
 @dataclass
 class Fake:
-    """Repeats what a page says; says who is new; fails where it is told to."""
+    """Repeats the messages of a page; reports a new page; fails on demand."""
 
     fails: tuple[str, ...] = ()
     heard: list[dict] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Fake:
 
 
 class Answer(NamedTuple):
-    """What a server answered; the names of headers are in small letters."""
+    """The answer of a server; the names of headers are in small letters."""
 
     status: int
     headers: dict[str, str]
@@ -67,24 +67,24 @@ class Browser:
         self.own = {"Host": self.host, "Cookie": self.cookie}
 
     def get(self, target="/", method="GET", **headers):
-        """Ask for something; a header that is None is left out, and Sec_Fetch_Site has dashes."""
+        """Send a request; a header that is None is left out, and Sec_Fetch_Site has dashes."""
         given = {**self.own, **{name.replace("_", "-"): value for name, value in headers.items()}}
         lines = [f"{name}: {value}" for name, value in given.items() if value is not None]
         return self.raw("\r\n".join([f"{method} {target} HTTP/1.1", *lines, "", ""]).encode())
 
     def raw(self, data):
-        """Send bytes; return the answer, and None where there is none."""
+        """Send bytes; return the answer, or None if there is none."""
         with self.connected() as stream:
             stream.sendall(data)
             return answer(everything(stream))
 
     def connected(self):
-        """A connection on which nothing was said yet."""
+        """A connection without any message yet."""
         return socket.create_connection(("127.0.0.1", self.port), timeout=20)
 
     @contextmanager
     def page(self, **options):
-        """A page that is connected, and was told how things are."""
+        """A page that is connected, and has received the present state."""
         with self.silent_page(**options) as link:
             assert link.recv(20).startswith("hello ") and link.recv(20) == b"\0numbers"
             yield link
@@ -115,7 +115,7 @@ class Browser:
 
 
 def everything(stream):
-    """All bytes until the other side has said its last."""
+    """All bytes until the other side has sent its last."""
     parts = []
     try:
         while part := stream.recv(65_536):

@@ -22,7 +22,7 @@ def through(bench):
     return np.array([each.q for each in bench.pair.live.instants])
 
 
-def test_what_runs_on_the_bench_is_the_run_of_the_experiment(experiment):
+def test_the_run_on_the_bench_is_the_run_of_the_experiment(experiment):
     bench = Workbench(experiment)
     q = through(bench)
     run = experiment.run()
@@ -74,7 +74,7 @@ def test_the_target_is_dragged_and_with_it_the_goal(experiment):
     place = bench.experiment.scene.objects[0].pose
     assert np.allclose(place.position, [0.05, 0.0, 0.0], rtol=0, atol=1e-12)
     goal = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
-    assert np.allclose(goal, before, atol=1e-9)  # it is taught where the camera stands
+    assert np.allclose(goal, before, atol=1e-9)  # the goal is the present pose of the camera
     through(bench)
     end = bench.pair.live.now
     away = end.pixels - bench.pair.live.template["pixels_goal"].values
@@ -133,7 +133,7 @@ def test_a_second_scheme_runs_beside(experiment):
         ("task.features", "ellipse", "needs at least 5 marks"),
     ],
 )
-def test_what_is_wrong_changes_nothing(experiment, name, value, reason):
+def test_a_faulty_change_changes_nothing(experiment, name, value, reason):
     bench = Workbench(experiment)
     bench.step()
     with pytest.raises(InputError, match=reason):
@@ -180,7 +180,7 @@ def test_a_change_that_the_second_scheme_cannot_follow_changes_nothing(experimen
     through(bench)
 
 
-def test_the_end_is_that_of_the_first_scheme(experiment):
+def test_the_end_agrees_with_the_first_scheme(experiment):
     bench = Workbench(experiment)
     bench.compare(["task.gain", 0.3])
     through(bench)
@@ -206,7 +206,7 @@ def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     assert "from_text" in format_python_code(*bench.current)
 
 
-def test_python_says_what_is_on_the_bench(experiment):
+def test_the_python_code_gives_the_experiment_on_the_bench(experiment):
     odd = experiment.with_(title="it's \\ '''' and \"quoted\"").at("task.gain", 3.0)
     for each in (odd, experiment.at("task.gain", 3.0), experiment):
         found = {}
@@ -214,7 +214,7 @@ def test_python_says_what_is_on_the_bench(experiment):
         assert found["experiment"] == each
 
 
-def test_explained_is_what_ran_since_the_last_change(experiment):
+def test_the_explanation_covers_the_run_since_the_last_change(experiment):
     bench = Workbench(experiment)
     for _ in range(50):
         bench.step()

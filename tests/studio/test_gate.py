@@ -28,7 +28,7 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address_bar(browser):
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
 def test_a_link_in_another_page_loads_the_page_by_an_answer_of_ours(browser, site):
-    """Behind a redirect, browsers take the other page for the one who asks."""
+    """Behind a redirect, browsers take the other page for the origin of the request."""
     got = browser.get(f"/?token={browser.token}", Cookie=None, Sec_Fetch_Site=site)
     assert (got.status, got.headers["refresh"]) == (200, "0; url=/")
     assert got.headers["set-cookie"].startswith(browser.cookie) and "location" not in got.headers
@@ -90,7 +90,7 @@ def test_what_another_page_asks_for_it_does_not_get(browser, target, site):
 
 
 @pytest.mark.parametrize("site", ["none", "same-origin", None])
-def test_what_our_page_or_a_person_asks_for_they_get(browser, site):
+def test_our_page_and_a_person_get_their_requests(browser, site):
     assert browser.get("/", Sec_Fetch_Site=site).body == PAGE.encode()
 
 
@@ -168,7 +168,7 @@ def test_other_machines_are_let_in_only_by_a_word():
         ({"port": 80.5}, "65535, got 80.5"),
     ],
 )
-def test_what_is_no_place_to_listen_is_refused_in_words(given, words):
+def test_an_invalid_place_to_listen_is_refused_in_words(given, words):
     with pytest.raises(InputError) as refused:
         Server(Fake(), **given)
     assert words in str(refused.value)

@@ -1,4 +1,4 @@
-"""What a page and the app say to each other, and what is said too often, too long or wrong."""
+"""The messages between a page and the app; messages that are too frequent, too long or wrong."""
 
 import json
 from contextlib import suppress
@@ -31,18 +31,18 @@ def masked(opcode, data=b"", fin=True):
     return Frame(opcode, data, fin).serialize(mask=True)
 
 
-def test_every_page_is_told_how_things_are_and_then_what_is_new(server, browser):
+def test_every_page_receives_the_present_state_and_then_the_news(server, browser):
     with browser.page() as one, browser.page() as two:
         server.broadcast("both")
         server.broadcast(b"\1\2")
         assert [one.recv(20), one.recv(20)] == [two.recv(20), two.recv(20)] == ["both", b"\1\2"]
 
 
-def test_an_answer_is_for_the_page_that_asked(server, browser, app):
+def test_an_answer_goes_to_the_page_of_the_request(server, browser, app):
     with browser.page() as one, browser.page() as two:
         one.send('{"say": "caf\\u00e9 \U0001f916", "at": [1, -2.5e-3, true, null]}')
-        said = {"say": "café \U0001f916", "at": [1, -2.5e-3, True, None]}
-        assert json.loads(one.recv(20)) == said and app.heard == [said]
+        options = {"say": "café \U0001f916", "at": [1, -2.5e-3, True, None]}
+        assert json.loads(one.recv(20)) == options and app.heard == [options]
         one.send('{"answer": false}')
         one.send('{"last": 1}')
         assert one.recv(20) == '{"last": 1}'
@@ -67,7 +67,7 @@ def test_bytes_are_no_message(browser):
         assert json.loads(page.recv(20))["error"] == JSON
 
 
-def test_messages_nest_as_deep_as_is_said():
+def test_messages_nest_as_deep_as_is_reported():
     deep = parse_page_message(b'{"a":' * 15 + b"[1]" + b"}" * 15)
     for _ in range(15):
         deep = deep["a"]
@@ -99,7 +99,7 @@ def test_a_message_has_a_largest_size_in_one_frame_or_many(browser, app):
     assert len(app.heard) == 2
 
 
-def test_a_page_may_say_so_much_a_second():
+def test_the_rate_of_messages_of_a_page_is_limited():
     budget = MessageBudget()
     assert [budget.spend(7.0) for _ in range(401)] == [True] * 400 + [False]
     budget = MessageBudget()
@@ -108,7 +108,7 @@ def test_a_page_may_say_so_much_a_second():
 
 
 @pytest.mark.parametrize("opcode", [Opcode.TEXT, Opcode.PING, Opcode.PONG, Opcode.CONT])
-def test_a_page_that_says_too_much_is_closed_whatever_it_says(browser, opcode):
+def test_a_page_that_sends_too_much_is_closed_whatever_it_sends(browser, opcode):
     with browser.connected() as stream:
         stream.sendall(browser.handshake())
         first = masked(Opcode.TEXT, b"{", fin=False) if opcode is Opcode.CONT else b""
@@ -130,7 +130,7 @@ def test_a_page_that_says_too_much_is_closed_whatever_it_says(browser, opcode):
         ),
     ],
 )
-def test_what_is_no_frame_ends_the_talk(browser, data):
+def test_an_invalid_frame_ends_the_connection(browser, data):
     with browser.connected() as stream:
         stream.sendall(browser.handshake() + data)
         assert b"\x88" in everything(stream).partition(b"\0numbers")[2]
@@ -146,7 +146,7 @@ def test_what_is_no_frame_ends_the_talk(browser, data):
         *({"Upgrade": "h2c"}, {"Sec-WebSocket-Key": None}),
     ],
 )
-def test_what_is_no_handshake_is_refused(browser, wrong):
+def test_an_invalid_handshake_is_refused(browser, wrong):
     got = browser.raw(browser.handshake(**wrong))
     assert (got.status, got.body) == (400, b"This is not the handshake of a WebSocket.\n")
 

@@ -1,4 +1,4 @@
-"""What waits for a page, and what is waited for: little, and nobody."""
+"""The queue of a page is short, and the simulation waits for nobody."""
 
 import socket
 import threading
@@ -40,7 +40,7 @@ def test_an_outbox_counts_bytes_and_lets_one_frame_of_any_size_pass():
     assert box.take() is None and box.start_anew()
 
 
-def test_frames_are_those_of_the_protocol():
+def test_frames_agree_with_the_protocol():
     assert (
         encode_websocket_frame("é") == b"\x81\x02\xc3\xa9"
         and encode_websocket_frame(b"\0") == b"\x82\x01\0"
@@ -62,8 +62,8 @@ def test_a_page_that_falls_behind_comes_to_the_present_when_it_reads_again(serve
             pass
 
 
-def test_what_a_slow_page_reads_is_not_old(server, browser):
-    """Beyond a frame that has begun, only what the system holds lies before the present."""
+def test_messages_that_a_slow_page_reads_are_not_old(server, browser):
+    """After a frame that has begun, only the buffer of the system comes before the present."""
     with browser.connected() as slow, browser.page() as other:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65_536)
         slow.sendall(browser.handshake())
@@ -76,7 +76,7 @@ def test_what_a_slow_page_reads_is_not_old(server, browser):
     assert len(read) < 1_200_000
 
 
-def test_who_broadcasts_waits_for_nobody_even_where_the_app_does(server, browser, app, monkeypatch):
+def test_a_broadcast_waits_for_nobody_even_if_the_app_does(server, browser, app, monkeypatch):
     begun, held, waited = threading.Event(), threading.Event(), []
     app.receive = lambda message: begun.set() or waited.append(held.wait(20))
     with browser.page() as page:
@@ -111,7 +111,7 @@ def test_a_page_of_which_nothing_is_heard_is_dropped(server, browser, monkeypatc
     with browser.page() as page, browser.connected() as silent:
         silent.sendall(browser.handshake())
         assert everything(silent).count(encode_websocket_frame("").replace(b"\x81", b"\x89")) >= 2
-        page.send("{}")  # whose browser has answered the pings
+        page.send("{}")  # the browser of this page has answered the pings
         assert page.recv(20) == "{}"
 
 

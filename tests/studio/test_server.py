@@ -1,4 +1,4 @@
-"""What a server answers to requests, and how it begins and ends."""
+"""The answers of a server to requests, and how it begins and ends."""
 
 import os
 import subprocess
@@ -87,12 +87,12 @@ def test_only_get_is_answered(browser, method):
         b"GET / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
     ],
 )
-def test_what_is_no_request_is_refused(browser, data):
+def test_an_invalid_request_is_refused(browser, data):
     got = browser.raw(data)
     assert (got.status, got.body) == (400, b"This is not a request of a browser.\n")
 
 
-def test_what_is_too_long_is_refused(browser):
+def test_a_request_that_is_too_long_is_refused(browser):
     assert browser.get("/" + "a" * server_limits.LINE).status == 414
     assert browser.raw(b"GET /" + b"a" * 5_000_000).status == 414  # sent and heard to the end
     assert browser.get("/", A="a" * server_limits.HEAD).status == 431
@@ -191,7 +191,7 @@ def test_the_end_comes_in_two_seconds_whatever_is_open(app):
     server.broadcast("nobody hears this")
 
 
-def test_a_page_is_told_that_this_is_the_end(app):
+def test_a_page_receives_the_end_of_the_server(app):
     with Server(app) as server, Browser(server).page() as page:
         server.close()
         assert closed(page) == (1001, "the studio has ended")

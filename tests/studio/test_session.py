@@ -1,4 +1,4 @@
-"""A session: what pages ask for and are told, without a server."""
+"""A session: requests of pages and the messages to them, without a server."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.studio.workbench import Workbench
 
 
 class Pages:
-    """Pages that keep what they are told."""
+    """Pages that keep the messages they receive."""
 
     def __init__(self, experiment):
         self.session = Session(Workbench(experiment), ScenarioShelf.shipped())
@@ -104,7 +104,7 @@ def test_a_page_that_comes_late_has_it_all(pages):
     assert kinds[:3] == ["controls", "gallery", "recording"] and kinds[-1] == "state"
 
 
-def test_a_change_is_echoed_with_what_it_leads_to(pages):
+def test_a_change_is_echoed_with_its_consequences(pages):
     pages.ask({"set": ["task.gain", 1.25]})
     pages.until(lambda state: "task.gain" in state["changes"])
     listed = pages.messages("controls")[-1]["controls"]
@@ -112,7 +112,7 @@ def test_a_change_is_echoed_with_what_it_leads_to(pages):
     assert pages.session.bench.experiment.task.gain == 1.25
 
 
-def test_what_is_wrong_is_said_and_nothing_ends(pages):
+def test_a_fault_is_reported_and_nothing_ends(pages):
     for wish, reason in [
         ({"set": ["task.gain", -1]}, "greater than 0"),
         ({"set": "task.gain"}, "set: expected [name, value]"),
@@ -130,7 +130,7 @@ def test_what_is_wrong_is_said_and_nothing_ends(pages):
     pages.until_true(lambda: pages.session.bench.time == 0.04)
 
 
-def test_of_equal_wishes_the_last_one_counts(pages):
+def test_of_equal_requests_the_last_one_counts(pages):
     pages.ask(*({"set": ["task.gain", gain]} for gain in np.linspace(0.1, 3.0, 200)))
     pages.until_true(lambda: pages.session.bench.experiment.task.gain == 3.0)
     assert pages.session.bench.revision < 40
@@ -152,7 +152,7 @@ def test_another_experiment_is_opened_by_name(pages):
     assert list(texts) == ["watch for"] and texts["watch for"].startswith("A Panda arm")
 
 
-def test_what_is_saved_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):
+def test_the_saved_file_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):
     pages.ask({"set": ["task.gain", 1.5]})
     pages.until(lambda state: state["changes"])
     session = pages.session
@@ -170,7 +170,7 @@ def test_what_is_saved_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):
     assert session.download("../run.nc") is None
 
 
-def test_a_mistake_of_the_simulation_is_told_and_nothing_ends(pages, monkeypatch):
+def test_an_error_of_the_simulation_is_reported_and_nothing_ends(pages, monkeypatch):
     bench = pages.session.bench
     with monkeypatch.context() as patch:
         patch.setattr(type(bench.pair), "step", lambda self: 1 / 0)
@@ -180,7 +180,7 @@ def test_a_mistake_of_the_simulation_is_told_and_nothing_ends(pages, monkeypatch
     pages.until_true(lambda: bench.time == pytest.approx(0.12))
 
 
-def test_what_was_told_in_parts_is_told_whole_to_who_comes_late(pages, monkeypatch):
+def test_messages_sent_in_parts_come_whole_to_a_late_page(pages, monkeypatch):
     monkeypatch.setattr("robsim.studio.outbound_messages.LONGEST", 3)
     for gain in (0.6, 0.7, 0.8, 0.9, 1.0, 1.1):
         pages.ask({"step": 4})

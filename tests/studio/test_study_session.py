@@ -18,7 +18,7 @@ from robsim.studio.web.app import UnavailableDownload
 
 @pytest.fixture(scope="module")
 def study():
-    """Sixteen runs, of which ten could not begin."""
+    """Sixteen runs; ten of them could not begin."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=6)
     look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.6)
     vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Choice([1.0, 2.0])}
@@ -44,13 +44,13 @@ def pages(study):
 
 @pytest.fixture
 def told(pages):
-    """The header and the arrays of the map, as a new page is told them first."""
+    """The header and the arrays of the map, which a new page receives first."""
     message = json.loads(pages.session.hello()[0])
     assert message["type"] == "study"
     return unpack_recording(base64.b64decode(message["recording"]))
 
 
-def test_a_new_page_is_told_the_table_first(study, told):
+def test_a_new_page_receives_the_table_first(study, told):
     header, arrays = told
     names = [column["name"] for column in header["columns"]]
     assert names == [name for name in study.table if name != "outcome"]
@@ -65,7 +65,7 @@ def test_a_new_page_is_told_the_table_first(study, told):
     assert outcomes.tolist() == study.table["outcome"].tolist()
 
 
-def test_columns_say_their_units_and_what_runs_of_a_draw_share(told):
+def test_columns_have_their_units_and_the_values_that_runs_of_a_sample_share(told):
     columns = {column["name"]: column for column in told[0]["columns"]}
     units = {"start_x": "m", "start_angle": "rad", "end_time": "s", "pixel_error": "px"}
     assert {name: columns[name]["unit"] for name in units} == units
@@ -76,7 +76,7 @@ def test_columns_say_their_units_and_what_runs_of_a_draw_share(told):
     assert told[0]["in_turn"] == ["task.interaction"] and told[0]["cells"] == 2
 
 
-def test_counts_are_those_of_the_study_in_one_order(study, told):
+def test_counts_agree_with_the_study_in_one_order(study, told):
     names = [outcome["name"] for outcome in told[0]["outcomes"]]
     counts = study.counts("task.interaction")
     for group in told[0]["counts"]:

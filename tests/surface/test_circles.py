@@ -40,7 +40,7 @@ def imports():
 
 
 def circles(graph):
-    """The sets of nodes of which each leads to each (Tarjan 1972)."""
+    """The sets of nodes that lead to each other (Tarjan 1972)."""
     low, number, stack, found = {}, {}, [], []
 
     def visit(node):

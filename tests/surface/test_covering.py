@@ -1,4 +1,4 @@
-"""What the thinned products of choices leave out: no pair of choices, and no product is whole."""
+"""The thinned products of choices contain every pair of choices, and no product is whole."""
 
 from itertools import product
 from types import SimpleNamespace
@@ -27,7 +27,7 @@ def test_rows_that_are_not_there_are_not_needed():
 
 
 class Item:
-    """What `thin` knows of a test that pytest has collected."""
+    """The data of `thin` about a test that pytest has collected."""
 
     def __init__(self, name, marker, **choices):
         self.nodeid, self.marker, self.marks = f"{name}[{choices}]", marker, []
@@ -40,7 +40,7 @@ class Item:
         self.marks.append(mark.name)
 
 
-def test_each_test_is_thinned_by_itself_and_only_where_it_asks_for_it():
+def test_each_test_is_thinned_by_itself_and_only_on_request():
     pairs = pytest.mark.covering(2).mark
     whole = list(product("ab", "xy", "uv"))
     items = [

@@ -1,4 +1,4 @@
-"""What the README and the guides say runs as it stands there."""
+"""The code in the README and the guides runs as printed."""
 
 import json
 import re
@@ -46,8 +46,8 @@ def test_the_tests_that_hold_the_promises_exist():
         assert not test or f"def {test}(" in (ROOT / path).read_text(), test
 
 
-def test_the_written_pages_say_what_the_code_says():
-    """In a process of its own, where no test has registered a kind."""
+def test_the_written_pages_agree_with_the_code():
+    """In a process of its own, without the kinds that tests register."""
     check = [sys.executable, ROOT / "docs/build.py", "--check"]
     done = subprocess.run(check, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -79,7 +79,7 @@ def test_every_command_and_every_option_is_in_the_reference():
 
 
 def scenarios(document):
-    """Of each TOML block the whole file; what is no file of its own changes the one before."""
+    """For each TOML block, the whole file; a block that is a fragment changes the one before."""
     tables = {}
     for block in blocks(document, "toml"):
         found = tomllib.loads(block)
@@ -112,7 +112,7 @@ def test_there_is_an_example_of_every_kind_of_task():
 
 
 def keys(schema):
-    """Yield the keys that a JSON schema knows in any table."""
+    """Yield the keys that a JSON schema accepts in any table."""
     if isinstance(schema, dict):
         yield from schema.get("properties", ())
     for value in schema.values() if isinstance(schema, dict) else schema:
@@ -121,7 +121,7 @@ def keys(schema):
 
 
 def test_every_key_of_a_scenario_file_is_named():
-    """By the schema of a process of its own, where no test has registered a kind."""
+    """By the schema of a process of its own, without the kinds that tests register."""
     made = subprocess.run(
         [sys.executable, "-m", "robsim", "schema"], check=True, capture_output=True, text=True
     )
@@ -134,7 +134,7 @@ def test_every_key_of_a_scenario_file_is_named():
 
 def test_the_weightings_are_named():
     text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    rs.weights.Tukey()  # whose module registers them
+    rs.weights.Tukey()  # its module registers them
     names = own(family("weighting"))
     assert {"border", "fade", "huber", "tukey", "cauchy"} <= set(names)
     assert all(f'"{name}"' in text for name in names)
@@ -151,7 +151,7 @@ def test_the_readme_shows_the_quickstart_example():
     assert example.split('"""', 2)[2].strip() == shown.strip()
 
 
-def test_the_seven_steps_are_those_of_the_example():
+def test_the_seven_steps_agree_with_the_example():
     shown = "\n".join(blocks(ROOT / "docs" / "seven_steps.md"))
     example = (ROOT / "examples" / "seven_steps.py").read_text(encoding="utf-8")
     lines = [line for line in example.split('"""', 2)[2].splitlines() if line]

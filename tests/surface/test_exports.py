@@ -1,4 +1,4 @@
-"""What users may rely on: names, the order of arguments, docstrings, and what is in the package."""
+"""The public surface: names, the order of arguments, docstrings, and the content of the package."""
 
 import ast
 import importlib
@@ -144,7 +144,7 @@ def test_every_public_name_has_a_docstring(name):
     assert text and text.strip().split("\n")[0].rstrip().endswith((".", ":", ")"))
     assert not text.startswith(
         f"{name.split('.')[-1]}("
-    )  # what a dataclass writes when there is none
+    )  # a dataclass writes such a docstring by default
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -168,7 +168,7 @@ def test_a_member_that_users_rely_on_is_there(name):
     assert all(hasattr(getattr(rs, name), member) for member in MEMBERS[name].split())
 
 
-def test_the_defaults_of_a_run_are_those_of_the_documentation():
+def test_the_defaults_of_a_run_agree_with_the_documentation():
     given = inspect.signature(rs.simulate).parameters
     defaults = {name: given[name].default for name in ("q0", "dt", "duration", "seed", "sensing")}
     assert defaults == {"q0": None, "dt": 0.04, "duration": 10.0, "seed": 0, "sensing": None}
@@ -209,7 +209,7 @@ def test_the_command_line_has_its_commands_with_a_sentence_each():
         assert command.help and command.help.split("\n")[0].endswith(".")
 
 
-def test_the_version_is_that_of_the_package():
+def test_the_version_agrees_with_the_package():
     assert importlib.metadata.version("robsim") == rs.__version__
 
 

@@ -1,4 +1,4 @@
-"""Films: what each frame shows is compared with the run, and files are read back."""
+"""Films: the content of each frame is compared with the run, and files are read back."""
 
 import importlib.util
 from pathlib import Path
@@ -46,7 +46,7 @@ def mission():
     return example("inspection_a").run()
 
 
-def written(run, path, **how):
+def read_gif(run, path, **how):
     """The pictures (H, W, 3) of a GIF as any reader shows them, and their milliseconds."""
     pictures, spans = [], []
     with Image.open(rs.plot.save_film(run, path, **SMALL | how)) as film:
@@ -68,8 +68,8 @@ def written(run, path, **how):
         *(pytest.param(*each, marks=pytest.mark.full) for each in [(8, 2, 5), (3, 1, 4)]),
     ],
 )
-def test_frames_are_as_many_as_rate_and_speed_say(arm, tmp_path, fps, speed, frames):
-    pictures, spans = written(arm, tmp_path / "run.gif", fps=fps, speed=speed)
+def test_the_number_of_frames_follows_from_rate_and_speed(arm, tmp_path, fps, speed, frames):
+    pictures, spans = read_gif(arm, tmp_path / "run.gif", fps=fps, speed=speed)
     assert len(pictures) == frames
     assert sum(spans) == 10 * round(100 * (frames / fps + PAUSE))
     assert all(abs(span - 1000 / fps) <= 10 for span in spans[:-1])
@@ -97,24 +97,24 @@ def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
     away = start.with_(start=np.r_[3.0, 0, -0.5, start.start[3:]])
     run = away.run()
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.BEHIND_CAMERA and float(run.end_time) == 0
-    assert written(run, tmp_path / "run.gif")[1] == [10 * round(100 * (1 / 20 + PAUSE))]
+    assert read_gif(run, tmp_path / "run.gif")[1] == [10 * round(100 * (1 / 20 + PAUSE))]
 
 
 @pytest.mark.full
-def test_what_is_after_the_end_of_a_run_is_not_filmed():
+def test_the_time_after_the_end_of_a_run_is_not_filmed():
     run = example("visp_tutorial").run()
     assert np.isnan(run.error_norm.values[-1])
     footage = build_film_source(run)
     assert footage.time[-1] == float(run.end_time)
     screen = screen_of(run, fps=1.0)
     screen[len(screen) - 1]
-    assert said(screen) == f"converged after 20.4 s     t = {float(run.end_time):.2f} s"
+    assert read_time_line(screen) == f"converged after 20.4 s     t = {float(run.end_time):.2f} s"
 
 
-# ---- what is seen ----
+# ---- the picture ----
 
 
-def said(screen):
+def read_time_line(screen):
     """The line that changes from frame to frame."""
     [text] = [t for t in screen.figure.findobj(Text) if t.get_text().endswith(" s")]
     return text.get_text()
@@ -131,7 +131,7 @@ def test_marks_are_the_pixels_of_the_run_in_each_frame(arm):
     for k, instant in enumerate(screen.clock.instants):
         screen[k]
         np.testing.assert_array_equal(dots(screen.figure.axes[1]), arm.pixels.values[instant])
-        assert said(screen).endswith(f"t = {float(arm.time[instant]):.2f} s")
+        assert read_time_line(screen).endswith(f"t = {float(arm.time[instant]):.2f} s")
 
 
 def test_two_cameras_have_an_image_each():
@@ -178,13 +178,13 @@ def test_curves_are_drawn_until_now(arm):
     assert [now, now] in [list(line.get_xdata()) for line in v.get_lines()]
 
 
-def test_where_the_camera_stands_still_the_velocity_is_that_of_the_target():
+def test_with_a_camera_at_rest_the_velocity_agrees_with_the_target():
     screen = screen_of(example("eye_to_hand", duration=0.4).run())
     assert screen.figure.axes[2].get_ylabel().startswith("v of puma560.flange")
 
 
 def placement(screen):
-    """All that says where things are drawn, of all axes."""
+    """All data on the positions of drawings, of all axes."""
     for axes in screen.figure.axes:
         limits = [getattr(axes, f"get_{n}lim")() for n in "xyz" if hasattr(axes, f"get_{n}lim")]
         seen = axes.get_proj().tolist() if hasattr(axes, "get_proj") else ()
@@ -203,7 +203,7 @@ def test_axes_view_and_ground_are_the_same_in_all_frames(name):
         assert list(placement(screen)) == before
         for edge, part in zip(edges, (now[:, :2], now[-40:]), strict=True):
             np.testing.assert_array_equal(part[:, :24], edge[:, :24])
-    np.testing.assert_array_equal(screen[0], first)  # nothing is left of what was drawn since
+    np.testing.assert_array_equal(screen[0], first)  # nothing drawn since is left
 
 
 @pytest.mark.full
@@ -232,21 +232,21 @@ def test_a_mission_shows_its_phases_and_its_camera_where_it_is_used(mission):
         leg = mission.legs[
             np.searchsorted([leg.start for leg in mission.legs], time[instant] + 1e-9) - 1
         ]
-        assert said(screen) == f"{leg.name}     t = {time[instant]:.2f} s"
+        assert read_time_line(screen) == f"{leg.name}     t = {time[instant]:.2f} s"
         [idle] = [t for t in screen.figure.axes[1].texts if t.get_text() == "not in use"]
         assert idle.get_visible() == (leg.name != "approach by sight")
         if not idle.get_visible():
             at = round((time[instant] - leg.start) / 0.04)
             np.testing.assert_array_equal(dots(screen.figure.axes[1]), leg.run.pixels.values[at])
     screen[len(screen) - 1]
-    assert said(screen).startswith("all phases as expected")
+    assert read_time_line(screen).startswith("all phases as expected")
 
 
 # ---- files ----
 
 
 def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
-    pictures, _ = written(arm, tmp_path / "run.gif", fps=5, size=(12.8, 7.2), dpi=50)
+    pictures, _ = read_gif(arm, tmp_path / "run.gif", fps=5, size=(12.8, 7.2), dpi=50)
     screen = screen_of(arm, fps=5.0)
     assert pictures[0].shape == (360, 640, 3)
     for k, picture in enumerate(pictures):
@@ -282,7 +282,7 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
         assert np.abs(picture - screen[min(k, len(screen) - 1)][..., :3]).mean() < 3
 
 
-def test_folders_are_made_and_shares_told(short, tmp_path):
+def test_folders_are_made_and_progress_reported(short, tmp_path):
     shares = []
     path = rs.plot.save_film(
         short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append
@@ -290,7 +290,7 @@ def test_folders_are_made_and_shares_told(short, tmp_path):
     assert path.stat().st_size > 1000 and shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
 
-def test_a_stop_leaves_what_was_there(short, tmp_path):
+def test_a_stop_keeps_the_old_file(short, tmp_path):
     def stop(share):
         if share > 0.3:
             raise KeyboardInterrupt
@@ -322,7 +322,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("how", "message"), BAD.values(), ids=BAD)
-def test_what_cannot_be_filmed_so_is_refused_at_once(short, tmp_path, how, message):
+def test_a_film_that_is_impossible_is_refused_at_once(short, tmp_path, how, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.plot.save_film(short, tmp_path / "run.gif", **how)
     assert not list(tmp_path.iterdir())
@@ -392,7 +392,7 @@ def test_run_writes_a_page_and_a_film_beside_the_rest(called, monkeypatch, tmp_p
     assert sorted(path.name for path in Path("out").iterdir()) == ["run.nc", "scenario.toml"]
 
 
-def test_what_cannot_be_shown_in_motion_is_refused_before_it_is_simulated(called, tmp_path):
+def test_a_film_that_is_impossible_is_refused_before_it_is_simulated(called, tmp_path):
     where = tmp_path / "out"
     command = ["run", str(rs.examples.path("visp_tutorial")), "-o", str(where)]
     status, _, err = called(*command, "--gif", "--set", "run.record=summary")

@@ -1,4 +1,4 @@
-"""The remark at the head of each shipped experiment says what to watch for, and what to try."""
+"""The remark at the head of each shipped experiment names an effect and a change to try."""
 
 import re
 import shlex
@@ -8,7 +8,7 @@ import pytest
 import robsim as rs
 from robsim.studio.scenario_shelf import extract_remark
 
-MOST = 330  # characters, of which a card of the gallery has room
+MOST = 330  # characters that fit on a card of the gallery
 SENTENCE = re.compile(r"[.?!](?= [A-Z]|$)")
 
 
@@ -28,7 +28,7 @@ def of_options(arguments, option):
 
 
 @pytest.mark.parametrize("name", rs.examples.names())
-def test_its_first_paragraph_is_short_and_says_what_to_watch(name):
+def test_its_first_paragraph_is_short_and_names_an_effect_to_watch(name):
     first, lines = head(name)
     assert len(first) <= MOST and "Watch " in first
     assert len(SENTENCE.findall(first)) in (2, 3)

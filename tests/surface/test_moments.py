@@ -1,4 +1,4 @@
-"""Pictures side by side: true proportions, one scale, and what is near covers what is far."""
+"""Pictures side by side: true proportions, one scale, and near bodies cover far ones."""
 
 import matplotlib
 import numpy as np
@@ -56,7 +56,7 @@ def test_it_shows_where_things_are(view, arm, post):
         assert faces(axes, "k")[0].size  # the body of the camera
 
 
-def test_what_is_near_is_drawn_last_and_what_is_far_away_is_not():
+def test_a_near_body_is_drawn_last_and_a_far_one_is_not():
     (axes,) = plot.moments(SCENE, [[0.0]], extent=(6, 5)).axes
     assert min(faces(axes, "r")[1]) > max(faces(axes, "b")[1])
     (axes,) = plot.moments(SCENE, [[0.0]], views=["left"], extent=(6, 5)).axes
@@ -112,6 +112,6 @@ def test_it_shows_the_frame_of_the_figures():
         ({"scene": ARM}, "expected a Scene"),
     ],
 )
-def test_what_cannot_be_shown_is_refused(settings, told):
+def test_a_picture_that_is_impossible_is_refused(settings, told):
     with pytest.raises(rs.errors.InputError, match=told):
         plot.moments(**{"scene": SCENE, "q": [[0.0]], **settings})

@@ -1,4 +1,4 @@
-"""What a notebook or an interpreter shows of a robot, a scene, an explanation and a comparison."""
+"""The display of robots, scenes, explanations and comparisons in notebooks and interpreters."""
 
 import re
 

@@ -42,7 +42,7 @@ def wait(teller):
 
 @pytest.fixture
 def teller(monkeypatch):
-    """A listener of its own, which is not silent in tests, and for which a second is nothing."""
+    """A listener of its own, not silent in tests, with a patience of zero seconds."""
     monkeypatch.setattr(stderr_messages, "is_quiet", lambda: False)
     monkeypatch.setattr(stderr_messages, "_has_reported", False)
     monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
@@ -54,7 +54,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_one_line_says_what_is_done_and_where_it_is_kept(teller, capsys):
+def test_one_line_reports_the_compilation_and_its_folder(teller, capsys):
     for _ in range(2):
         start(teller, interaction.points_interaction)
         wait(teller)
@@ -64,7 +64,7 @@ def test_one_line_says_what_is_done_and_where_it_is_kept(teller, capsys):
     assert teller.compiled == ["interaction.points_interaction"] * 2
 
 
-def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch):
+def test_before_a_second_has_passed_nothing_is_reported(teller, capsys, monkeypatch):
     monkeypatch.setattr(compile_notice, "PATIENCE", 1000.0)
     start(teller, interaction.points_interaction)
     end(teller, interaction.points_interaction)
@@ -72,7 +72,7 @@ def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch)
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_terminal_shows_what_is_compiled_now_and_keeps_the_first_line_only(teller, monkeypatch):
+def test_a_terminal_shows_the_present_kernel_and_keeps_the_first_line_only(teller, monkeypatch):
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
     start(teller, interaction.points_interaction)
@@ -107,7 +107,7 @@ def test_the_functions_of_a_user_are_not_counted(teller, capsys):
     assert teller.compiled == [] and capsys.readouterr() == ("", "")
 
 
-def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_path):
+def test_without_a_place_to_write_it_reports_it(teller, capsys, monkeypatch, tmp_path):
     (tmp_path / "file").touch()
     monkeypatch.setattr(cache_files, "CACHE", tmp_path / "file" / "below")
     start(teller, interaction.points_interaction)
@@ -118,7 +118,7 @@ def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_pa
     )
 
 
-def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monkeypatch, tmp_path):
+def test_a_lost_kernel_is_reported_once_with_its_reason(teller, capsys, monkeypatch, tmp_path):
     def full(*given):
         raise OSError(28, "No space left on device")
 
@@ -136,7 +136,7 @@ def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monk
 
 
 @pytest.mark.full  # as processes are started
-def test_a_process_says_it_on_stderr_once_and_the_next_says_nothing(tmp_path):
+def test_a_process_reports_it_on_stderr_once_and_the_next_reports_nothing(tmp_path):
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     environment["ROBSIM_CACHE_DIR"] = str(tmp_path)
     command = [sys.executable, "-c", CODE]

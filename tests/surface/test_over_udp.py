@@ -42,14 +42,14 @@ def test_packets_are_the_same_there_and_back(parts):
         assert packets.parse(packets.pack(packet)) == packet
 
 
-def test_a_header_says_the_size_in_big_endian(parts):
+def test_a_header_has_the_size_in_big_endian(parts):
     _, packets, _ = parts
     data = packets.pack(packets.Command(3, 0.5, (1.0, 0, 0, 0, 0, 0)))
     assert data[:3] == b"\0\x3fV" and len(data) == 0x3F
     assert struct.unpack(">Id6d", data[3:]) == (3, 0.5, 1.0, 0, 0, 0, 0, 0)
 
 
-def test_what_is_no_packet_is_none(parts):
+def test_an_invalid_packet_is_none(parts):
     _, packets, _ = parts
     for packet in each_kind(packets):
         data = packets.pack(packet)
@@ -66,7 +66,7 @@ def test_what_is_no_packet_is_none(parts):
         assert packets.parse(rng.bytes(size)) is None
 
 
-def test_what_is_no_packet_is_counted_and_moves_nothing(parts, experiment):
+def test_an_invalid_packet_is_counted_and_moves_nothing(parts, experiment):
     driver, packets, robot = parts
     arm = robot.Robot(experiment)
     arm.hear(packets.pack(packets.Command(2, 0.0, (0.1,) * 6)), 0.0)
@@ -109,7 +109,7 @@ def talk(parts, experiment, duration, answers=lambda i: True):
     return arm, ours
 
 
-def test_the_loop_is_that_of_the_simulation(parts, experiment):
+def test_the_loop_agrees_with_the_simulation(parts, experiment):
     """Images come at other times, with other noise: the errors differ by some of their delay."""
     run = experiment.run()
     arm, ours = talk(parts, experiment, experiment.duration)

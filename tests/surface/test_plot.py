@@ -1,4 +1,4 @@
-"""The figures show what there is: each drawn number is compared with the one it stands for."""
+"""The figures are complete: each number in them is compared with its value in the run."""
 
 from dataclasses import replace
 
@@ -202,7 +202,7 @@ def test_a_camera_with_a_body_is_drawn_by_it():
     assert_same(faces(plot.scene(scene))["eye"], faces_of(expected, np.eye(4)))
 
 
-def test_a_camera_without_a_body_is_the_pyramid_of_what_it_sees():
+def test_a_camera_without_a_body_is_the_pyramid_of_its_view():
     scene = workstation(rs.Camera(CAMERA.K, SIZE, distortion=(-0.1, 0.01, 1e-3, 1e-3)))
     [segments] = wires(plot.scene(scene))["eye"]
     T = rs.Pose(scene.display.matrix @ scene.pose("eye", scene.home).matrix)
@@ -239,13 +239,13 @@ def test_a_run_is_drawn_from_its_dashed_start_to_its_solid_end(scene, run):
     assert styles["tool at start"][1] is not None
 
 
-def test_what_stands_still_in_a_run_is_drawn_once(scene, run):
+def test_bodies_at_rest_in_a_run_are_drawn_once(scene, run):
     figure = plot.scene(scene, run=run)
     assert len(faces(figure)["base"]) == len(faces(figure)["cube"]) == 6
     assert not {"base at start", "cube at start"} & wires(figure).keys()
 
 
-def test_the_path_of_the_camera_is_that_of_the_run(scene, run):
+def test_the_path_of_the_camera_agrees_with_the_run(scene, run):
     axes = plot.scene(scene, run=run).axes[0]
     path = np.transpose(lines(axes, "path of eye").get_data_3d())
     seen = run["camera_pose"].dropna("time").values[:, :3, 3]
@@ -317,8 +317,8 @@ def test_a_legend_has_each_colour_once():
     assert len({to_hex(handle.get_color()) for handle in handles}) == 5
 
 
-def test_what_has_several_colours_is_named_by_one_that_is_its_own():
-    """Also where it has more of another: the legend explains as many colours as it can."""
+def test_a_body_of_several_colours_is_named_by_one_of_its_own():
+    """Also if it has more of another: the legend explains as many colours as it can."""
     head = [rs.Block(0.1, 0.1, 0.1, "m"), rs.Block(0.5, 0.5, 0.5, "k")]
     arm = rs.Robot.from_dh([[0, 1, 0, 0]], shapes=[[rs.Block(1, 1, 1)], head], links=["head"])
     colors = colors_of(plot.scene(rs.Scene(arm)).axes[0])
@@ -410,7 +410,7 @@ def test_the_goal_is_the_outline_of_the_camera_where_the_task_wants_it(scene, ru
     np.testing.assert_allclose(drawn[0, 0], T[:3, 3], atol=1e-12)
 
 
-def test_a_run_that_tells_its_goal_is_drawn_with_it(scene, run):
+def test_a_run_that_has_its_goal_is_drawn_with_it(scene, run):
     T = scene.pose("eye", scene.home).matrix
     told = run.assign(goal_pose=(("row", "column"), T, {"frame": "eye"}))
     drawn = ghost(plot.scene(scene, run=told), "eye")
@@ -419,7 +419,7 @@ def test_a_run_that_tells_its_goal_is_drawn_with_it(scene, run):
     assert "goal" not in legend(plot.scene(scene, run=unknown).axes[0])
 
 
-def test_where_the_camera_stands_still_the_goal_is_that_of_its_target():
+def test_with_a_camera_at_rest_the_goal_agrees_with_its_target():
     cube = rs.Object("cube", CUBE, on="rhino.tool")
     watcher = rs.MountedCamera("watcher", CAMERA, pose=rs.Pose.at(0.3, 0, 1.2, rpy=(np.pi, 0, 0)))
     scene = rs.Scene(RHINO, cube, watcher)
@@ -430,7 +430,7 @@ def test_where_the_camera_stands_still_the_goal_is_that_of_its_target():
         np.testing.assert_allclose(drawn, placed(CUBE, T.matrix), atol=1e-12)
 
 
-def test_without_a_camera_the_goal_is_that_of_the_tip():
+def test_without_a_camera_the_goal_agrees_with_the_tip():
     goal = rs.Pose.at(0.3, 0.1, 0.4)
     drawn = ghost(plot.robot(RHINO, goal=goal), "rhino.tool")
     np.testing.assert_allclose(drawn, placed(RHINO.links[-1].shapes[0], goal.matrix), atol=1e-12)
@@ -511,7 +511,7 @@ def test_a_robot_without_shapes_is_a_stick_figure():
     np.testing.assert_allclose(drawn["link2"][0], [points[1:]], atol=1e-12)
 
 
-def test_two_robots_are_told_apart_by_name():
+def test_two_robots_are_distinguished_by_name():
     pair = rs.Scene([RHINO, RHINO.named("other").at(rs.Pose.at(0, 1, 0))])
     assert legend(plot.scene(pair).axes[0])[:2] == ["rhino", "other"]
 
@@ -584,7 +584,7 @@ def test_the_border_is_in_view_rows_grow_downwards_and_pixels_are_square(run):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("column (px)", "row (px)")
 
 
-def test_the_image_says_how_the_run_ended(run):
+def test_the_image_shows_the_end_of_the_run(run):
     assert plot.image(run).axes[0].get_title() == "image: time limit after 3 s"
 
 
@@ -610,7 +610,7 @@ def test_without_an_image_size_there_is_no_border(run):
     assert axes.get_xlim()[0] < pixels[..., 0].min() < pixels[..., 0].max() < axes.get_xlim()[1]
 
 
-def test_what_flies_far_out_of_the_image_does_not_shrink_it(run):
+def test_marks_that_fly_far_out_of_the_image_do_not_shrink_it(run):
     far = run.copy(deep=True)
     far["pixels"][5] = 1e7
     left, right = plot.image(far).axes[0].get_xlim()
@@ -692,7 +692,7 @@ def test_a_camera_that_is_not_in_the_run_is_refused_with_those_that_are(name, pa
 # --- the velocity window
 
 
-def test_velocities_and_error_over_time_are_those_of_the_run(run):
+def test_velocities_and_error_over_time_agree_with_the_run(run):
     v, w, e = plot.velocity(run).axes
     alive = run.dropna("time")
     for i, axis in enumerate("xyz"):
@@ -714,7 +714,7 @@ def test_time_ends_with_the_run(scene):
     assert figure.get_suptitle() == f"converged after {float(short['end_time']):.3g} s"
 
 
-def test_velocity_labels_carry_units_also_those_of_the_features(run, scene):
+def test_velocity_labels_carry_units_also_for_the_features(run, scene):
     labels = [axes.get_ylabel() for axes in plot.velocity(run).axes]
     assert labels == ["v (m/s)", "ω (rad/s)", "error (–)"]
     task = {"features": rs.features.PixelPoints()}
@@ -735,7 +735,7 @@ def test_units_of_error_may_be_mixed(pair):
 
 
 @pytest.mark.parametrize("frame", ["rhino.tool", "rhino.fore", "eye"])
-def test_the_velocity_of_a_frame_is_that_of_its_origin_in_world_axes(frame, scene, run):
+def test_the_velocity_of_a_frame_agrees_with_its_origin_in_world_axes(frame, scene, run):
     """Against differences of the poses along the run, which are good to the square of the step."""
     step, lived = 1e-6, run.dropna("time").isel(time=slice(0, None, 20))
     v, w, e = plot.velocity(lived, scene, frame).axes
@@ -776,7 +776,7 @@ def test_components_differ_in_line_style_for_black_and_white_print(run):
 # --- the joints
 
 
-def test_joints_are_those_of_the_run_in_degrees_and_metres(run, scene):
+def test_joints_agree_with_the_run_in_degrees_and_metres(run, scene):
     figure = plot.joints(run, scene)
     alive = run.dropna("time")
     assert figure.get_suptitle() == "time limit after 3 s"
@@ -792,7 +792,7 @@ def test_joints_are_those_of_the_run_in_degrees_and_metres(run, scene):
     assert len(spans) == 1  # ways can be compared
 
 
-def test_what_is_beyond_the_limits_of_a_joint_is_grey():
+def test_the_region_beyond_the_limits_of_a_joint_is_grey():
     limits = np.radians([[-10, 20], [-90, 90]])
     arm = rs.Robot.from_dh([[0, 0.3, 0.4, 0]] * 2, limits=limits, name="arm")
     task = rs.FollowJoints({"link1": np.radians(20), "link2": np.radians(5)}, duration=1)
@@ -885,7 +885,7 @@ def test_sizes_and_titles_are_the_users(scene, run, compared, examined):
         assert (*figure.get_size_inches(), figure.get_suptitle()) == (9, 6, "my own")
 
 
-# --- all together, and what is refused
+# --- all together, and refusals
 
 
 def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
@@ -900,7 +900,7 @@ def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
     assert figure.get_suptitle() == f"time limit after 3 s; path {way:.3g} m"
 
 
-def test_the_summary_shows_the_camera_and_the_frame_that_are_asked_for(pair, pair_scene, tmp_path):
+def test_the_summary_shows_the_camera_and_the_frame_that_are_requested(pair, pair_scene, tmp_path):
     figure = plot.run(pair, pair_scene, "right", "fly.body")
     solid, image, v, _, e = figure.axes
     assert {"left", "right"} <= set(legend(solid))
@@ -920,7 +920,7 @@ def test_a_batch_is_refused_where_one_run_is_shown(draw, batch, scene):
 
 
 @pytest.mark.parametrize("draw", [plot.velocity, plot.image])
-def test_what_needs_time_refuses_a_summary(draw, scene):
+def test_figures_over_time_refuse_a_summary(draw, scene):
     summary = simulated(scene, scene.home + OFFSET, record="summary")
     with pytest.raises(rs.errors.InputError, match="record='all'"):
         draw(summary)
@@ -986,7 +986,7 @@ def test_a_notebook_shows_a_figure_once_as_the_value_of_its_cell(backend, scene,
 
 
 def test_a_backend_chosen_while_drawing_may_switch_to_interactive(scene, monkeypatch):
-    """As that of a notebook does when pyplot is first used."""
+    """As the backend of a notebook does when pyplot is first used."""
     monkeypatch.setattr(plt, "get_backend", lambda: (plt.ion(), "agg")[1])
     try:
         plot.scene(scene)
@@ -1007,7 +1007,7 @@ def test_where_windows_open_pyplot_shows_the_figure(scene, monkeypatch):
 
 @pytest.fixture(scope="module")
 def compared(scene):
-    """Three schemes, of which one is too slow to arrive."""
+    """Three schemes; one of them is too slow to arrive."""
     tasks = {
         "current": rs.IBVS(scene.home, gain=2),
         "pose": rs.PBVS(scene.home, gain=2),
@@ -1061,7 +1061,7 @@ def test_measures_are_drawn_as_shares_of_the_largest_and_hollow_where_nothing_co
     assert len({dot.get_marker() for dot in dots}) == len({dot.get_color() for dot in dots}) == 3
 
 
-def test_the_way_is_that_of_the_camera_in_the_two_axes_of_its_largest_extent(compared):
+def test_the_way_agrees_with_the_camera_in_the_two_axes_of_its_largest_extent(compared):
     axes = plot.comparison(compared).axes[5]
     ways = [run["camera_pose"].dropna("time").values[:, :3, 3] for run in compared.runs.values()]
     spans = np.ptp(np.concatenate(ways), axis=0)
@@ -1073,7 +1073,7 @@ def test_the_way_is_that_of_the_camera_in_the_two_axes_of_its_largest_extent(com
     assert axes.get_aspect() == 1
 
 
-def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
+def test_the_boxes_of_batches_are_the_quartiles_of_converged_runs(scene):
     shares = np.linspace(0.1, 1.2, 12)[:, None]
     tasks = {"current": rs.IBVS(scene.home, gain=2), "slow": rs.IBVS(scene.home, gain=1)}
     found = rs.compare(scene, tasks, scene.home + shares * OFFSET, duration=8)
@@ -1092,7 +1092,7 @@ def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
     assert figure.get_suptitle() == "12 starts; boxes: runs that converged"
 
 
-def test_what_is_no_comparison_is_refused(run):
+def test_an_invalid_comparison_is_refused(run):
     with pytest.raises(rs.errors.InputError, match="expected a Comparison as compare returns it"):
         plot.comparison(run)
 
@@ -1138,7 +1138,7 @@ def test_a_diagnosis_is_drawn_as_it_is(examined):
     assert V.get_yscale() == condition.get_yscale() == "log"
 
 
-def test_a_diagnosis_says_how_it_ended_and_has_units(examined, run):
+def test_a_diagnosis_shows_its_outcome_and_has_units(examined, run):
     figure = plot.diagnosis(examined)
     assert figure.get_suptitle() == f"time limit after {float(run['end_time']):.3g} s"
     labels = [axes.get_ylabel() for axes in figure.axes]
@@ -1184,7 +1184,7 @@ def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):
 
 
 @pytest.mark.parametrize("given", [3, [1]])
-def test_what_is_no_diagnosis_is_refused(given, run):
+def test_an_invalid_diagnosis_is_refused(given, run):
     with pytest.raises(
         rs.errors.InputError, match="expected a diagnosis as diagnose returns it, got"
     ):
@@ -1193,7 +1193,7 @@ def test_what_is_no_diagnosis_is_refused(given, run):
         plot.diagnosis(run)
 
 
-def test_a_scene_beyond_all_measure_is_told():
+def test_a_scene_beyond_all_measure_is_reported():
     far = rs.Object("far", rs.Block(1, 1, 1), pose=rs.Pose.at(1e31, 0, 0))
     with pytest.raises(rs.errors.InputError, match=r"1e\+31 m wide cannot be drawn"):
         rs.plot.scene(rs.Scene(objects=[rs.Object("near", rs.Block(1, 1, 1)), far]))

@@ -1,4 +1,4 @@
-"""`robsim robots NAME` and `plot.robot`: the table says what the library holds, and it is drawn."""
+"""`robsim robots NAME` and `plot.robot`: the table agrees with the library, and it is drawn."""
 
 import tomllib
 from dataclasses import replace
@@ -78,7 +78,7 @@ def test_each_robot_has_a_row_for_each_link_and_all_its_sources(robsim, name):
     assert robots.about(name) in flat and f"{robot.tip} at home" in table
 
 
-def test_places_turns_and_several_coordinates_are_told(robsim):
+def test_places_turns_and_several_coordinates_are_reported(robsim):
     table = robsim("robots", "mobile_arm")
     assert "at (0.12, 0, 0.26) m, z along (0, 0, 1)" in table
     assert "x 0 m, y 0 m, theta 0 deg" in table
@@ -87,7 +87,7 @@ def test_places_turns_and_several_coordinates_are_told(robsim):
     assert "90  none                 0 deg" in robsim("robots", "kinova_gen3")
 
 
-def test_the_drawing_goes_here_or_where_it_is_told_and_never_over_a_file(robsim):
+def test_the_drawing_goes_here_or_to_a_given_path_and_never_over_a_file(robsim):
     assert robsim("robots", "scara").endswith("figure at home: scara.png\n")
     assert Path("scara.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     Path("scara.png").write_text("mine", encoding="utf-8")
@@ -103,7 +103,7 @@ def test_the_drawing_goes_here_or_where_it_is_told_and_never_over_a_file(robsim)
     assert Path("new/slide.PDF").read_bytes()[:4] == b"%PDF"
 
 
-def test_what_cannot_be_is_said(robsim):
+def test_an_impossible_drawing_is_reported(robsim):
     with pytest.raises(
         rs.errors.InputError, match="no robot 'ur5' in the library; did you mean 'ur5e'"
     ):
@@ -119,7 +119,7 @@ def test_what_cannot_be_is_said(robsim):
     assert not Path("picture").exists() and not Path("ur5e.png").exists()
 
 
-def test_the_list_says_how_to_see_one(robsim):
+def test_the_list_names_the_command_that_shows_one(robsim):
     assert robsim("robots").endswith("print and draw one: robsim robots NAME\n")
 
 

@@ -1,4 +1,4 @@
-"""The robot library: its numbers, their sources, its shapes, and how it is asked for."""
+"""The robot library: its numbers, their sources, its shapes, and access to it."""
 
 import json
 import subprocess
@@ -69,7 +69,7 @@ def test_a_robot_that_does_not_exist_names_the_nearest():
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_table_is_that_of_the_oracle_bit_for_bit(name):
+def test_the_table_agrees_with_the_oracle_bit_for_bit(name):
     spec, robot = TABLES[name], robots.load(name)
     assert len(robot.links) == 1 + len(spec["rows"])
     for link, row, letter in zip(robot.links[1:], spec["rows"], spec["joints"], strict=True):
@@ -87,7 +87,7 @@ def test_poses_agree_with_pinocchio(name):
     np.testing.assert_allclose(frames, [case["poses"] for case in cases], rtol=0, atol=1e-12)
 
 
-def test_the_rhino_at_home_is_where_the_table_says():
+def test_the_rhino_at_home_agrees_with_the_table():
     rhino = robots.rhino_xr4()
     T = rhino.fk(rhino.home)
     np.testing.assert_allclose(T[:3, 3], [0.2381, 0, 0.3207], rtol=0, atol=1e-15)
@@ -108,7 +108,7 @@ def test_the_puma_at_home_looks_straight_down():
     assert upper[2, 3] > fore[2, 3] > 0.67183  # elbow up, wrist above the shoulder
 
 
-def test_the_panda_is_that_of_its_documentation():
+def test_the_panda_agrees_with_its_documentation():
     """Ready pose, added up by hand, and limits of the Franka Control Interface."""
     panda, h = robots.panda(), np.sqrt(0.5)
     x = -0.316 * h + 0.0825 * h + 0.384 + 0.088  # upper arm 45 degrees back, forearm level
@@ -210,7 +210,7 @@ def test_a_robot_on_a_cable_hangs_below_it(name):
     robot = robots.load(name)
     cable = robot.links[1].joint.curve
     middle = cable.at(cable.length / 2).position
-    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file tells
+    assert -middle[1] == pytest.approx(1.01, abs=0.005)  # the sag that its file mentions
     hang = dict(zip((k.name for k in robot.links), robot.frames(robot.home), strict=True))
     np.testing.assert_allclose(hang["rear"][:3, 3][[0, 2]], cable.at(3.0).position[:2], atol=1e-15)
     wheels = [link for link in hang if link.endswith("wheel")]
@@ -248,7 +248,7 @@ def test_the_links_of_the_arms_of_textbooks_are_drawn_in_different_colours():
 
 
 def spans(link, T, line):
-    """Where a line (point, direction) is inside the boxes around shapes, as (enter, leave)."""
+    """The interval (enter, leave) of a line (point, direction) in the boxes around shapes."""
     for shape in link.shapes:
         box = (rs.Pose(T) @ shape.pose).inv()
         point, along = box @ line[0], box.rotation @ line[1]
@@ -333,7 +333,7 @@ def boxes(link, T):
 
 @pytest.mark.parametrize("name", ["gantry", "stanford_arm", "scara"])
 @pytest.mark.parametrize("end", [0, 1])
-def test_what_slides_stays_in_what_carries_it_at_both_ends_of_its_travel(name, end):
+def test_sliding_parts_stay_in_their_carriers_at_both_ends_of_their_travel(name, end):
     robot = robots.load(name)
     slides = [link.joint.kind == "prismatic" for link in robot.links if link.joint.kind != "fixed"]
     frames = robot.frames(np.where(slides, robot.limits[:, end], robot.home))
@@ -347,7 +347,7 @@ def test_what_slides_stays_in_what_carries_it_at_both_ends_of_its_travel(name, e
             assert any((a <= d).all() and (c <= b).all() for a, b, c, d in pairs), link.name
 
 
-def test_new_arms_at_home_stand_as_their_files_say():
+def test_new_arms_at_home_agree_with_their_files():
     """Tools that point straight down, levels and homes of the makers, added up by hand."""
     for name in ("ur5e", "lbr_iiwa14", "scara", "gantry"):
         robot = robots.load(name)
@@ -367,7 +367,7 @@ def test_new_arms_at_home_stand_as_their_files_say():
     np.testing.assert_allclose(robots.scara().fk(robots.scara().home)[2, 3], 0.877 - 0.1 - 0.2)
 
 
-def test_limits_of_the_new_arms_are_those_of_their_sources():
+def test_limits_of_the_new_arms_agree_with_their_sources():
     ways = {
         "ur5e": [360] * 6,
         "lbr_iiwa14": [170, 120, 170, 120, 170, 120, 175],
@@ -383,7 +383,7 @@ def test_limits_of_the_new_arms_are_those_of_their_sources():
     np.testing.assert_allclose([*scara[2], *boom], [0, 0.195, 12 * 0.0254, 50 * 0.0254])
 
 
-def test_robsim_reads_robots_only_when_asked():
+def test_robsim_reads_robots_only_on_demand():
     """`import robsim` and a robot leave the slow libraries alone."""
     code = """
 import sys, robsim
@@ -396,7 +396,7 @@ assert not slow & sys.modules.keys(), slow & sys.modules.keys()
     assert done.returncode == 0, done.stderr
 
 
-def test_the_car_is_that_of_the_f1tenth_gym():
+def test_the_car_agrees_with_the_f1tenth_gym():
     """Wheelbase lf + lr, steering and its rate, and the size that its shapes fill."""
     car = robots.car()
     assert car.links[1].joint.steering == rs.joints.Steering(0.15875 + 0.17145, 0.4189, 3.2)

@@ -73,7 +73,7 @@ def test_every_robot_of_the_library_is_valid_and_names_its_schema():
         ("gain = { at_zero = 4, at_infinity = 0.4, slope = 30 }", "gain = 2"),
     ],
 )
-def test_what_can_be_read_is_valid(scenario_files, old, new):
+def test_readable_files_are_valid(scenario_files, old, new):
     assert old in TEXT
     scenario_files.validate(tomllib.loads(TEXT.replace(old, new)))
 
@@ -104,7 +104,7 @@ def test_what_can_be_read_is_valid(scenario_files, old, new):
         ('"30 deg/s"', '"30 deg"'),
     ],
 )
-def test_what_is_spoiled_is_not(scenario_files, old, new):
+def test_spoiled_files_are_invalid(scenario_files, old, new):
     assert old in TEXT
     assert not scenario_files.is_valid(tomllib.loads(TEXT.replace(old, new, 1)))
 

@@ -22,7 +22,7 @@ def _in_an_empty_folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_runs_and_says_what_it_found(path, capsys, monkeypatch):
+def test_an_example_runs_and_prints_its_findings(path, capsys, monkeypatch):
     pytest.importorskip(NEEDS.get(path.stem, "robsim"))
     monkeypatch.syspath_prepend(path.parent)  # as Python does for a script
     runpy.run_path(str(path), run_name="__main__")

@@ -1,4 +1,4 @@
-"""A quick start: what `import robsim` loads, and what the kernels may import."""
+"""A quick start: the modules that `import robsim` loads, and the imports of the kernels."""
 
 import ast
 import json
@@ -17,20 +17,20 @@ LATE = (
 )
 ROOT = Path(robsim.__file__).parent
 KERNELS = sorted((ROOT / "kernels").rglob("*.py"))
-COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that know how Numba compiles
+COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that depend on how Numba compiles
 
 
 @cache
 def loaded_by(*steps):
     """The top-level modules that a fresh Python has loaded after each of some steps of code."""
-    told = "\nprint(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))\n"
-    code = "import json, sys\n" + "".join(step + told for step in steps)
+    text = "\nprint(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))\n"
+    code = "import json, sys\n" + "".join(step + text for step in steps)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
     assert done.stderr == ""
     return [set(json.loads(line)) for line in done.stdout.splitlines()]
 
 
-STEPS = {  # in the order of what they may load, so that none hides behind another
+STEPS = {  # in the order of their dependence, so that none hides behind another
     "import robsim as rs; dir(rs); rs.IBVS(); rs.Pose.at(0, 0, 1); rs.robots.names()": (),
     "import robsim.testing, robsim.files.examples": (),
     "rs.kinematics.clearance": (),
@@ -42,7 +42,7 @@ STEPS = {  # in the order of what they may load, so that none hides behind anoth
 }
 
 
-def test_what_is_heavy_is_loaded_only_by_what_needs_it():
+def test_heavy_modules_are_loaded_only_on_demand():
     (before,) = loaded_by("import numba")  # which looks for SciPy
     for (step, allowed), loaded in zip(STEPS.items(), loaded_by(*STEPS), strict=True):
         assert "robsim" in loaded
@@ -100,7 +100,7 @@ def test_kernels_import_math_numpy_numba_and_kernels_only(path):
 
 
 def test_kernels_work_without_the_rest_of_us():
-    """Only the package itself, which is imported first, brings what is not a kernel."""
+    """Only the package itself, which is imported first, loads modules outside the kernels."""
     code = "import sys, types; from pathlib import Path; import importlib.util as u\n"
     code += f"root = types.ModuleType('robsim'); root.__path__ = [{str(ROOT)!r}]\n"
     code += "sys.modules['robsim'] = root\n"

@@ -21,7 +21,7 @@ def saved(folder, key=KEY):
     return path
 
 
-def test_what_is_saved_is_loaded_and_only_for_its_key(tmp_path):
+def test_saved_code_is_loaded_and_only_for_its_key(tmp_path):
     path = saved(tmp_path)
     assert cache_files.load_code(tmp_path, "loop.stride-7", KEY) == {
         "code": b"machine",
@@ -119,7 +119,7 @@ def names(folder):
     return sorted(each.name for each in folder.iterdir())
 
 
-def test_files_that_nobody_used_for_a_month_go_and_what_is_not_ours_stays(tmp_path):
+def test_files_that_nobody_used_for_a_month_go_and_foreign_files_stay(tmp_path):
     put(tmp_path / "old.nbc")
     put(tmp_path / "young.nbc", YOUNG)
     put(tmp_path / "mine.txt")
@@ -154,7 +154,7 @@ def test_drafts_of_killed_processes_go_and_a_folder_is_looked_at_once_a_day(tmp_
     assert not (tmp_path / "none").exists()
 
 
-def test_free_variables_of_a_kernel_count_by_what_they_are():
+def test_free_variables_of_a_kernel_count_by_their_values():
     def made(factor):
         def scaled(x):
             return factor * x
@@ -196,7 +196,7 @@ def test_an_arm_processor_has_one_level_and_others_have_none(monkeypatch):
         assert prebuilt.levels() == levels
 
 
-def test_what_came_for_other_versions_is_told(monkeypatch, tmp_path):
+def test_kernels_of_other_versions_are_reported(monkeypatch, tmp_path):
     monkeypatch.setattr(prebuilt, "ROOT", tmp_path)
     monkeypatch.setattr(prebuilt, "FOLDER", None)
     assert prebuilt.explain_mismatch() == ""  # nothing came

@@ -1,4 +1,4 @@
-"""`robsim warm`: all that users do is done once, in processes, and told."""
+"""`robsim warm`: all uses are run once, in processes, and reported."""
 
 import sys
 
@@ -42,14 +42,14 @@ def test_changes_are_of_keys_that_there_are():
         rs.load_scenario(rs.examples.path(warm_workload.SCENARIO), [change])
 
 
-def test_what_fails_is_told_by_its_name():
+def test_a_failing_use_is_reported_by_its_name():
     compiled, error = warm_command.compile_for_item(("example", "none_such"))
     assert compiled == set() and error.startswith("example none_such: InputError: no example")
 
 
 @pytest.fixture
 def called(monkeypatch, capsys):
-    """`robsim warm` in this process: what it prints."""
+    """Run `robsim warm` in this process; return its output."""
 
     def call():
         monkeypatch.setattr(sys, "argv", ["robsim", "warm", "-j", "1"])
@@ -59,7 +59,7 @@ def called(monkeypatch, capsys):
     return call
 
 
-def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monkeypatch, called):
+def test_it_reports_the_compiled_kernels_their_folder_and_that_nothing_is_left(monkeypatch, called):
     monkeypatch.setattr(
         warm_command, "_run_workload", lambda jobs: ({"a", "b"}, ["example car: it broke"])
     )

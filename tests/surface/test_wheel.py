@@ -47,14 +47,14 @@ def wheel(tmp_path_factory):
 
 @pytest.fixture
 def installed(wheel, tmp_path):
-    """The folder of the package, in a place that the build did not know."""
+    """The folder of the package, at a path that is unknown at build time."""
     with zipfile.ZipFile(wheel) as file:
         file.extractall(tmp_path / "elsewhere")
     return tmp_path / "elsewhere" / "robsim"
 
 
 def python(installed, code, **more):
-    """Run code with the package that is installed there: its output and what it says."""
+    """Run code with the package that is installed there; return its output and its messages."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     environment |= {
         "PYTHONPATH": str(installed.parent),
@@ -73,14 +73,14 @@ def python(installed, code, **more):
 
 
 def demo(installed, **more):
-    """Run the demo: the level that served, what was compiled, and a digest of its motion."""
+    """Run the demo: the level that served, the compiled kernels, and a digest of its motion."""
     out, err = python(installed, DEMO, **more)
     file, *rest = json.loads(out.splitlines()[-1])
     assert Path(file).parent == installed and "converged" in out
     return *rest, err
 
 
-def kept(installed):
+def list_cache_files(installed):
     return list((installed.parents[1] / "cache").rglob("*.nbc"))
 
 
@@ -99,14 +99,14 @@ def test_the_demo_runs_without_compiling_whatever_the_processor_is_called(instal
     best, compiled, motion, err = demo(installed)
     assert (compiled, err) == ([], "") and best
     assert demo(installed, NUMBA_CPU_NAME="nehalem")[:3] == (best, [], motion)
-    assert not kept(installed)
+    assert not list_cache_files(installed)
 
 
 def test_warm_has_nothing_to_do(installed):
     code = "import sys; from robsim import cli; sys.argv = ['robsim', 'warm']\n"
     out, _ = python(installed, code + "if __name__ == '__main__': cli.main()")
     assert out.startswith("nothing to do: the kernels of the package serve here")
-    assert not kept(installed)
+    assert not list_cache_files(installed)
 
 
 def test_each_level_and_the_compiler_give_the_same_bits(installed):
@@ -129,7 +129,7 @@ def test_truncated_files_are_compiled_anew(installed):
     assert {name.partition(".")[0] for name in compiled} == {"outcome_rules"}
 
 
-def test_a_wheel_of_other_sources_or_versions_is_told_in_one_line(installed):
+def test_a_wheel_of_other_sources_or_versions_is_reported_in_one_line(installed):
     made_with = installed / "kernels/_prebuilt/versions.txt"
     versions, kernels = made_with.read_text().splitlines()
     edited = installed / "kernels" / FILE_OF_ONE

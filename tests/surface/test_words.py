@@ -2,7 +2,7 @@
 
 A clause with "what", "that of", "where" or "whose" in place of a noun, and programs that say or
 know, make a sentence hard to read. They are rare in other scientific packages, and so they are
-here: each of the five rates is bounded, per 1,000 words. Names are counted likewise.
+here: each of the five rates is bounded, per 1,000 words. Names are counted, too.
 """
 
 import ast

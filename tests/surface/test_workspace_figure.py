@@ -1,4 +1,4 @@
-"""The figure of a workspace shows each point where it is, in the colour of its manipulability."""
+"""The figure of a workspace shows each point at its place, in the colour of its manipulability."""
 
 from dataclasses import replace
 
@@ -62,7 +62,7 @@ def test_the_robot_stands_at_home_in_the_axes_of_its_base(puma):
         ({"rpy": (0, np.pi / 2, 0)}, "from the front"),
     ],
 )
-def test_what_lies_in_a_plane_is_seen_from_one_side(place, view):
+def test_a_workspace_in_a_plane_is_seen_from_one_side(place, view):
     first, *others = robots.planar_2r().links[1:]
     joint = first.joint.with_constants(rs.Pose.at(0, 0, 0, **place), first.joint.tail)
     arm = rs.Robot("arm", [rs.joints.Link("base"), replace(first, joint=joint), *others])

@@ -1,5 +1,14 @@
 """Visual features that a controller regulates, each imported at its first use."""
 
-from robsim.base.lazy_names import attach_names
+from typing import Any
 
-__getattr__, __dir__ = attach_names(__name__, __file__)
+from robsim.base.lazy_names import attach_names
+from robsim.declare.kind_families import kinds_by_class
+
+_import_listed, __dir__ = attach_names(__name__, __file__)
+_find_feature = kinds_by_class("feature")
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name that the stub lists, or a feature that another file of this folder defines."""
+    return _import_listed(name) if name in __dir__() else _find_feature(name)

@@ -1,4 +1,4 @@
-"""Odd arguments: what nobody should give, and somebody will."""
+"""Odd arguments that nobody should pass, and somebody will."""
 
 from decimal import Decimal
 from fractions import Fraction

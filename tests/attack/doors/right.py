@@ -59,7 +59,7 @@ def tilted():
 
 
 def observed(N=4, B=1, pair=False):
-    """What a camera sees of so many marks, in so many runs."""
+    """The marks that a camera sees, for a number of marks and of runs."""
     rng = np.random.default_rng(N)
     x, Z = rng.uniform(-0.3, 0.3, (B, N, 2)), rng.uniform(1, 2, (B, N))
     camera, marks = rs.Camera(np.eye(3)), rng.uniform(-0.2, 0.2, (N, 3))
@@ -79,7 +79,7 @@ def observed(N=4, B=1, pair=False):
 
 
 def state(k=8, n=6, B=1):
-    """What a law is given of so many features, joints and runs."""
+    """The state of a law, for a number of features, joints and runs."""
     rng = np.random.default_rng(k)
     e, L, J = (rng.normal(size=(*shape, B)) for shape in ((k,), (k, 6), (6, n)))
     A = np.einsum("kcb,cnb->knb", L, J)
@@ -130,7 +130,7 @@ RIGHT = {
     "when": lambda: rs.tasks.ErrorBelow(0.1), "iterations": 20, "roll": 1.0, "advance": 1.0,
     "share": 0.5, "tensor": lambda: np.eye(3) * 0.01, "R": lambda: np.eye(3), "W": 0.1, "L": 0.1,
 }  # fmt: skip
-OWN = {  # where a name has another meaning
+OWN = {  # arguments with another meaning than their name has elsewhere
     "Scene.view.camera": None, "Scene.camera.name": None, "Scene.object.name": None,
     "Scene.pose.frame": "camera", "Robot.from_dh.joints": None, "Robot.from_dh.limits": None,
     "ControlState.of.error": lambda: np.ones(6), "ControlState.of.interaction": lambda: np.eye(6),
