@@ -3,10 +3,10 @@
 from typing import Any
 
 from robsim.base.lazy_names import attach_names
-from robsim.declare.kind_families import kinds_by_class
+from robsim.declare.kind_families import make_kind_getattr
 
 _import_listed, __dir__ = attach_names(__name__, __file__)
-_find_feature = kinds_by_class("feature")
+_find_feature = make_kind_getattr("feature")
 
 
 def __getattr__(name: str) -> Any:
