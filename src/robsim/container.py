@@ -34,12 +34,12 @@ _PIECE = 1 << 20  # bytes per read
 class ContainerError(ValueError):
     """Error for a file that is damaged or is no container.
 
-    `lacking` is true if the file is no container of this version, or is cut short.
+    `is_incomplete` is true if the file is no container of this version, or is cut short.
     """
 
-    def __init__(self, message: str, lacking: bool = False):
+    def __init__(self, message: str, is_incomplete: bool = False):
         super().__init__(message)
-        self.lacking = lacking
+        self.is_incomplete = is_incomplete
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,11 @@ DOORS = ("classic", "examples", "robots", "testing", "trajectory", "units")  # w
 BUILT = ("declare", "plot")  # specs of fields, and figures
 INNER = (  # of the kernels' layout, or of files: not for users
     "stages", "is_own", "of_last", "blind", "repeated", "some", "image_of", "points_of",
-    "of_runs", "facts", "wrap", "count", "text_check", "bind", "bound_law", "chosen",
-    "columns", "regulated", "shaping", "sights", "warn_of_wheels", "with_inner", "loop",
-    "dataset", "checked", "simulated", "begun", "constants", "fits", "source_limits", "limits",
-    "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift", "guard",
+    "of_runs", "facts", "wrap", "count", "text_check", "bind", "bound_law", "select_velocities",
+    "columns", "bind_features", "shaping", "sights", "warn_of_wheels", "with_inner", "loop",
+    "dataset", "checked", "simulated", "change_attachments", "constants", "fits", "source_limits",
+    "limits", "following", "with_prefix", "bounds", "check", "scaled", "concerns", "periods",
+    "drift", "guard",
 )  # fmt: skip
 SLOW = (
     "explain", "equilibria", "sample_workspace", "compare", "clearance", "run", "ik", "simulate",

@@ -152,7 +152,7 @@ def any_actuation(rng, scene):
 def any_safety(rng, scene):
     """Limits for all joints or for each, in part or none at all."""
     frames = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    moved = [frame for frame in frames if scene.tree.carried(frame).any()]
+    moved = [frame for frame in frames if scene.tree.flag_moves(frame).any()]
     fence = None
     if moved:
         fence = rs.control.Fence(moved[0], rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))

@@ -196,7 +196,7 @@ def test_a_belief_follows_the_true_value_unless_it_has_its_own():
     names = {"cameras.camera.position": np.zeros((2, 3)), "cameras.camera.focal": [500.0, 510.0]}
     names["cameras.camera.position"][1] = 0.01
     controller = experiment.vary(names).loop().controller
-    (believed,), (true,) = controller.regulated.sights, controller.sights
+    (believed,), (true,) = controller.bound_features.sights, controller.sights
     np.testing.assert_array_equal(true.eye.camera.K[0, 0], [500.0, 510.0])
     assert believed.eye.camera.K[0, 0] == 550.0
     np.testing.assert_array_equal(believed.eye.pose.position, names["cameras.camera.position"])

@@ -160,7 +160,7 @@ def after():
         program, columns = Program(), np.arange(scene.nv)
         moved = actuation or rs.Actuation(), scene, columns
         plant = Plant(program, *moved, q[None], dt, 0, np.arange(1))
-        x = plant.q if seconds is None else plant.within(program.constant(seconds)).q
+        x = plant.q if seconds is None else plant.place_within_period(program.constant(seconds)).q
         if seconds is None:
             plant.move()
         blocks = Blocks(program, np.arange(1))

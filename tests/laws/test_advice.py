@@ -100,7 +100,7 @@ def limit_of(experiment):
     linear = linear_of(experiment)
     (leaf,) = list_servo_tasks(linear.task)
     gain = leaf.gain
-    return gain * find_largest_factor(linear.scaled, linear.timing), find_limiting_cause(
+    return gain * find_largest_factor(linear.gain_dependence, linear.timing), find_limiting_cause(
         experiment, linear, gain
     )
 
@@ -126,9 +126,9 @@ def grows(experiment, linear, gain):
 def test_three_percent_below_the_limit_decays_and_three_above_grows(i):
     experiment = random_case(i)
     linear = linear_of(experiment)
-    limit = find_largest_factor(linear.scaled, linear.timing)
+    limit = find_largest_factor(linear.gain_dependence, linear.timing)
     if limit == 0.0:  # the belief is so wrong that no gain helps
-        assert linear.scaled.rates[0].real < 0 and grows(experiment, linear, 0.1)
+        assert linear.gain_dependence.rates[0].real < 0 and grows(experiment, linear, 0.1)
         return
     assert not grows(experiment, linear, 0.97 * limit)
     assert grows(experiment, linear, 1.03 * limit)
@@ -144,8 +144,8 @@ def test_the_secondary_motion_has_its_own_rate():
     times = {"sensing": rs.Sensing(latency=0.03, period=0.12), "actuation": rs.Actuation(lag=0.05)}
     experiment = rs.Experiment(scene, task, **times)
     linear = linear_of(experiment)
-    assert not linear.scaled.is_proportional and linear.response.basis.shape == (7, 7)
-    limit = find_largest_factor(linear.scaled, linear.timing)
+    assert not linear.gain_dependence.is_proportional and linear.response.basis.shape == (7, 7)
+    limit = find_largest_factor(linear.gain_dependence, linear.timing)
     assert not grows(experiment, linear, 0.97 * limit)
     assert grows(experiment, linear, 1.03 * limit)
 
@@ -186,7 +186,9 @@ def test_the_mean_square_of_lost_images(lost):
 def test_the_noise_of_the_closed_form(gain):
     """Of four marks 6 sigma^2 g / (2 - g) in all, and g / (2 - g) (L'L)^-1 of the camera."""
     linear = linear_of(example("noise_floor", f"task.gain={gain}"))
-    found = compute_noise_floor(linear.response, linear.scaled, linear.timing, 1.0, np.zeros(6))
+    found = compute_noise_floor(
+        linear.response, linear.gain_dependence, linear.timing, 1.0, np.zeros(6)
+    )
     share = 0.04 * gain / (2 - 0.04 * gain)
     rows = []
     for X, Y in 0.1 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]):
@@ -236,7 +238,7 @@ def test_encoders_leave_no_noise_where_only_the_jacobian_reads_them():
     experiment = example("joint_lag", "actuation.encoder=0.5 deg")
     linear = linear_of(experiment)
     noise = compute_noise_floor(
-        linear.response, linear.scaled, linear.timing, 0.0, np.full(6, 0.003)
+        linear.response, linear.gain_dependence, linear.timing, 0.0, np.full(6, 0.003)
     )
     assert noise.pixels < 1e-9
     assert experiment.run(record="summary").outcome == rs.Outcome.CONVERGED
@@ -364,8 +366,8 @@ def test_a_law_that_reads_the_joints_at_once_is_stable_for_longer():
     experiment = rs.Experiment(scene_of("in hand"), rs.IBVS(), sensing=rs.Sensing(latency=0.08))
     own = experiment.with_(task=rs.IBVS(law=Spring()))
     linear = linear_of(own)
-    assert not linear.scaled.is_image_only
-    limit = find_largest_factor(linear.scaled, linear.timing)
+    assert not linear.gain_dependence.is_image_only
+    limit = find_largest_factor(linear.gain_dependence, linear.timing)
     assert limit > 1.2 * limit_of(experiment)[0]
     z, d = np.exp(1j * np.linspace(1e-3, np.pi, 200_000)), 2
     gains = -(z - 1) / (0.7 * z**-d + 0.3) / 0.04  # z is a root: z - 1 + g dt (...) = 0

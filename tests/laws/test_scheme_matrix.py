@@ -99,7 +99,7 @@ def within(x, between):
 def constant(**told):
     """IBVS with L at the goal as a constant matrix."""
     scene = told.pop("scene")
-    L = rs.IBVS(**told).bind(scene).regulated.at_goal.L[..., 0]
+    L = rs.IBVS(**told).bind(scene).bound_features.at_goal.L[..., 0]
     return rs.IBVS(interaction=L, **told)
 
 

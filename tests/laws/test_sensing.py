@@ -180,7 +180,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     delay, share = split_latency(own, DT, loop.steps)
     rows = {images.latency: own, images.delay: delay, images.share: share}
     rows[images.ahead] = share * DT
-    program.given += [(at, values[None]) for at, values in rows.items()]
+    program.run_rows += [(at, values[None]) for at, values in rows.items()]
     loop.advance(ChunkProgress(np.arange(len(own))), lambda done: None)
     for i, latency in enumerate(own):
         sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)

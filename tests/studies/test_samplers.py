@@ -12,7 +12,7 @@ MANY = np.arange(100_000)
 
 
 def sample(sampler, count=MANY, shape=()):
-    return sampler.drawn(RandomNumbers(3, "x", count), shape)
+    return sampler.sample_values(RandomNumbers(3, "x", count), shape)
 
 
 @pytest.mark.parametrize(
@@ -31,18 +31,18 @@ def sample(sampler, count=MANY, shape=()):
 )
 def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, std):
     source = RandomNumbers(3, "x", MANY, evenly=(1, 0))
-    values = sampler.drawn(source, ())
+    values = sampler.sample_values(source, ())
     assert abs(values.mean() - mean) < 4 * std / np.sqrt(MANY.size)
     assert abs(values.std() - std) < 0.01 * std
 
 
 def test_evenly_drawn_numbers_miss_no_cell():
-    points = rs.samplers.Sobol([0, 0], [1, 1]).drawn(
+    points = rs.samplers.Sobol([0, 0], [1, 1]).sample_values(
         RandomNumbers(1, "x", np.arange(256), evenly=(2, 0)), (2,)
     )
     cells = np.floor(points * 16).astype(int)
     assert len({tuple(each) for each in cells}) == 256  # a net: one point in each of 16 x 16
-    two = rs.samplers.Sobol(0, 1).drawn(
+    two = rs.samplers.Sobol(0, 1).sample_values(
         RandomNumbers(1, "y", np.array([5, 200]), evenly=(2, 1)), ()
     )
     np.testing.assert_array_equal(two, points[[5, 200], 1])
@@ -64,7 +64,9 @@ def test_a_sample_depends_on_seed_name_and_number_alone():
 
 
 def test_choices_are_drawn_as_often():
-    found = np.bincount(rs.samplers.Choice(["a", "b", "c"]).picked(RandomNumbers(3, "x", MANY)))
+    found = np.bincount(
+        rs.samplers.Choice(["a", "b", "c"]).sample_indices(RandomNumbers(3, "x", MANY))
+    )
     assert (abs(found - MANY.size / 3) < 4 * np.sqrt(MANY.size * 2 / 9)).all()
 
 

@@ -204,14 +204,14 @@ def _check_linear(experiment: Experiment) -> None:
 def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
     gains: list[Any] = [leaf.gain for leaf in list_servo_tasks(linear.task)]
     gain = max(map(float, gains), default=math.nan)
-    margin = find_largest_factor(linear.scaled, linear.timing)
+    margin = find_largest_factor(linear.gain_dependence, linear.timing)
     metres, radians = _final_offset(experiment, linear)
     return Advice(
         gain=gain,
         largest_gain=gain * margin,
         margin=margin,
         limited_by=find_limiting_cause(experiment, linear, gain),
-        rate=float(linear.scaled.rates[0].real),
+        rate=float(linear.gain_dependence.rates[0].real),
         noise=_noise_floor(experiment, linear),
         q=linear.q[:, 0].copy(),
         metres=metres,
@@ -224,12 +224,14 @@ def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
 def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
     """Return the jitter caused by the noise of images and encoders."""
     field = linear.field
-    deviations = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
+    deviations = (one.effect.deviation(field.scene) for one in experiment.actuation.list_active())
     joint_deviation = reduce(np.hypot, deviations, np.zeros(field.scene.nq))
     rows = field.scene.tree.alone(field.controller.columns)
     encoder = np.where(rows >= 0, joint_deviation[rows], 0.0)
     pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task))
-    return compute_noise_floor(linear.response, linear.scaled, linear.timing, pixel, encoder)
+    return compute_noise_floor(
+        linear.response, linear.gain_dependence, linear.timing, pixel, encoder
+    )
 
 
 def _final_offset(experiment: Experiment, linear: LinearLoop) -> tuple[float, float]:

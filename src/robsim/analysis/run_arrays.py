@@ -172,7 +172,9 @@ class RecordedRuns:
         if "frame_pose" in self.run:
             return str(self.run["frame_pose"].attrs["frame"])
         camera, target = self.pair
-        moved_joints = self.scene.tree.carries(camera) - self.scene.tree.carries(target)
+        moved_joints = self.scene.tree.flag_velocities(camera) - self.scene.tree.flag_velocities(
+            target
+        )
         return camera if (moved_joints > 0).any() else target
 
     @cached_property
@@ -236,7 +238,7 @@ class RecordedRuns:
     def poses(self, frame: str, q: Array) -> Array:
         """Return poses (3, 4, n) of a frame in the world at q (nq, n)."""
         tree = self.scene.tree
-        if tree.carries(frame).any():
+        if tree.flag_velocities(frame).any():
             return tree.frame(tree.bodies(q), frame)
         pose = tree.frame(tree.bodies(move_runs_last(self.scene.home, 1)), frame)
         return np.broadcast_to(pose, (3, 4, q.shape[1]))

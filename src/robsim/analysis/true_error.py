@@ -52,7 +52,7 @@ def compute_true_error(task: Task, scene: Scene, q: Array) -> TrueError | None:
             "interaction": "current",
         }
         true_tasks = [replace_fields(leaf, **true_fields) for leaf in list_servo_tasks(task)]
-        bound = [leaf.regulated(leaf.sights(scene), every) for leaf in true_tasks]
+        bound = [leaf.bind_features(leaf.sights(scene), every) for leaf in true_tasks]
     except InputError:
         return None
     if not bound:

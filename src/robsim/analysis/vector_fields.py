@@ -94,7 +94,7 @@ class VectorField:
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
-        if regulated is None or not regulated.exact or regulated.given is not None:
+        if regulated is None or not regulated.exact or regulated.goal_values is not None:
             return None
         T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
         assert T_c_o is not None
@@ -110,7 +110,7 @@ class VectorField:
         part: Any = self.controller
         while hasattr(part, "parts"):
             part = part.parts[0]
-        return part.regulated if isinstance(part, ServoController) else None
+        return part.bound_features if isinstance(part, ServoController) else None
 
     def command(self, q: Array) -> Command:
         """Return the command at states q (nq, B), each as the first instant of a run."""
@@ -128,7 +128,7 @@ class VectorField:
         """Return the command for states q and images of any instant, and the law's memory."""
         blocks = self._single_step.begin(q.shape[1])
         decision = self._single_step.decide(blocks, 0, q, pixels, depth)
-        return self.controller.scaled(decision).command, blocks.memory
+        return self.controller.scale_to_tolerances(decision).command, blocks.memory
 
     def rates(self, q: Array) -> Array:
         """Return f (n, B); NaN if a mark is behind its camera."""

@@ -23,7 +23,7 @@ class JointChain:
     def moves(self) -> bool:
         """Whether any joint moves one frame relative to the other."""
         tree = self.scene.tree
-        return bool((tree.carried(self.on) != tree.carried(self.under)).any())
+        return bool((tree.flag_moves(self.on) != tree.flag_moves(self.under)).any())
 
     def poses(self, q: Array) -> Array:
         """Return the poses T_m_f (V, 4, 4) of the frame `under` in the frame `on`, at q (V, nq)."""

@@ -93,7 +93,7 @@ def _visible_pixels(scene: Scene, q: Array, camera: str | None, target: str | No
 
 def _add_image_errors(pixels: Array, sensing: Sensing, seed: int) -> Array:
     """Return pixels with the image errors; raise InputError for errors that views do not have."""
-    for each in sorted(sensing.acting(), key=lambda error: error.effect.place):
+    for each in sorted(sensing.list_active(), key=lambda error: error.effect.place):
         with prefix_errors(f"sensing.{each.field}"):
             name = f"{NOISE_STREAM}{each.stream or ''}"
             pixels = each.effect.in_views(pixels, partial(_sample_normal, seed, name, pixels.shape))

@@ -36,19 +36,19 @@ class Numbers(PlainValue):
 
     form: ClassVar[str] = "list"
 
-    def demand(self, value: FieldValue) -> str:
+    def find_violation(self, value: FieldValue) -> str:
         deepest = 2 if self.shape is None else len(self.shape)
         each = value.ravel().tolist() if self.item.limits else []
-        wrong = value.ndim > deepest or not value.size or any(map(self.item.demand, each))
+        wrong = value.ndim > deepest or not value.size or any(map(self.item.find_violation, each))
         return self.text_words() if wrong else ""
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
         return make_read_only(as_floats(value, what, self.shape or ()))
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         nested = self._each(raw, self.item.read, c)
         try:
-            return self.taken(nested, "")
+            return self.convert_python_value(nested, "")
         except InputError:
             raise make_expected_error(self.text_words(), raw) from None
 
@@ -56,13 +56,13 @@ class Numbers(PlainValue):
         return self._each(np.asarray(value).tolist(), self.item.write, c)
 
     def words(self) -> str:
-        return self._list_of(self.item.words())
+        return self._describe_list(self.item.words())
 
     def text_words(self) -> str:
-        return self._list_of(self.item.text_words())
+        return self._describe_list(self.item.text_words())
 
     def rows(self, name: str) -> list[tuple[str, str]]:
-        return [(key, self._list_of(holds)) for key, holds in self.item.rows(name)]
+        return [(key, self._describe_list(holds)) for key, holds in self.item.rows(name)]
 
     def schema(self, define: DefineSchema) -> JSONSchema:
         one = self.item.schema(define)
@@ -72,7 +72,7 @@ class Numbers(PlainValue):
             return {"anyOf": [one, {"type": "array"}]}
         return reduce(lambda items, _: {"type": "array", "items": items}, self.shape, one)
 
-    def _list_of(self, words: str) -> str:
+    def _describe_list(self, words: str) -> str:
         """Return a phrase for an array of numbers that are described by `words`."""
         if self.shape is None:
             return f"{words}, or a list of these"

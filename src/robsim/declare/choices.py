@@ -121,7 +121,7 @@ class KindOf(Spec):
         if isinstance(raw, str) and raw in self.plain:
             return raw
         if isinstance(raw, str) and self.short and raw in self._find_names(raw):
-            return read_table(self.family.find(raw), {}, c.changing(MISSING))
+            return read_table(self.family.find(raw), {}, c.with_old_value(MISSING))
         if not isinstance(raw, Mapping):
             return self._read_other(raw, c)
         old = self.family.name_of(c.over)
@@ -140,7 +140,9 @@ class KindOf(Spec):
                 f"{suggest_names(str(kind)[:64], self.names, 'kinds')}"
             )
             raise UnreadableValue
-        return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")
+        return read_table(
+            self.family.find(kind), raw, c if old else c.with_old_value(MISSING), "kind"
+        )
 
     def write(self, value: object, c: Context) -> Raw:
         if isinstance(value, str) and value in self.plain:
@@ -166,16 +168,18 @@ class KindOf(Spec):
         for key, (kind, at) in self.beside_of.items():
             if kind == raw:
                 return self._read_field_beside(self.family.find(raw), at, key, table, c)
-        return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
+        return MISSING if raw is MISSING else c.at(name, over=c.over).read_or_report(self, raw)
 
     def _read_field_beside(
         self, kind: DeclaredClass, at: str, key: str, table: Mapping[str, Raw], c: Context
     ) -> Any:
         """Return an object of a kind, with one field from a key beside the name."""
         old = c.over if type(c.over) is kind else MISSING
-        before, each = c.problems.seen, replace(find_declared_field(kind, at), name=key)
-        value = read_field(each, table, c.changing(MISSING if old is MISSING else getattr(old, at)))
-        if c.problems.seen > before:
+        before, each = c.problems.total_count, replace(find_declared_field(kind, at), name=key)
+        value = read_field(
+            each, table, c.with_old_value(MISSING if old is MISSING else getattr(old, at))
+        )
+        if c.problems.total_count > before:
             return MISSING
         own_fields = {} if value is MISSING else {at: value}
         return kind(**own_fields) if old is MISSING else replace(old, **own_fields)
@@ -271,7 +275,7 @@ class KindOf(Spec):
         words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
         return tuple(dict.fromkeys([*words, *([name] if name else [])]))
 
-    def inside(self) -> Sequence[DeclaredClass]:
+    def list_inner_classes(self) -> Sequence[DeclaredClass]:
         return [self.family.find(name) for name in self.names]
 
     def _is_allowed(self, value: Any) -> bool:
@@ -325,7 +329,7 @@ class KindOf(Spec):
         name = self.family.name_of(value)
         if name is None:
             raise NoTextError(f"{type(value).__name__} is Python code")
-        return name, write_table(value, c.changing(MISSING))
+        return name, write_table(value, c.with_old_value(MISSING))
 
 
 def find_declared_field(kind: DeclaredClass, name: str) -> DeclaredField:

@@ -53,7 +53,7 @@ class DottedPath:
         assert self.leaf.stack is not None
         return _stack_at_path(value, self.parts[:-1], self.leaf.stack(owner, numbers))
 
-    def taken(self, value: FieldValue, old: Any) -> FieldValue:
+    def convert_leaf_value(self, value: FieldValue, old: Any) -> FieldValue:
         """Return a number or array as the leaf stores it; InputError if a file cannot hold it.
 
         A text is parsed as in a file; a number is in SI units.
@@ -121,7 +121,7 @@ _OWNERS: dict[DeclaredClass, dict[str, DeclaredField]] = {}
 def get_inner_context(form: DeclaredClass, value: Any, c: Context) -> Context:
     """Return the context inside the table of an object."""
     own = _LazyFields(value, form)
-    inner = c.knowing(own=own, raw={})
+    inner = c.with_facts(own=own, raw={})
     return form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
@@ -153,7 +153,7 @@ def make_field_part(form: DeclaredClass, each: DeclaredField, value: Any, c: Con
             spec,
             c,
             lambda owner: getattr(form.of(owner, c), name),
-            lambda owner, new: replace(form.of(owner, c), **{name: new}).made(c),
+            lambda owner, new: replace(form.of(owner, c), **{name: new}).build_value(c),
             meaning=each.meaning,
         )
     at = stands.get(name, name)

@@ -117,7 +117,7 @@ class PerJoint(Numbers):
 
     def read_one(self, raw: Raw, *of: str) -> Any:
         """Return a number in SI from a text in one of these units."""
-        return self.item.within(read_quantity(raw, *of), raw)
+        return self.item.require_valid(read_quantity(raw, *of), raw)
 
     def write(self, value: FieldValue, c: Context) -> FieldValue:
         axes = self.axes_at(c) or Axes((), ())
@@ -128,7 +128,7 @@ class PerJoint(Numbers):
             )
         return [ExactQuantity(x, unit) for x, unit in zip(value, axes.units, strict=True)]
 
-    def _list_of(self, words: str) -> str:
+    def _describe_list(self, words: str) -> str:
         return f"one number for each joint, as in {format_examples(*self.of_any)}"
 
     def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
@@ -146,10 +146,10 @@ class OneOrEach(PerJoint):
     item: Number = field(default=POSITIVE, kw_only=True)  # or of at least 0
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
 
-    def demand(self, value: object) -> str:
-        return ""  # `taken` has checked it
+    def find_violation(self, value: object) -> str:
+        return ""  # `convert_python_value` has checked it
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
         return as_one_or_each(value, what, "joint", zero=self.item.least == 0)
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
@@ -172,7 +172,7 @@ class OneOrEach(PerJoint):
             return [place.slider(value, kinds[0], 0.0, None, True)]
         return super().controls(value, place)
 
-    def _list_of(self, words: str) -> str:
+    def _describe_list(self, words: str) -> str:
         example = format_examples(*self.of_any)
         return f"one number with its unit for all, as in {example}, or a list of one for each"
 
@@ -198,7 +198,7 @@ class OfJoint(Number):
     united: ClassVar[bool] = True
     json: ClassVar[Mapping[str, Any]] = {"type": "string"}
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, f"{get_joint_unit(c)}{self.per}")
 
     def write(self, value: FieldValue, c: Context) -> str:
@@ -254,4 +254,4 @@ def check_deferred_numbers(later: Sequence[tuple[PerJoint, Any, Context]], axes:
     """Read numbers for each joint once the joints of the task are known; report a wrong count."""
     for spec, raw, c in later:
         with c.problems.at(*c.path):
-            spec.read_each(raw, c.knowing(commanded=lambda: axes))
+            spec.read_each(raw, c.with_facts(commanded=lambda: axes))

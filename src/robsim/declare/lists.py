@@ -87,11 +87,12 @@ class ListOf(Spec):
                 f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw
             )
         self._check_count(raw)
-        before = c.problems.seen
+        before = c.problems.total_count
         values = [
-            c.at(get_item_label(each, i)).tried(self.item, each) for i, each in enumerate(raw)
+            c.at(get_item_label(each, i)).read_or_report(self.item, each)
+            for i, each in enumerate(raw)
         ]
-        if c.problems.seen > before:
+        if c.problems.total_count > before:
             raise UnreadableValue
         return tuple(values)
 
@@ -105,7 +106,9 @@ class ListOf(Spec):
             (old, new) for old, new in zip(c.over, value, strict=True) if not is_identical(old, new)
         ]
         table = cast(Table, self.item)
-        return [table.written(new, c.at(getattr(new, key), over=old), key) for old, new in pairs]
+        return [
+            table.build_table(new, c.at(getattr(new, key), over=old), key) for old, new in pairs
+        ]
 
     def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
         if value is not None and len(value):
@@ -131,7 +134,7 @@ class ListOf(Spec):
             unit = self.item.unit
             names = self.names or [str(i) for i in range(len(value))]
             yield place.several(value, names, unit, False)
-        elif self.item.inside() and self.by_hand:
+        elif self.item.list_inner_classes() and self.by_hand:
             for name, each in zip(self._list_labels(value or ()), value or (), strict=True):
                 yield from self.item.controls(each, place.at(name))
 
@@ -140,7 +143,7 @@ class ListOf(Spec):
         return self.item.si_unit
 
     def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
-        if not self.item.inside() or not isinstance(value, tuple):
+        if not self.item.list_inner_classes() or not isinstance(value, tuple):
             return []
         names = self._list_labels(value)
         if keys[0] not in names:
@@ -148,8 +151,8 @@ class ListOf(Spec):
         first = keys.pop(0)
         return [make_item_part(self.item, names.index(first), c.at(first))]
 
-    def inside(self) -> Sequence[DeclaredClass]:
-        return self.item.inside()
+    def list_inner_classes(self) -> Sequence[DeclaredClass]:
+        return self.item.list_inner_classes()
 
     @property
     def named(self) -> bool:
@@ -159,7 +162,7 @@ class ListOf(Spec):
     @property
     def _name_key(self) -> str:
         """The key of the names of the items; "" if they have no names."""
-        return next(filter(None, map(find_name_key, self.item.inside())), "")
+        return next(filter(None, map(find_name_key, self.item.list_inner_classes())), "")
 
     def _list_labels(self, value: Sequence[Any]) -> list[str]:
         """Return the names of the items, or their numbers."""
@@ -168,12 +171,12 @@ class ListOf(Spec):
 
     def _is_change(self, raw: Raw, old: Any) -> bool:
         """Return whether a text changes items of an old list, instead of replacing the list."""
-        several = isinstance(old, tuple) and bool(old) and bool(self.item.inside())
+        several = isinstance(old, tuple) and bool(old) and bool(self.item.list_inner_classes())
         return several and isinstance(raw, list if self.named else Mapping)
 
     def _read_changes(self, raw: Raw, c: Context) -> tuple[FieldValue, ...]:
         """Return the old list with changed items, by their names or numbers."""
-        before, labels = c.problems.seen, self._list_labels(c.over)
+        before, labels = c.problems.total_count, self._list_labels(c.over)
         changes = self._collect_changes_by_name(raw, c) if isinstance(raw, list) else dict(raw)
         numbered = f"; they are numbered 0 to {len(labels) - 1}"
         for name in changes.keys() - set(labels):
@@ -186,10 +189,12 @@ class ListOf(Spec):
         if self.in_turn:
             changes = {name: changes.get(name, {}) for name in labels}
         values = [
-            c.at(name, over=old).tried(self.item, changes[name]) if name in changes else old
+            c.at(name, over=old).read_or_report(self.item, changes[name])
+            if name in changes
+            else old
             for name, old in zip(labels, c.over, strict=True)
         ]
-        if c.problems.seen > before:
+        if c.problems.total_count > before:
             raise UnreadableValue
         return tuple(values)
 

@@ -42,8 +42,8 @@ class Problems:
     def __init__(self, source: str):
         self.source = source
         self.lines: list[str] = []
-        self.hidden = 0  # number of problems that are not shown
-        self.seen = 0  # number of wrong values, shown or not
+        self.hidden_count = 0  # number of problems that are not shown
+        self.total_count = 0  # number of wrong values, shown or not
 
     @property
     def full(self) -> bool:
@@ -52,9 +52,9 @@ class Problems:
 
     def add(self, path: str, text: str) -> None:
         """Add a problem, unless it is listed already. Long paths and texts are shortened."""
-        self.seen += 1
+        self.total_count += 1
         if self.full:
-            self.hidden += 1
+            self.hidden_count += 1
             return
         path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
         line = ": ".join(part for part in (self.source, path, text) if part)
@@ -79,7 +79,7 @@ class Problems:
         """Raise a FileError if there were problems: the first ten, one per line."""
         if self.lines:
             place = f"{self.source}: " if self.source else ""
-            rest = [f"{place}and {self.hidden} more"] if self.hidden else []
+            rest = [f"{place}and {self.hidden_count} more"] if self.hidden_count else []
             raise FileError("\n".join([*self.lines, *rest])) from None
 
 

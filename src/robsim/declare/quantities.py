@@ -123,7 +123,7 @@ class Quantity(Number):
         """An example text."""
         return format_example(self.si_unit)
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, self.si_unit)
 
     def write(self, value: FieldValue, c: Context) -> FieldValue:
@@ -193,13 +193,13 @@ class Vector(Quantity):
         """An example text."""
         return format_example(self.si_unit, self.count)
 
-    def demand(self, value: FieldValue) -> str:
+    def find_violation(self, value: FieldValue) -> str:
         return "" if np.ndim(value) == 1 else self.accepts()
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
         return tuple(as_floats(value, what, (self.count,)).tolist())
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, self.si_unit, count=self.count)
 
     def words(self) -> str:
@@ -219,9 +219,9 @@ class Amount(Number):
 
     json: ClassVar[Mapping[str, Any]] = {"type": ["number", "string"]}
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         of = c.facts.get("of", DIMENSIONS)
-        return read_quantity(raw, *of) if isinstance(raw, str) else super().parsed(raw, c)
+        return read_quantity(raw, *of) if isinstance(raw, str) else super().parse_text_value(raw, c)
 
     def words(self) -> str:
         return f'{super().words()}, in SI or with a unit ("5 cm")'

@@ -51,35 +51,35 @@ BOUNDS = {
 class PlainValue(Spec):
     """A field with a value that a single test accepts or rejects, in a text and in Python."""
 
-    def demand(self, value: object) -> str:
+    def find_violation(self, value: object) -> str:
         """Return a phrase for the valid values if a value is not valid, or ""."""
         raise NotImplementedError
 
-    def taken(self, value: object, what: str) -> FieldValue:
+    def convert_python_value(self, value: object, what: str) -> FieldValue:
         """Return a Python value in its stored type, or unchanged if it is not valid."""
         return value
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         """Return the value of a text in its stored type, or unchanged if it is not valid."""
         return raw
 
-    def within(self, value: object, raw: Raw) -> FieldValue:
+    def require_valid(self, value: object, raw: Raw) -> FieldValue:
         """Return a value that was read from `raw`; InputError unless it is valid."""
-        if demand := self.demand(value):
+        if demand := self.find_violation(value):
             raise make_expected_error(demand, raw)
         return value
 
     def check(self, value: object, what: str) -> FieldValue:
-        taken = self.taken(value, what)
-        if self.demand(taken):
+        taken = self.convert_python_value(value, what)
+        if self.find_violation(taken):
             raise InputError(f"{what} must be {self.accepts()}, got {format_value(value)}")
         return taken
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
-        return self.within(self.parsed(raw, c), raw)
+        return self.require_valid(self.parse_text_value(raw, c), raw)
 
     def write(self, value: object, c: Context) -> FieldValue:
-        if demand := self.demand(value):
+        if demand := self.find_violation(value):
             raise NoTextError(f"{format_value(value)} is not {demand}")
         return value
 
@@ -122,7 +122,7 @@ class Number(PlainValue):
         """The bounds as the end of a phrase; "" if there are none."""
         return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
-    def demand(self, value: object) -> str:
+    def find_violation(self, value: object) -> str:
         if not isinstance(value, float) or not math.isfinite(value):
             return "a finite number"
         for bound, limit in self.limits:
@@ -130,10 +130,10 @@ class Number(PlainValue):
                 return f"{bound.demand} {limit:g}"
         return ""
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
         return as_floats(value, what, ()).tolist()
 
-    def parsed(self, raw: Raw, c: Context) -> FieldValue:
+    def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise make_expected_error("a valid number", raw)
         if LARGEST < abs(raw) < math.inf:
@@ -184,11 +184,11 @@ class Integer(PlainValue):
     least: int = 0
     most: int = 2**63 - 1
 
-    def demand(self, value: FieldValue) -> str:
+    def find_violation(self, value: FieldValue) -> str:
         whole = isinstance(value, int) and not isinstance(value, bool)
         return "" if whole and self.least <= value <= self.most else self.words()
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
         number = as_floats(value, what, ())
         return int(value) if not number.ndim and number == np.round(number) else value
 
@@ -216,10 +216,10 @@ class Flag(PlainValue):
     phrase: ClassVar[str] = "true or false"
     json: ClassVar[Mapping[str, Any]] = {"type": "boolean"}
 
-    def demand(self, value: object) -> str:
+    def find_violation(self, value: object) -> str:
         return "" if isinstance(value, bool) else self.words()
 
-    def taken(self, value: object, what: str) -> FieldValue:
+    def convert_python_value(self, value: object, what: str) -> FieldValue:
         return bool(value) if isinstance(value, np.bool_) else value
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:

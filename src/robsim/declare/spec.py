@@ -76,11 +76,11 @@ class Context:
         """Return the context of an inner value."""
         return Context(self.problems, (*self.path, *keys), self.facts, over)
 
-    def changing(self, old: Any) -> Context:
+    def with_old_value(self, old: Any) -> Context:
         """Return the context of a change to an old value."""
         return Context(self.problems, self.path, self.facts, old)
 
-    def knowing(self, **facts: Any) -> Context:
+    def with_facts(self, **facts: Any) -> Context:
         """Return the same context with more facts."""
         return Context(self.problems, self.path, {**self.facts, **facts}, self.over)
 
@@ -92,15 +92,17 @@ class Context:
         """Add an error of the value at this location, or of an inner value."""
         self.problems.add(join_keys(*self.path, error.path), error.text)
 
-    def tried(self, spec: Spec, raw: Raw) -> FieldValue:
+    def read_or_report(self, spec: Spec, raw: Raw) -> FieldValue:
         """Return the value of `raw`; report an invalid value and return MISSING."""
         try:
             if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
             value = self._check_python_value(spec, raw.value)
-            return value if raw.changes is None else spec.read(raw.changes, self.changing(value))
+            return (
+                value if raw.changes is None else spec.read(raw.changes, self.with_old_value(value))
+            )
         except UnreadableValue:  # because of a problem that is reported elsewhere
-            self.problems.seen += 1
+            self.problems.total_count += 1
         except FileError:
             raise
         except InputError as error:
@@ -223,7 +225,7 @@ class Spec:
         """Return a JSON Schema; `define` returns the reference to a declared class."""
         return dict(self.json)
 
-    def inside(self) -> Sequence[DeclaredClass]:
+    def list_inner_classes(self) -> Sequence[DeclaredClass]:
         """Return the declared classes of valid tables."""
         return ()
 
@@ -257,7 +259,9 @@ class Spec:
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         """Return the value of the field from its table; MISSING if it is absent or not valid."""
-        return c.at(name, over=c.over).tried(self, table[name]) if name in table else MISSING
+        return (
+            c.at(name, over=c.over).read_or_report(self, table[name]) if name in table else MISSING
+        )
 
     def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         """Write the field into its table; nothing for None."""

@@ -60,7 +60,7 @@ def read_table(
     """
     if not isinstance(raw, Mapping):
         raise make_expected_error("a table", raw)
-    form, before = form or get_text_form(kind), c.problems.seen
+    form, before = form or get_text_form(kind), c.problems.total_count
     _report_unknown_keys(form, raw, c, extra)
     source = _convert_old_value(form, c)
     removed = {
@@ -69,17 +69,17 @@ def read_table(
     raw = {key: each for key, each in raw.items() if key not in removed}
     kept_fields = _collect_kept_fields(form, source, removed | _find_rival_fields(form, raw, c))
     own_fields = _read_fields(form, raw, kept_fields, c)
-    if c.problems.seen > before:
+    if c.problems.total_count > before:
         raise UnreadableValue
     value = replace(source, **own_fields) if type(source) is form else form(**own_fields)
-    return value if form is kind else value.made(c.knowing(own=own_fields))
+    return value if form is kind else value.build_value(c.with_facts(own=own_fields))
 
 
 def _convert_old_value(form: DeclaredClass, c: Context) -> Any:
     """Return the old object in the form of its table; MISSING if there is none."""
     if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
         return c.over
-    return form.of(c.over, c.knowing(brief=True, short=True))
+    return form.of(c.over, c.with_facts(brief=True, short=True))
 
 
 def _find_rival_fields(form: DeclaredClass, raw: Mapping[str, Raw], c: Context) -> set[str]:
@@ -123,12 +123,12 @@ def _read_fields(
     }
     read_values: Fields = {}
     own = ChainMap(read_values, kept_fields, defaults)
-    inner = c.changing(MISSING).knowing(own=own, raw=raw, also=())
+    inner = c.with_old_value(MISSING).with_facts(own=own, raw=raw, also=())
     facts = getattr(form, "facts", None)
     for each in sorted(fields, key=lambda each: each.name not in first):
         if facts and each.name not in first:
             inner, facts = facts(own, inner), None
-        value = read_field(each, raw, inner.changing(kept_fields.get(each.name, MISSING)))
+        value = read_field(each, raw, inner.with_old_value(kept_fields.get(each.name, MISSING)))
         if value is not MISSING:
             read_values[each.name] = value
     if check := getattr(form, "text_check", None):
@@ -138,9 +138,14 @@ def _read_fields(
 
 def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is absent or not valid."""
-    before = c.problems.seen
+    before = c.problems.total_count
     value = each.spec.pick(raw, each.name, c)
-    if value is MISSING and each.required and c.over is MISSING and c.problems.seen == before:
+    if (
+        value is MISSING
+        and each.required
+        and c.over is MISSING
+        and c.problems.total_count == before
+    ):
         c.at(each.name).report(LACKING)
     return value
 
@@ -167,10 +172,10 @@ def write_table(
 def _write_changes(value: Any, c: Context, form: DeclaredClass, key: str | None) -> dict[str, Raw]:
     if type(c.over) is not type(value):
         raise UnwritableChange
-    plain = c.knowing(brief=False, changes=True)
+    plain = c.with_facts(brief=False, changes=True)
     before, _ = _collect_field_values(c.over, plain, form)
     after, inner = _collect_field_values(value, plain, form)
-    new_inner = inner.knowing(brief=c.facts.get("brief"), changes=False)
+    new_inner = inner.with_facts(brief=c.facts.get("brief"), changes=False)
     table: dict[str, Raw] = {} if key is None else {key: after[key]}
     for each in fields_of(form):
         old, new = before[each.name], after[each.name]
@@ -181,7 +186,7 @@ def _write_changes(value: Any, c: Context, form: DeclaredClass, key: str | None)
         ):
             continue
         if new is not None:
-            where = new_inner if old is None else inner.changing(old)
+            where = new_inner if old is None else inner.with_old_value(old)
             each.spec.put(table, each.name, new, where)
         if not table.keys() & set(each.spec.keys(each.name)):
             raise UnwritableChange
@@ -197,11 +202,11 @@ def _is_replaced(form: DeclaredClass, name: str, own: Fields) -> bool:
 
 def _collect_field_values(value: Any, c: Context, form: DeclaredClass) -> tuple[Fields, Context]:
     """Return the declared fields of an object in the form of its table, and the inner context."""
-    c = c.changing(MISSING)
+    c = c.with_old_value(MISSING)
     source = value if form is type(value) else form.of(value, c)
     own = {each.name: getattr(source, each.name) for each in fields_of(form)}
     _check_undeclared_fields(source, own)
-    inner = c.knowing(own=own, raw={})
+    inner = c.with_facts(own=own, raw={})
     return own, form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
@@ -213,8 +218,8 @@ def _report_unknown_keys(
         if key in known:
             continue
         if c.problems.full:
-            c.problems.hidden += 1
-            c.problems.seen += 1
+            c.problems.hidden_count += 1
+            c.problems.total_count += 1
         else:
             c.at(key).report(
                 f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
@@ -279,17 +284,17 @@ class Table(Spec):
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
         known = isinstance(c.over, self.kind) or type(c.over) is self.says
-        return read_table(self.kind, raw, c if known else c.changing(MISSING), form=self.says)
+        return read_table(self.kind, raw, c if known else c.with_old_value(MISSING), form=self.says)
 
     def write(self, value: object, c: Context) -> Raw:
-        return self.written(value, c)
+        return self.build_table(value, c)
 
-    def written(self, value: object, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def build_table(self, value: object, c: Context, key: str | None = None) -> dict[str, Raw]:
         """Return the table of a value; the value of `key` is always included."""
         if type(value) is not self.kind:
             raise NoTextError(f"{type(value).__name__} is Python code")
         known = type(c.over) is type(value)
-        return write_table(value, c if known else c.changing(MISSING), self.says, key)
+        return write_table(value, c if known else c.with_old_value(MISSING), self.says, key)
 
     def words(self) -> str:
         return self.phrase or add_article(self.kind.__name__)
@@ -302,7 +307,7 @@ class Table(Spec):
             return []
         return find_field_parts(self.says or get_text_form(type(value)), keys, value, c)
 
-    def inside(self) -> Sequence[DeclaredClass]:
+    def list_inner_classes(self) -> Sequence[DeclaredClass]:
         return (self.says or self.kind,)
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
@@ -319,13 +324,13 @@ class Table(Spec):
         if not self.flat:
             return super().pick(table, name, c)
         values = {key: table[key] for key in self.keys(name) if key in table}
-        return c.tried(self, values) if values else MISSING
+        return c.read_or_report(self, values) if values else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if not self.flat:
             super().put(table, name, value, c)
         elif value is not None:
-            table |= self.written(value, c)
+            table |= self.build_table(value, c)
 
     def properties(self, name: str, define: DefineSchema) -> JSONSchema:
         if not self.flat:

@@ -40,7 +40,7 @@ class Text(PlainValue):
     least: int = 0
     phrase: ClassVar[str] = "a text"
 
-    def demand(self, value: FieldValue) -> str:
+    def find_violation(self, value: FieldValue) -> str:
         fits = isinstance(value, str) and self.least <= len(value) <= self.most
         if fits and re.fullmatch(self.pattern or "(?s:.*)", value):
             return ""
@@ -48,7 +48,7 @@ class Text(PlainValue):
         return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
 
     def check(self, value: object, what: str) -> FieldValue:
-        if demand := self.demand(value):
+        if demand := self.find_violation(value):
             raise InputError(f"{what} must be {demand}, got {format_value(value)}")
         return value
 
@@ -110,11 +110,11 @@ class Word(PlainValue):
     choices: tuple[str, ...]
     noun: str = "choice"
 
-    def demand(self, value: object) -> str:
+    def find_violation(self, value: object) -> str:
         return "" if is_known_name(value, self.choices) else self.words()
 
     def check(self, value: object, what: str) -> FieldValue:
-        if self.demand(value):
+        if self.find_violation(value):
             hint = suggest_names(value, self.choices, pluralize(self.noun))
             raise InputError(f"{what}: no {self.noun} {format_value(value)}; {hint}")
         return value

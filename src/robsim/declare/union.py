@@ -105,8 +105,8 @@ class OneOf(Spec):
                 return spec.parts(keys, value, c)
         return []
 
-    def inside(self) -> Sequence[DeclaredClass]:
-        return [kind for spec in self.specs for kind in spec.inside()]
+    def list_inner_classes(self) -> Sequence[DeclaredClass]:
+        return [kind for spec in self.specs for kind in spec.list_inner_classes()]
 
 
 def _get_raw_form(raw: Raw) -> str:

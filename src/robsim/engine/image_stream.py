@@ -34,8 +34,8 @@ class ImageStream:
     `true` is the first row of the true image at this instant. If the task allows marks outside the
     image, `seen` is the true image without these marks; else it equals `true`. After `measure`,
     `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
-    is None, and `age` is the age of that image in periods, rounded up. `look` sets `views` and
-    `status`.
+    is None, and `age` is the age of that image in periods, rounded up. `add_image_stages` sets
+    `views` and `status`.
     """
 
     def __init__(
@@ -45,17 +45,19 @@ class ImageStream:
         sights: tuple[CameraTarget, ...],
         sensing: Sensing,
         steps: int,
-        excused: frozenset[PairKey],
+        optional_pairs: frozenset[PairKey],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
         self.key, self.groups = (plant.seed, program.whole(plant.numbers)), group_marks(sights)
         self.N = sum(group.size for group in self.groups)
-        acting = [each for each in sensing.acting() if each.effect.place > ImageEffectStage.TAKEN]
+        acting = [
+            each for each in sensing.list_active() if each.effect.place > ImageEffectStage.TAKEN
+        ]
         self.effects = sorted(acting, key=lambda each: each.effect.place)
         self.every, latency, _ = sensing.timing(plant.seconds)
         self.latency = program.number(latency)
-        self.excused, self.true = excused, program.rows(3 * self.N)
-        self.seen = program.rows(3 * self.N) if excused else self.true
+        self.optional_pairs, self.true = optional_pairs, program.rows(3 * self.N)
+        self.seen = program.rows(3 * self.N) if optional_pairs else self.true
         self.pixels, self.depth = split_image_rows(self.seen)
         self.hidden: BlockRows | None = None
         self.age = program.constant(0.0)
@@ -83,7 +85,7 @@ class ImageStream:
             each.effect.place >= ImageEffectStage.HIDDEN for each in self.effects
         )
 
-    def look(self) -> None:
+    def add_image_stages(self) -> None:
         """Add the stages that project the marks into the images."""
         self.views = self.add_projections(self.plant.placed, self.true, self.seen, self.status)
 
@@ -91,7 +93,7 @@ class ImageStream:
         """Add the stages that measure, and return the input of the controller."""
         plant = self.plant
         self._add_transport()
-        q = plant.measured()
+        q = plant.add_measured_joints()
         views = {
             sight.key: ViewRows(*self.rows(group), each.frames)
             for sight, each, group in zip(self.sights, self.views, self.groups, strict=True)
@@ -113,8 +115,10 @@ class ImageStream:
     def _add_intermediate_image(self) -> BlockRows:
         """Add the stages of an image within the past period, and return its rows."""
         image = self.program.rows(3 * self.N)
-        seen = self.program.rows(3 * self.N) if self.excused else image
-        self.add_projections(self.plant.within(self.ahead), image, seen, self.program.rows())
+        seen = self.program.rows(3 * self.N) if self.optional_pairs else image
+        self.add_projections(
+            self.plant.place_within_period(self.ahead), image, seen, self.program.rows()
+        )
         return seen
 
     def add_projections(
@@ -131,7 +135,7 @@ class ImageStream:
             some = group.rows
             rows = [part[some] for part in taken]
             to = rows if seen is image else [part[some] for part in shown]
-            if sight.key in self.excused:
+            if sight.key in self.optional_pairs:
                 each = self.program.rows(len(sight.target.marks))
                 views.append(add_image(self.program, placed, sight, *rows, each, of=EACH_STATUS))
                 parts_of_image = dict(
@@ -242,7 +246,7 @@ def check_sensing(
         latency, sights, _compute_ring_length(split_latency(latency, dt, steps)[0], steps), runs
     )
     groups = group_marks(sights)
-    for each in sensing.acting():
+    for each in sensing.list_active():
         each.effect.check(groups)
 
 

@@ -66,7 +66,7 @@ class Loop:
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         rates = scene.nv if has_actuation_dynamics(self.actuation, scene) else 0
-        weights = controller.k if controller.weighted else 0
+        weights = controller.k if controller.has_weights else 0
         widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
@@ -144,7 +144,7 @@ class Steps:
         controller = self.controller = loop.controller
         motion = loop.actuation, loop.scene, controller.columns, loop.q0
         plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
-        imperfections = loop.sensing, loop.steps, controller.excused
+        imperfections = loop.sensing, loop.steps, controller.optional_pairs
         images = self.images = ImageStream(program, plant, controller.sights, *imperfections)
         judge = self.judge = TerminationChecks(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
@@ -153,19 +153,19 @@ class Steps:
         plant.move()
         self.motion = len(program.calls)
         plant.place()
-        images.look()
+        images.add_image_stages()
         observed = images.measure()
         guard = loop.guard
         self.command = (
-            guard.stages(controller, observed).commanded if guard else controller.stages(observed)
+            guard.stages(controller, observed).outputs if guard else controller.stages(observed)
         )
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
         judge.judge(plant, images, self.command, loop.hold, loop.limited)
         true, command = images.true[: 2 * images.N], self.command
-        self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
-        loop.recorder.keep(program, row, self.alive, self.kept)
-        loop.recorder.end(program, row, self.alive, self.kept, judge.outcome_rows)
+        self.recorded_rows = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
+        loop.recorder.keep(program, row, self.alive, self.recorded_rows)
+        loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)
         stages = program.stages
         self._fast = None if stages is None else CompiledStages(stages)
         self._rescue_rows = program.rescues
@@ -203,7 +203,7 @@ class Steps:
 
     def stop(self, recorder: Recorder, chunk: Chunk, step: int) -> None:
         """Record the present state of the runs of a chunk."""
-        recorder.stop(chunk, step, self.kept, self.judge.outcome_rows)
+        recorder.stop(chunk, step, self.recorded_rows, self.judge.outcome_rows)
 
     def snapshot(self, chunk: Chunk) -> ChunkState:
         """Return the state of a chunk at this step, with the projections of its cameras."""
@@ -220,4 +220,4 @@ class Steps:
 
     def decision(self, chunk: Chunk) -> Decision:
         """Return the decision of the controller at this step."""
-        return self.controller.scaled(self.command.decide(chunk))
+        return self.controller.scale_to_tolerances(self.command.decide(chunk))

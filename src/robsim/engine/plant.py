@@ -46,7 +46,7 @@ class Plant:
         self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
         self.q = program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
-        acting = actuation.acting()
+        acting = actuation.list_active()
         self.changes = any(each.effect.place is JointEffectStage.COMMANDED for each in acting)
         self.wanted = program.rows(self.scene.nv) if self.changes else self.qd
         self.speed = program.rows(self.scene.nv)  # velocities of joints with a lag
@@ -58,7 +58,7 @@ class Plant:
         """Add the stages of a period: the joints move as commanded at the previous step."""
         self._add_integration(self.dt, self.placed, self.speed)
 
-    def within(self, seconds: BlockRows) -> FKStages:
+    def place_within_period(self, seconds: BlockRows) -> FKStages:
         """Add the stages that place all bodies at a time within the past period.
 
         `seconds` is the row of the time since the start of the period. Call it before `move`.
@@ -150,7 +150,7 @@ class Plant:
             v, length = self.rates[velocity : velocity + 2], program.constant(steering.wheelbase)
             program.add(integration.apply_steering_angle, angle=self.q[row], v=v, wheelbase=length)
 
-    def measured(self) -> BlockRows:
+    def add_measured_joints(self) -> BlockRows:
         """Add the stages of the measured coordinates, and return their rows."""
         return self._add_effects(JointEffectStage.MEASURED).measured
 
@@ -159,7 +159,7 @@ class Plant:
         rows = self.wanted, self.speed, self.q, self.q
         key = self.seconds, self.seed, self.numbers
         joints = JointRows(self.program, self.scene, self.columns, *rows, *key)
-        for each in self.actuation.acting():
+        for each in self.actuation.list_active():
             if each.effect.place is place:
                 joints.stream = each.stream
                 each.effect.add_stages(joints)

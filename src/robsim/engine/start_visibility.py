@@ -32,7 +32,7 @@ def check_start_visibility(loop: Loop) -> None:
 def _describe_missing_marks(loop: Loop, at: int) -> str:
     """Return a message about the camera and the marks that it does not see at a start."""
     start_label = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
-    excused = loop.controller.excused
+    excused = loop.controller.optional_pairs
     for sight in (each for each in loop.controller.sights if each.key not in excused):
         seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility
         for flag, where in _WHERE.items():

@@ -147,7 +147,7 @@ def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
         try:
             return _read_dataset(file)
         except ContainerError as error:
-            if error.lacking and not _is_netcdf(file):
+            if error.is_incomplete and not _is_netcdf(file):
                 raise _make_no_run_error(path) from None
             raise FileError(f"{path} {error}; {TRUST}") from None
 

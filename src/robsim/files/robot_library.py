@@ -68,7 +68,7 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
     2
     """
     problems = Problems(str(path))
-    value = Context(problems).tried(ROBOT, parse_toml(read_toml_text(path), str(path)))
+    value = Context(problems).read_or_report(ROBOT, parse_toml(read_toml_text(path), str(path)))
     problems.stop()
     robot: Robot = value
     return robot

@@ -33,7 +33,7 @@ class InertiaTable:
         Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
     ] = (0.0, 0.0, 0.0)
 
-    def made(self, c: Context) -> Inertia:
+    def build_value(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""
         tensor = np.diag(self.moments)
         for (i, j), product in zip(_PRODUCTS, self.products, strict=True):

@@ -63,7 +63,7 @@ class PoseTable:
         key, numbers = angles or ("rotation", value.rotation.tolist())
         return cls(position, **{key: numbers})
 
-    def made(self, c: Context) -> Pose:
+    def build_value(self, c: Context) -> Pose:
         """Return the pose that the table describes."""
         T = np.eye(4)
         if self.rotation is not None:

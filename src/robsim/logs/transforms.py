@@ -17,7 +17,7 @@ class FrameTransforms:
 
     def __init__(self) -> None:
         self._edges: dict[str, tuple[str, Array]] = {}
-        self._moving: set[str] = set()
+        self._moving_frames: set[str] = set()
 
     @property
     def frames(self) -> list[str]:
@@ -38,7 +38,7 @@ class FrameTransforms:
                 place, axes = (move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w)
                 self._edges[child] = parent, Pose.from_quaternion(place, axes).matrix
             times[child] = header_time(each) or 0
-        self._moving |= times.keys() if moving else set()
+        self._moving_frames |= times.keys() if moving else set()
         return times
 
     def pose(self, frame: str, root: str) -> Array | None:
@@ -54,7 +54,7 @@ class FrameTransforms:
     def moves_with(self, frame: str, root: str) -> str | None:
         """Return the first moving frame on the path from a frame to the root, or None."""
         return next(
-            (child for child in self._ancestors(frame, root) if child in self._moving), None
+            (child for child in self._ancestors(frame, root) if child in self._moving_frames), None
         )
 
     def _ancestors(self, frame: str, root: str) -> Iterator[str]:

@@ -75,7 +75,9 @@ def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
 
 def _list_goal_frames(scene: Scene) -> list[str]:
     """Return the cameras and objects that robots move; without any, the tip of the first robot."""
-    carried = [name for name in list_cameras_and_objects(scene) if scene.tree.carried(name).any()]
+    carried = [
+        name for name in list_cameras_and_objects(scene) if scene.tree.flag_moves(name).any()
+    ]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
     frames = carried or tips or list_cameras_and_objects(scene)[:1]
     if not frames:
@@ -97,7 +99,7 @@ def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, 
     if not scene.cameras or not targets:
         return {}
     eye, target = scene.cameras[0].name, targets[0]
-    if scene.tree.carried(eye).any():
+    if scene.tree.flag_moves(eye).any():
         return {eye: Pose(scene.pose(target, q).matrix) @ goal.T_c_o.inv()}
     return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
 

@@ -102,7 +102,7 @@ def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
     """
     if not run.sizes["mark"]:
         return None
-    stands = not scene.tree.carries(str(run["mark_camera"].values[0])).any()
+    stands = not scene.tree.flag_velocities(str(run["mark_camera"].values[0])).any()
     return scene.object(str(run["mark_target"].values[0])).on if stands else None
 
 

@@ -93,7 +93,7 @@ class Assembly:
         for frame in self.frames:
             self._assign_rows(frame)
         self.where["world"] = (0, IDENTITY.matrix)
-        tied = sort_coupled_frames([f for f in self.frames if f.joint.tied])
+        tied = sort_coupled_frames([f for f in self.frames if f.joint.is_coupled])
         self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
         for frame in tied:
             check_coupling_source(frame, self.owners)
@@ -110,7 +110,7 @@ class Assembly:
         if frame.name in self.first or frame.name == "world":
             raise FrameError(f"two frames are called '{frame.name}'")
         self.first[frame.name] = self.nq, self.nv
-        for name in [frame.label] if frame.joint.tied else frame.coordinates:
+        for name in [frame.label] if frame.joint.is_coupled else frame.coordinates:
             if name in self.owners:
                 raise FrameError(f"two coordinates are called '{name}'")
             self.owners[name] = frame
@@ -172,7 +172,7 @@ class Assembly:
         """Add the motions of a body by its own velocities, or by the velocity that it follows."""
         joint, ratio = frame.joint, 0
         moves: Sequence[tuple[bool, int]] = joint.parts.moves
-        if joint.tied:
+        if joint.is_coupled:
             root = self._find_root_velocity(frame)
             if root is None:
                 return  # the source is a steering angle, which no velocity moves
@@ -186,7 +186,7 @@ class Assembly:
     def _find_root_velocity(self, frame: Frame) -> int | None:
         """Return the row of the velocity that moves a coordinate, or None if there is none."""
         owner = frame
-        while owner.joint.tied:
+        while owner.joint.is_coupled:
             name = owner.joint.follows.of  # type: ignore[union-attr]
             owner = self.owners[name]
         return None if is_steering_angle(owner, name) else self.first[owner.name][1]
@@ -194,7 +194,7 @@ class Assembly:
     def _make_dependency(self, frame: Frame) -> DependentCoordinate:
         """Return the dependence of a coupled coordinate on its source."""
         follows = frame.joint.follows
-        assert follows is not None and follows.tied
+        assert follows is not None and follows.is_coupled
         curve = self._find_chord_curve(frame) if follows.on_a_curve else 0
         numbers = self._locate_steered_wheel(frame) if follows.on_a_car else follows.constants
         return DependentCoordinate(follows, self.rows[follows.of], curve, numbers)
@@ -229,7 +229,7 @@ class Assembly:
             -1,
         )
         carrier = self.carriers[above]
-        if carrier is not None and carrier.joint.tied:
+        if carrier is not None and carrier.joint.is_coupled:
             steering = self.rows[carrier.label]
             _check_upright_steering(
                 frame.name, carrier.joint, _check_same_in_runs(frame.name, self.places[above])

@@ -67,7 +67,7 @@ class FrameEvaluator:
     def _jacobian_arguments(self) -> tuple[Any, ...]:
         """Arguments of the kernel of the Jacobian, at the frame in axes of the world."""
         stages, (T, *_) = self._build_program()
-        moves = self.tree.moves(self.tree.carried(self.names[0]))
+        moves = self.tree.moves(self.tree.flag_moves(self.names[0]))
         J = stages.base_jacobian(T, moves)
         return *stages.program.prepared(), int(stages.q), int(J)
 

@@ -144,28 +144,32 @@ class Joint:
         return bool(self.model.coordinates)
 
     @property
-    def tied(self) -> bool:
+    def is_coupled(self) -> bool:
         """Whether the coordinate is a function of another. The angle of a rolling wheel is not."""
-        return self.follows is not None and self.follows.tied
+        return self.follows is not None and self.follows.is_coupled
 
     @cached_property
     def parts(self) -> JointKind | JointParts:
         """Independent coordinates and velocities; none if the coordinate is coupled."""
         if self.follows is None:
             return self.model
-        return JointParts() if self.tied else JointParts(self.model.coordinates, self.model.units)
+        return (
+            JointParts()
+            if self.is_coupled
+            else JointParts(self.model.coordinates, self.model.units)
+        )
 
     @property
-    def needed(self) -> Curve | Steering | None:
+    def required_part(self) -> Curve | Steering | None:
         """Curve or steering of the joint, if its kind requires one."""
         part: Curve | Steering | None = None
         if self.model.needs is not None:
             part = getattr(self, self.model.needs)
         return part
 
-    def within(self, prefix: str) -> Joint:
+    def with_prefix(self, prefix: str) -> Joint:
         """Return the joint for a scene, in which the names of coordinates have a prefix."""
-        if self.follows is None or not self.tied:
+        if self.follows is None or not self.is_coupled:
             return self
         return self.following(f"{prefix}.{self.follows.of}")
 
@@ -270,7 +274,7 @@ class Joint:
         """Store the limits as floats, or the default of the kind; raise InputError if wrong."""
         if self.limits is None:
             if self.follows is None:
-                object.__setattr__(self, "limits", self.model.span(self.needed))
+                object.__setattr__(self, "limits", self.model.span(self.required_part))
             return
         limits = as_floats(self.limits, "joint limits", (2,))
         if not self.model.single:

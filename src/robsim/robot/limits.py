@@ -20,7 +20,7 @@ def combine_limits(links: Sequence[Link]) -> Array:
     """
     names = list_coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
-    each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
+    each = (joint.model.ranges(joint.limits, joint.required_part) for joint in own)
     rows = np.concatenate([np.empty((0, 2)), *each])
     number = {name: i for i, name in enumerate(names)}
     follows = {link.label: link.joint.follows for link in links}

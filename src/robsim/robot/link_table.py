@@ -56,7 +56,7 @@ class JointLimits(PerJoint):
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return ()
 
-    def _list_of(self, words: str) -> str:
+    def _describe_list(self, words: str) -> str:
         return "[lowest, highest] in the unit of the joint"
 
 
@@ -118,9 +118,9 @@ class LinkTable:
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the kind of joint, which determines the units of other values."""
         joint = own.get("joint")
-        return c.knowing(joint=joint and find_joint_kind(joint))
+        return c.with_facts(joint=joint and find_joint_kind(joint))
 
-    def made(self, c: Context) -> Link:
+    def build_value(self, c: Context) -> Link:
         """Return the link that the table describes."""
         if self.dh is not None and (self.place is not None or self.tail is not None):
             raise InputError("dh and place or tail: give one of the two only")

@@ -515,7 +515,7 @@ class Robot(Kinematics):
 def _list_limit_sources(links: Sequence[Link]) -> list[Any]:
     """Return the parts of joints that determine the limits of the coordinates."""
     joints = [link.joint for link in links]
-    return [(joint.limits, joint.follows, joint.needed) for joint in joints]
+    return [(joint.limits, joint.follows, joint.required_part) for joint in joints]
 
 
 def _list_wheel_mounts(links: Sequence[Link]) -> list[Any]:

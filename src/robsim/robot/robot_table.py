@@ -75,16 +75,16 @@ class LinkTreeSpec(Table):
             raise InputError("model and urdf: give one of the two only")
         rest = {key: part for key, part in raw.items() if key not in ORIGIN_KEYS}
         original = c.facts["library"](raw)
-        return super().read(rest, c.changing(self._as_text_form(original)))
+        return super().read(rest, c.with_old_value(self._as_text_form(original)))
 
-    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def build_table(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if c.over is MISSING and "read_origin" in c.facts:
             with suppress(InputError, UnwritableChange):
                 keys, original = c.facts["read_origin"](value)
                 original = self._as_text_form(original)
                 own = replace(value, origin=original.origin)
-                return {**keys, **super().written(own, c.changing(original))}
-        return super().written(value, c, key)
+                return {**keys, **super().build_table(own, c.with_old_value(original))}
+        return super().build_table(value, c, key)
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
@@ -158,7 +158,7 @@ class LinkTreeTable:
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the convention of the Denavit-Hartenberg rows of the links."""
         convention = own.get("convention") or find_dh_convention(own.get("links") or ())
-        return c.knowing(convention=convention or "standard")
+        return c.with_facts(convention=convention or "standard")
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
@@ -198,7 +198,7 @@ class RobotTable(LinkTreeTable):
     on: Annotated[str, FrameReference, "Frame that carries the robot."] = "world"
     tools: Annotated[tuple[ToolTable, ...], TOOL_LIST, "Tools, in order of mounting."] = ()
 
-    def made(self, c: Context) -> Robot:
+    def build_value(self, c: Context) -> Robot:
         """Return the robot with its tools."""
         robot = self.robot()
         for tool in self.tools:

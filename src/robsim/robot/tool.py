@@ -66,7 +66,7 @@ def _rename_joint(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
         return joint
     label = labels[link.label]
     joint = replace(joint, name=None if label == name else label)
-    if joint.follows is None or not joint.tied:
+    if joint.follows is None or not joint.is_coupled:
         return joint
     source, dot, part = joint.follows.of.partition(".")
     return joint.following(f"{labels[source]}{dot}{part}")

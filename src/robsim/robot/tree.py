@@ -50,7 +50,7 @@ class Tree:
         # rows (velocity, body, whether it turns, axis, ratio), sorted by velocity, then body
         self.moved = as_int64(np.array(sorted(assembly.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
-        self._moves_of: dict[str, jacobians.BodyMoves] = {}  # cache by frame
+        self._frame_moves: dict[str, jacobians.BodyMoves] = {}  # cache by frame
         self._motions: dict[str, ProgramFunction] = {}  # cache by frame
         self.cars: tuple[tuple[int, int, Steering], ...] = tuple(assembly.cars)
 
@@ -97,7 +97,7 @@ class Tree:
         """Return the function that computes the pose and the twist of a frame."""
         program = Program()
         stages, v = self._build_program(program, self.nv)
-        moves = self.moves(self.carried(name))
+        moves = self.moves(self.flag_moves(name))
         (T,) = stages.frames([self.find(name)])
         J = add_jacobian_stage(program, stages.poses, stages.ratio, T, moves)
         output = program.rows(18)
@@ -150,9 +150,9 @@ class Tree:
         """Return the Jacobian J[6, j, b] of the origin of a frame, in world axes."""
         here = np.repeat(np.eye(3, 4)[..., None], bodies.poses.shape[3], axis=2)
         here[:, 3] = self.frame(bodies, name)[:, 3]
-        if name not in self._moves_of:
-            self._moves_of[name] = self.moves(self.carried(name))
-        return evaluate_frame_jacobian(bodies, here, self._moves_of[name])
+        if name not in self._frame_moves:
+            self._frame_moves[name] = self.moves(self.flag_moves(name))
+        return evaluate_frame_jacobian(bodies, here, self._frame_moves[name])
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move q[n, b] by velocities v[m, b] over dt, after the cars have steered for them."""
@@ -181,15 +181,15 @@ class Tree:
         add_integration(program, self.joints, q, list(v), dt)
         return ProgramFunction(program, q, q, self.nq)
 
-    def carried(self, name: str) -> Array:
+    def flag_moves(self, name: str) -> Array:
         """Return 1.0 for each move that affects the frame, else 0.0."""
         signs: Array = self._ancestry[self.find(name)[0]]
         return signs
 
-    def carries(self, name: str) -> Array:
+    def flag_velocities(self, name: str) -> Array:
         """Return 1.0 for each velocity that moves the frame, else 0.0."""
         signs = np.zeros(self.nv)
-        np.maximum.at(signs, self.velocity, self.carried(name))
+        np.maximum.at(signs, self.velocity, self.flag_moves(name))
         return make_read_only(signs)
 
     def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> jacobians.BodyMoves:

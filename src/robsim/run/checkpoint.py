@@ -117,7 +117,7 @@ def _unpack_checkpoint(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list
     try:
         header, arrays = unpack_container(file)
     except ContainerError as error:
-        if not error.lacking:
+        if not error.is_incomplete:
             raise FileError(f"{path} is damaged: it {error}") from None
         header, arrays = None, []
     if not isinstance(header, dict) or header.get("format") != FORMAT:

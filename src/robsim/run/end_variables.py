@@ -147,7 +147,7 @@ def select_goal_controller(controller: TaskController) -> TaskController:
     known = (
         each
         for each in leaves
-        if not isinstance(each, ServoController) or each.regulated.given is None
+        if not isinstance(each, ServoController) or each.bound_features.goal_values is None
     )
     return next(known, leaves[0])
 
@@ -218,11 +218,11 @@ def get_camera_goal(controller: TaskController) -> Array | None:
     Return None if the goal features are given as numbers.
     """
     part = select_goal_controller(controller)
-    if not isinstance(part, ServoController) or part.regulated.given is not None:
+    if not isinstance(part, ServoController) or part.bound_features.goal_values is not None:
         return None
-    sight, q = part.sights[0], part.regulated.q_goal
+    sight, q = part.sights[0], part.bound_features.q_goal
     if q is None:
-        return part.regulated.goals[sight.key].guess_last
+        return part.bound_features.goals[sight.key].guess_last
     seen = sight.project(q)
     return compute_relative_pose(seen.T_w_c, seen.T_w_o)
 

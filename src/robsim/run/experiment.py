@@ -226,7 +226,7 @@ class Experiment(Value, Generic[TaskT_co]):
             with prefix_errors("safety"):
                 self.safety.check(self.scene)
         parse_record(self.record)
-        with self.keyed("run", "duration"):
+        with self.prefix_error_keys("run", "duration"):
             count_periods(self.dt, self.duration)
 
     def __repr__(self) -> str:
@@ -604,7 +604,7 @@ class Experiment(Value, Generic[TaskT_co]):
         """
         with self._named_errors():
             if isinstance(self.task, SelfSimulatingTask):
-                with self.keyed("task"):
+                with self.prefix_error_keys("task"):
                     self.task.checked(self, view=view)
                 return
             loop = self._loop_from_start()
@@ -702,12 +702,12 @@ class Experiment(Value, Generic[TaskT_co]):
         with interrupt.defer_stops(begun=False) as stops, self._named_errors():
             # the test of the class is fast, the test of the protocol is slow
             if not isinstance(self.task, ServoTask) and isinstance(self.task, SelfSimulatingTask):
-                with self.keyed("task"):
+                with self.prefix_error_keys("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
                 finished = True
             else:
                 loop = self.loop()
-                with self.keyed("task"):
+                with self.prefix_error_keys("task"):
                     finished = advance_loop(loop, checkpoints=keeper, **how)
                 result = self.dataset(loop)
         if stops or not finished:
@@ -765,7 +765,7 @@ class Experiment(Value, Generic[TaskT_co]):
     def _loop_from_start(self) -> Loop:
         """Return the loop without a record; InputError if the task cannot begin at a start."""
         loop = self.with_(record="summary").loop()
-        with self.keyed("task"):
+        with self.prefix_error_keys("task"):
             loop.controller.check_start(loop.q0)
         return loop
 
@@ -790,7 +790,7 @@ class Experiment(Value, Generic[TaskT_co]):
         simulated: Any = self
         if self.varied:
             simulated = (template or BatchTemplate(self)).of(self.varied)
-        with self.keyed("task"):
+        with self.prefix_error_keys("task"):
             controller = simulated.task.bind(simulated.scene)
         start = (
             check_starts(self.scene, self.scene.home, "home") if self.start is None else self.start
@@ -800,7 +800,7 @@ class Experiment(Value, Generic[TaskT_co]):
         steps = count_periods(self.dt, self.duration)
         single = start.ndim == 1 and not self.varied
         settings = self.hold, self.first_run, numbers, self.record, single
-        with self.keyed():
+        with self.prefix_error_keys():
             return Loop(
                 controller,
                 q0,
@@ -875,7 +875,7 @@ class Experiment(Value, Generic[TaskT_co]):
         return self.with_(**other) if other else self
 
     @contextmanager
-    def keyed(self, *keys: str) -> Iterator[None]:
+    def prefix_error_keys(self, *keys: str) -> Iterator[None]:
         """Prepend keys of the scenario file, if there is one, to the path of an inner error."""
         if not self.source:
             yield

@@ -122,7 +122,7 @@ def _replace_one_number(experiment: Any, name: str, value: Any) -> Any:
         return experiment
     if not (path.leaf.shapes or is_numeric_value(old)):
         raise NoNumberError
-    new = path.taken(value, old)
+    new = path.convert_leaf_value(value, old)
     owner_copy = path.replace(owner, new)
     if owner is experiment:
         return owner_copy
@@ -188,7 +188,7 @@ def yield_experiment_controls(of: Any) -> Iterator[Control]:
 
 
 def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control]:
-    yield from controls(scene, ControlPlace(place.path, place.c.knowing(scene=scene)))
+    yield from controls(scene, ControlPlace(place.path, place.c.with_facts(scene=scene)))
 
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:

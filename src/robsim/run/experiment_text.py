@@ -71,7 +71,7 @@ class StartTable:
         """Return the table of a start in a scene."""
         return cls(*describe_start(value, c.facts["scene"]))
 
-    def made(self, c: Context) -> Any:
+    def build_value(self, c: Context) -> Any:
         """Return the coordinates of the start."""
         return parse_start(self.q, self.pose, c.facts["scene"], "q")
 
@@ -165,9 +165,9 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
         problems, facts={"library": partial(load_origin_robot, folder=folder), "belief": None}
     )
     raw = {key: each for key, each in tables.items() if key in SCENE}
-    over = c if old is None else c.changing(old.scene)
-    scene = old.scene if old is not None and not raw else over.tried(SCENE_SPEC, raw)
-    c = c.knowing(scene=None if scene is MISSING else scene)
+    over = c if old is None else c.with_old_value(old.scene)
+    scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
+    c = c.with_facts(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
     own_fields = _read_all_but_scene(rest, c, old)
     problems.stop()
@@ -185,16 +185,18 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
         if "belief" in raw:
             is_removed = raw["belief"] == PythonValue(None)
             believed = (
-                None if is_removed else c.at("belief", over=shared).tried(BELIEF, raw["belief"])
+                None
+                if is_removed
+                else c.at("belief", over=shared).read_or_report(BELIEF, raw["belief"])
             )
             task = replace_beliefs(task, lambda one: believed if is_identical(one, shared) else one)
             shared = believed
         table = replace(make_task_table(old), task=task)
     elif scene is not None and "belief" in raw:
-        c = c.knowing(belief=c.at("belief").tried(BELIEF, raw["belief"]))
+        c = c.with_facts(belief=c.at("belief").read_or_report(BELIEF, raw["belief"]))
     task_part: Any = MISSING
     with suppress(UnreadableValue):
-        task_part = read_table(TaskTable, raw, c.changing(table), *SCENE)
+        task_part = read_table(TaskTable, raw, c.with_old_value(table), *SCENE)
     if task_part is MISSING or scene is None:
         return None
     start = (
@@ -228,10 +230,12 @@ def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
         if one is None or scene is old.scene:
             return one
         try:
-            raw = write_table(one, c.knowing(scene=old.scene, short=True).changing(old.scene))
+            raw = write_table(
+                one, c.with_facts(scene=old.scene, short=True).with_old_value(old.scene)
+            )
         except (UnwritableChange, NoTextError):
             return one
-        new_belief: Scene | None = c.at("belief").tried(BELIEF, raw)
+        new_belief: Scene | None = c.at("belief").read_or_report(BELIEF, raw)
         return new_belief
 
     return replace_beliefs(old.task, believed)
@@ -260,7 +264,10 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
         actuation=None if of.actuation == Actuation() else of.actuation,
         run=_make_run_table(of, bool(facts.get("brief"))),
     )
-    tables = {**write_table(of.scene, c), **write_table(task_part, c.knowing(apart=belief is None))}
+    tables = {
+        **write_table(of.scene, c),
+        **write_table(task_part, c.with_facts(apart=belief is None)),
+    }
     if belief is not None:
         tables["belief"] = BELIEF.write(belief, c)
     return tables

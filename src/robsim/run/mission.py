@@ -64,7 +64,7 @@ class Mission(DeclaredValue):
     @classmethod
     def facts(cls, own: Mapping[str, FieldValue], c: Context) -> Context:
         """Return the context that lets each phase change the scene of the following phases."""
-        return c.knowing(stage={"scene": c.facts.get("scene")})
+        return c.with_facts(stage={"scene": c.facts.get("scene")})
 
     @property
     def inner(self) -> tuple[Task, ...]:
@@ -146,7 +146,7 @@ class Mission(DeclaredValue):
         one = replace(experiment, start=q, record="summary", source="")
         for i, phase in enumerate(self.phases):
             with prefix_errors(f"phase {phase.name!r}"):
-                staged = phase.begun(staged, q)
+                staged = phase.change_attachments(staged, q)
                 known = known and staged is experiment.scene
                 if known:
                     own = _make_phase_experiment(phase, one)
@@ -192,7 +192,7 @@ def _run_phase(
     has not begun.
     """
     with prefix_errors(f"phase {phase.name!r}"):
-        scene = phase.begun(experiment.scene, _check_mission_start(experiment))
+        scene = phase.change_attachments(experiment.scene, _check_mission_start(experiment))
         own = _make_phase_experiment(phase, replace(experiment, scene=scene))
     start = before[-1].end if before else 0.0
     try:

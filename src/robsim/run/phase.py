@@ -27,8 +27,8 @@ class PhaseName(Text):
 
     most: int = 64
 
-    def demand(self, value: Any) -> str:
-        fits = not super().demand(value) and value.strip() and value.isprintable()
+    def find_violation(self, value: Any) -> str:
+        fits = not super().find_violation(value) and value.strip() and value.isprintable()
         return "" if fits and "." not in value else self.words()
 
     def words(self) -> str:
@@ -46,11 +46,11 @@ class AttachmentTable(PlainValue):
         "additionalProperties": {"type": "string"},
     }
 
-    def demand(self, value: Any) -> str:
+    def find_violation(self, value: Any) -> str:
         names = [*value, *value.values()] if isinstance(value, Mapping) else [None]
-        return self.words() if any(map(FrameReference.demand, names)) else ""
+        return self.words() if any(map(FrameReference.find_violation, names)) else ""
 
-    def taken(self, value: Any, what: str) -> Any:
+    def convert_python_value(self, value: Any, what: str) -> Any:
         return dict(value) if isinstance(value, Mapping) else value
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
@@ -149,12 +149,12 @@ class Phase(DeclaredValue):
         with c.problems.at(*c.path, "attach"):
             scene = reattach_objects(scene, (), own.get("attach", {}), scene.home)
         stage["scene"] = scene
-        return c.knowing(scene=scene)
+        return c.with_facts(scene=scene)
 
     def __repr__(self) -> str:
         return f"Phase({self.name!r})"
 
-    def begun(self, scene: Scene, q: Array) -> Scene:
+    def change_attachments(self, scene: Scene, q: Array) -> Scene:
         """Return the scene after the grasps and releases of this phase, at q (nq,)."""
         return reattach_objects(scene, self.release, self.attach, q)
 

@@ -122,7 +122,7 @@ def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> 
 def _is_error_small(loop: Loop, decided: list[Decision]) -> NDArray[np.bool_]:
     """Return a mask (T,) of the periods with an error below the tolerance."""
     controller = loop.controller
-    errors = [controller.scaled(each).command.error for each in decided]
+    errors = [controller.scale_to_tolerances(each).command.error for each in decided]
     return np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
 
 
@@ -134,7 +134,7 @@ def _find_settling_period(small: NDArray[np.bool_]) -> int:
 def _classify_log_end(loop: Loop, pixels: Array, is_small: bool) -> Outcome:
     """Return the outcome of a log, according to its last instant."""
     controller = loop.controller
-    sights = ((sight.key not in controller.excused, sight) for sight in controller.sights)
+    sights = ((sight.key not in controller.optional_pairs, sight) for sight in controller.sights)
     needed = [must for must, sight in sights for _ in range(2 * len(sight.target.marks))]
     if (np.isnan(pixels[-1]) & np.array(needed, dtype=bool)).any():
         return Outcome.OUT_OF_IMAGE

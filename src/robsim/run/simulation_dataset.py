@@ -163,7 +163,7 @@ def compute_frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.full((q[..., 0].size, 4, 4), np.nan), np.full((q[..., 0].size, 6), np.nan)
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
-    still = not joints.carried(frame).any()  # a frame that no joint moves
+    still = not joints.flag_moves(frame).any()  # a frame that no joint moves
     live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
     for part in _split_into_blocks(len(live)):
         some = live[part]

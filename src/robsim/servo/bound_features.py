@@ -44,13 +44,13 @@ class BoundFeatures:
     which: Interaction | Array  # model of L, or a constant L (k, 6)
     goals: dict[PairKey, Observation]  # observation of each pair at the goal, with the true depths
     q_goal: Array | None  # (nq, runs) configuration of a shown goal
-    given: Array | None  # (k,) goal of numbers, `GoalFeatures.s`
+    goal_values: Array | None  # (k,) goal of numbers, `GoalFeatures.s`
     runs: int = 1  # number of runs with individual numbers, and therefore goals
 
     def measure_from_goal(self) -> BoundFeatures:
         """Return a copy with features measured relative to the goal, if they have `towards`."""
         bound = [
-            (part.towards(view) if self.given is None else part).with_size(view)
+            (part.towards(view) if self.goal_values is None else part).with_size(view)
             for part, view in self._goal_views
         ]
         copy = replace(self, parts=tuple(bound))
@@ -61,7 +61,7 @@ class BoundFeatures:
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[PairKey, Array]) -> Array:
         """Return L J (k, n, B) with sdot = L (J_c - J_o) qdot, block by block."""
-        if self.as_one:
+        if self.has_single_motion:
             return multiply_batches(L, J[self.sights[0].key])
         rows = zip(each, self.parts, strict=True)
         return _stack_features(
@@ -69,7 +69,7 @@ class BoundFeatures:
         )
 
     @cached_property
-    def as_one(self) -> bool:
+    def has_single_motion(self) -> bool:
         """Whether all cameras have one motion relative to their targets, and so one twist."""
         return all(sight.moves_with(self.sights[0]) for sight in self.sights)
 
@@ -77,12 +77,13 @@ class BoundFeatures:
     def s_goal(self) -> Array:
         """Features s (k, runs) at the goal; (k, 1) for a goal of numbers."""
         s = self.at_goal.s
-        if self.given is not None:
-            if self.given.shape != (len(s),):
+        if self.goal_values is not None:
+            if self.goal_values.shape != (len(s),):
                 raise GoalError(
-                    f"goal s: expected {len(s)} numbers for {self.names}, got {self.given.size}"
+                    f"goal s: expected {len(s)} numbers for {self.names}, "
+                    f"got {self.goal_values.size}"
                 )
-            return self.given[:, None].copy()  # kernels are compiled for writeable arrays
+            return self.goal_values[:, None].copy()  # kernels are compiled for writeable arrays
         if not s.size or not np.isfinite(s).all():
             value = format_value(s[:, 0])
             raise GoalError(
@@ -116,7 +117,7 @@ class BoundFeatures:
         """Pixels of all marks at the goal: (N, 2), or (runs, N, 2)."""
         last = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])
         pixels = move_runs_first(last) if self.runs > 1 else last[..., 0]
-        return pixels if self.given is None else np.full(pixels.shape, np.nan)
+        return pixels if self.goal_values is None else np.full(pixels.shape, np.nan)
 
     @property
     def motions(self) -> int:
@@ -171,7 +172,7 @@ class BoundFeatures:
         Raises InputError if a feature has no value there.
         """
         observations = self._pair_observations
-        if self.given is not None:
+        if self.goal_values is not None:
             observations = {sight.key: sight.observe_from_front() for sight in self.sights}
         result = []
         for part in self.parts:

@@ -43,7 +43,7 @@ class CameraTarget:
     def sign(self) -> Array:
         """Sign of each motion of the tree: 1 if it carries the camera, -1 the target, else 0."""
         tree = self.scene.tree
-        return tree.carried(self.eye.name) - tree.carried(self.target.name)
+        return tree.flag_moves(self.eye.name) - tree.flag_moves(self.target.name)
 
     @cached_property
     def columns(self) -> NDArray[np.int64]:
@@ -90,10 +90,10 @@ class CameraTarget:
         program, N = Program(), len(self.target.marks)
         poses, values = program.rows(2, 3, 4), program.rows(4 * N)
         pixels, rest = values[: 2 * N].reshape(N, 2), values[2 * N :]
-        self.look(program, *poses, pixels, rest[:N], rest[N:], of=projection.EACH_STATUS)
+        self.add_projection(program, *poses, pixels, rest[:N], rest[N:], of=projection.EACH_STATUS)
         return ProgramFunction(program, poses, values, 4 * N)
 
-    def look(
+    def add_projection(
         self,
         program: Program,
         T_w_c: BlockRows,

@@ -44,7 +44,7 @@ class ControllerInputs:
         """Whether marks may be hidden."""
         return any(view.hidden is not None for view in self.views.values())
 
-    def inside(self, name: str) -> ControllerInputs:
+    def select_task(self, name: str) -> ControllerInputs:
         """Return the same rows for one of several tasks."""
         return replace(self, path=(*self.path, name))
 
@@ -103,8 +103,8 @@ def add_image(
     *image: BlockRows,
     of: int = projection.WORST_STATUS,
 ) -> ViewRows:
-    """Add the stages that project the marks (`CameraTarget.look`); return the rows of the image."""
+    """Add the stages that project the marks of a pair; return the rows of the image."""
     frames = placed.frames(sight.frames)
-    sight.look(program, *frames, *image, of=of)
+    sight.add_projection(program, *frames, *image, of=of)
     pixels, depth, _ = image
     return ViewRows(pixels, depth, frames=frames)

@@ -191,11 +191,11 @@ class FeaturesSpec(Spec):
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, list):
-            return list(ListOf(_BlockSpec(), 1, 1000).read(raw, c.changing(MISSING)))
+            return list(ListOf(_BlockSpec(), 1, 1000).read(raw, c.with_old_value(MISSING)))
         old = c.over
         if isinstance(old, tuple):
             old = old[0] if len(old) == 1 else MISSING
-        return _BlockSpec(alone=True).read(raw, c.changing(old))
+        return _BlockSpec(alone=True).read(raw, c.with_old_value(old))
 
     def write(self, value: Any, c: Context) -> Raw:
         if isinstance(value, tuple):
@@ -234,8 +234,8 @@ class _BlockSpec(Spec):
             )
             raise InputError(f"expected {example}, got {format_value(raw)}")
         table = {"kind": raw} if isinstance(raw, str) else raw
-        before, old = c.problems.seen, c.over
-        c, own = c.changing(MISSING), {}
+        before, old = c.problems.total_count, c.over
+        c, own = c.with_old_value(MISSING), {}
         if isinstance(old, FeatureBlock):
             own = {each.name: getattr(old, each.name) for each in _BLOCK_FIELDS}
             old = old.feature
@@ -245,8 +245,8 @@ class _BlockSpec(Spec):
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _BLOCK_KEYS}
         text = raw if isinstance(raw, str) else rest
-        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(text, c.changing(old))
-        if c.problems.seen > before:
+        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(text, c.with_old_value(old))
+        if c.problems.total_count > before:
             raise UnreadableValue
         return feature if self.alone and not own else FeatureBlock(feature, **own)
 
@@ -274,7 +274,7 @@ class _BlockFeatureChoice(KindOf):
     """Choice of a feature with messages about unknown keys that list the keys of the block."""
 
     def read(self, raw: Raw, c: Context) -> Any:
-        return super().read(raw, c.knowing(also=_BLOCK_KEYS))
+        return super().read(raw, c.with_facts(also=_BLOCK_KEYS))
 
 
 _BLOCK_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]

@@ -39,7 +39,7 @@ class BoundFeatureRows:
         inputs: ControllerInputs,
         weightings: Sequence[Weighting | MarkWeighting] = (),
     ) -> None:
-        self.regulated, self.inputs, self.program = regulated, inputs, inputs.program
+        self.bound_features, self.inputs, self.program = regulated, inputs, inputs.program
         self.weightings, self.weights = weightings, dict[PairKey, BlockRows]()
         # twist of each camera relative to its target, constant over the last period
         self.last_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
@@ -64,8 +64,8 @@ class BoundFeatureRows:
 
     def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
         """Return the rows of L J (k, n) with sdot = L (J_c - J_o) qdot, block by block."""
-        regulated, program, k = self.regulated, self.program, self.regulated.k
-        if regulated.as_one:
+        regulated, program, k = self.bound_features, self.program, self.bound_features.k
+        if regulated.has_single_motion:
             first = J[regulated.sights[0].key]
             return program.result(control_law.compute_task_jacobian, "A", k, n, L=self.L, J=first)
         each = [
@@ -83,9 +83,9 @@ class BoundFeatureRows:
 
     def drift(self) -> BlockRows:
         """Return the rows of sdot (k,) caused by the known prescribed motions."""
-        columns, own = self.regulated.own_moves
-        rates = add_prescribed_velocities(self.inputs, self.regulated.sights[0].scene, columns)
-        each = {t.key: self.jacobian(t, own[t.key]) for t in self.regulated.sights}
+        columns, own = self.bound_features.own_moves
+        rates = add_prescribed_velocities(self.inputs, self.bound_features.sights[0].scene, columns)
+        each = {t.key: self.jacobian(t, own[t.key]) for t in self.bound_features.sights}
         result = self.program.result
         self.twist = {
             key: result(control_law.multiply_vector, "out", 6, A=J, x=rates)
@@ -95,8 +95,8 @@ class BoundFeatureRows:
 
     def _add_bodies(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
         """Return the bodies, and the believed poses of cameras and targets."""
-        inputs, sights = self.inputs, self.regulated.sights
-        if inputs.placed is not None and self.regulated.exact:
+        inputs, sights = self.inputs, self.bound_features.sights
+        if inputs.placed is not None and self.bound_features.exact:
             return inputs.placed, {key: view.frames for key, view in inputs.views.items()}
         tree = sights[0].scene.tree
         placed = add_body_poses(self.program, tree, inputs.q)
@@ -115,17 +115,17 @@ class BoundFeatureRows:
         depth = self._add_depths(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
         if self.weightings:
-            goal = self.regulated.goals[sight.key].pixels_last
+            goal = self.bound_features.goals[sight.key].pixels_last
             arguments = view, points, camera, goal
             self.weights[sight.key] = add_mark_weights(self.weightings, self.inputs, *arguments)
         weights = self.weights.get(sight.key)
-        return ObservationRows(program, N, *rows, sure=self.regulated.exact, weights=weights)
+        return ObservationRows(program, N, *rows, sure=self.bound_features.exact, weights=weights)
 
     def _add_depths(self, sight: CameraTarget, true: BlockRows, points: BlockRows) -> BlockRows:
         """Return the rows of the depths in L."""
-        depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
-        if not depths.measured:
-            return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
+        depths, program, N = self.bound_features.depths, self.program, len(sight.target.marks)
+        if not depths.follows_marks:
+            return program.each(depths.at_goal(self.bound_features.goals[sight.key].depth_last))
         if isinstance(depths.which, DepthFilter):
             twist = self.last_twist[sight.key]
             true = depths.which.stages(self.inputs, points, twist, sight.eye.camera.K)
@@ -145,7 +145,7 @@ class BoundFeatureRows:
 
     def _add_interactions(self, each: list[FeatureRows]) -> None:
         """Add the stages of L of each block, and of L for the twist of the first camera."""
-        which, program = self.regulated.which, self.program
+        which, program = self.bound_features.which, self.program
         if isinstance(which, np.ndarray):  # all cameras move as one
             self.L, self.block_rows = program.constant(which), []
             return
@@ -155,10 +155,10 @@ class BoundFeatureRows:
 
     def _select_interaction(self, i: int, rows: FeatureRows) -> FeatureRows:
         """Return the rows with L current, at the goal, or the mean of both."""
-        which, program = self.regulated.which, self.program
+        which, program = self.bound_features.which, self.program
         if which == "current":
             return rows
-        goal = program.numbers(self.regulated.L_goals[i], 2)
+        goal = program.numbers(self.bound_features.L_goals[i], 2)
         if which == "desired":
             return rows._replace(L=goal)
         program.add(control_law.average_rows, rows=rows.L.flat, others=goal.flat)
@@ -166,7 +166,7 @@ class BoundFeatureRows:
 
     def _convert_to_first(self, i: int, rows: FeatureRows) -> BlockRows:
         """Return the rows of L for the twist of the first camera."""
-        A = self.regulated.adjoints[i]
+        A = self.bound_features.adjoints[i]
         if A is None:
             return rows.L
         arguments = {"L": rows.L, "A": self.program.numbers(A, 2)}
@@ -174,14 +174,17 @@ class BoundFeatureRows:
             control_law.express_in_first_camera, "out", *rows.L.shape, **arguments
         )
 
-    def hidden(self) -> BlockRows:
+    def flag_hidden(self) -> BlockRows:
         """Return the rows (k,): 1 for a component that depends on a hidden mark, else 0.
 
         A component depends on a mark if it is NaN without the mark. All are 0 if all marks are
         hidden.
         """
         parts = zip(
-            self.regulated.parts, self.block_observations, self.regulated.depends(), strict=True
+            self.bound_features.parts,
+            self.block_observations,
+            self.bound_features.depends(),
+            strict=True,
         )
         return concatenate_rows(self.program, [self._add_lost_components(*each) for each in parts])
 
@@ -201,7 +204,7 @@ class BoundFeatureRows:
             missing = part.gone(part.observation(seen, blocks).blind(hidden))
             return (missing & ~missing.all(axis=0)).astype(float)
 
-        return self.program.asked(ask, part.size)
+        return self.program.add_python_rows(ask, part.size)
 
 
 def evaluate_features(regulated: BoundFeatures, q: Array) -> tuple[Array, Array, Array]:

@@ -36,7 +36,7 @@ from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
 class ServoController(TaskController):
     """Controller of one servo task; its law drives e = s - s_goal to zero."""
 
-    regulated: BoundFeatures
+    bound_features: BoundFeatures
     law: Law
     gain: float | AdaptiveGain | Array  # an array (runs,) has one gain for each run
     inverse: InverseKind
@@ -46,12 +46,12 @@ class ServoController(TaskController):
     weighting: tuple[Weighting | MarkWeighting, ...] = ()
 
     @property
-    def weighted(self) -> bool:
+    def has_weights(self) -> bool:
         """Whether the components of s have weights that change."""
         return bool(self.weighting)
 
     @property
-    def excused(self) -> frozenset[PairKey]:
+    def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
         return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
@@ -61,7 +61,7 @@ class ServoController(TaskController):
         """Camera-target pairs with a feature that needs all marks; none with a weighting."""
         if self.weighting:
             return frozenset()
-        parts = zip(self.regulated.parts, self.regulated.depends(), strict=True)
+        parts = zip(self.bound_features.parts, self.bound_features.depends(), strict=True)
         keys = (
             sight.key
             for part, marks in parts
@@ -86,7 +86,7 @@ class ServoController(TaskController):
     @cached_property
     def one_motion(self) -> bool:
         """Whether L J is the product of one L and one J, and not an estimate."""
-        return self.broyden is None and self.regulated.as_one
+        return self.broyden is None and self.bound_features.has_single_motion
 
 
 def compute_decay_rate(
@@ -118,7 +118,7 @@ def compute_goal_rank(regulated: BoundFeatures) -> int | NDArray[np.int64]:
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
-    ranks = compute_rank(goal.task_jacobian, goal.J if regulated.as_one else SAME_UNITS)
+    ranks = compute_rank(goal.task_jacobian, goal.J if regulated.has_single_motion else SAME_UNITS)
     return ranks if len(ranks) > 1 else int(ranks[0])
 
 

@@ -62,7 +62,7 @@ class ServoStages:
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
         c, program = self.controller, self.program
-        features = self.feature_rows = BoundFeatureRows(c.regulated, self.inputs, c.weighting)
+        features = self.feature_rows = BoundFeatureRows(c.bound_features, self.inputs, c.weighting)
         goal = program.each(c.s_goal)
         self.error = program.result(
             control_law.subtract_goal, "error", self.k, s=features.s, s_goal=goal
@@ -74,15 +74,15 @@ class ServoStages:
             self.weights = self._add_weights()
             self.hidden = self._flag_unused(self.weights)
         elif self.inputs.hides:
-            self.hidden = features.hidden()
+            self.hidden = features.flag_hidden()
         if self.hidden is not None:
             self._replace_error_rows(mask_entries, self.hidden)
         self.unweighted = self.error, self.A
         if self.weights is not None:
             self._replace_error_rows(scale_entries, self.weights)
         self.weighted_by_marks = self.error, self.A
-        if (c.regulated.weights != 1.0).any():
-            self._replace_error_rows(scale_entries, self.constant(c.regulated.weights.ravel()))
+        if (c.bound_features.weights != 1.0).any():
+            self._replace_error_rows(scale_entries, self.constant(c.bound_features.weights.ravel()))
         self.weighted_error, self.error = self.error, self.unweighted[0]
         if self.weights is not None:
             self.status = self._add_status(self.weights)
@@ -97,7 +97,7 @@ class ServoStages:
                 at_gain = self._add_law(self.law, self.law_error)
             qd = at_gain(self.gain)
         else:
-            qd = self.program.asked(self._call_law, self.n)
+            qd = self.program.add_python_rows(self._call_law, self.n)
         error, A = self.weighted_by_marks
         return self.controller.shaping.stages(
             self.inputs, qd, error, self.feature_rows.first_jacobian, A
@@ -124,7 +124,7 @@ class ServoStages:
         """Add the stages that store the final command."""
         c, features, k, add = self.controller, self.feature_rows, self.k, self.add
         known_motion = isinstance(c.feed_forward, KnownMotion)
-        if c.regulated.depths.filtered:
+        if c.bound_features.depths.filtered:
             for key, J in features.J.items():
                 twist = self.program.result(control_law.multiply_vector, "out", 6, A=J, x=qd)
                 drift_twist = features.twist[key] if known_motion else self.constant(np.zeros(6))
@@ -157,7 +157,7 @@ class ServoStages:
 
     def _add_weights(self) -> BlockRows:
         """Return the rows of the weights (k,), from the marks and then from the error."""
-        c, each = self.controller, find_mark_dependencies(self.controller.regulated)
+        c, each = self.controller, find_mark_dependencies(self.controller.bound_features)
         weights = add_component_weights(self.program, self.feature_rows.weights, each)
         user_weightings = [one for one in c.weighting if not isinstance(one, MarkWeighting)]
         if not user_weightings:
@@ -187,7 +187,7 @@ class ServoStages:
             marks=max(getattr(each, "least", 1) for each in c.weighting),
             zeros=self.constant(np.zeros(k + 6)),
             scratch=program.scratch(n + max(count_solution_rows(k, n), count_solution_rows(6, n))),
-            images=[(self.feature_rows.weights[sight.key],) for sight in c.regulated.sights],
+            images=[(self.feature_rows.weights[sight.key],) for sight in c.bound_features.sights],
         )
 
     def _replace_error_rows(
@@ -213,7 +213,7 @@ class ServoStages:
         if self.law is not None:
             self._command_at_gain = self._add_law(self.law, self.weighted_error)
             return self._command_at_gain(self.constant(1.0))
-        return self.program.asked(self._call_law_at_unit_gain, self.n)
+        return self.program.add_python_rows(self._call_law_at_unit_gain, self.n)
 
     def _call_law_at_unit_gain(self, blocks: Blocks, step: int) -> Array:
         """Return the command of a Python law at a gain of one; the law is called again later."""
@@ -238,7 +238,9 @@ class ServoStages:
             )
         else:
             self._drift = self.feature_rows.drift()
-            drift = scale_entries(program, self._drift, self.constant(c.regulated.weights.ravel()))
+            drift = scale_entries(
+                program, self._drift, self.constant(c.bound_features.weights.ravel())
+            )
         if self.hidden is not None:
             drift = mask_entries(program, drift, self.hidden)
         if self.weights is not None:

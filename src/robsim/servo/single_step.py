@@ -33,12 +33,12 @@ class SingleStepController:
         self.program = program
         self.inputs = allocate_inputs(program, controller.sights, controller.scene.nq, dt, hides)
         if guard is None:
-            self.commanded = controller.stages(self.inputs)
+            self.outputs = controller.stages(self.inputs)
         else:
             self.inputs = replace(self.inputs, age=program.rows(), released=program.rows())
-            self.guarded = guard.stages(controller, self.inputs)
-            self.commanded = self.guarded.commanded
-        self.commanded.note(self.commanded.qd)
+            self.safety_stages = guard.stages(controller, self.inputs)
+            self.outputs = self.safety_stages.outputs
+        self.outputs.note(self.outputs.qd)
         self._segments = program.segments()
         if guard is not None:  # all input rows are contiguous, from q to released
             first, released = self.inputs.q, self.inputs.released
@@ -64,7 +64,7 @@ class SingleStepController:
             blocks.put(view.pixels, pixels[key])
             blocks.put(view.depth, depth[key])
         self.perform(blocks, step)
-        return self.commanded.decide(blocks)
+        return self.outputs.decide(blocks)
 
     def take(
         self,
@@ -98,18 +98,21 @@ class SingleStepController:
         The output is the bits of the active limits, the joints at limits, the error, the command,
         and whether the controller is busy.
         """
-        first, c = blocks.first, self.commanded
-        reasons, at_limit = int(first(self.guarded.reasons)), first(self.guarded.at_limit)
+        first, c = blocks.first, self.outputs
+        reasons, at_limit = (
+            int(first(self.safety_stages.reasons)),
+            first(self.safety_stages.at_limit),
+        )
         return reasons, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
 
     def rest(self, blocks: Blocks) -> None:
         """Set the robot at rest; a command may grow again from there."""
-        blocks.fill(self.guarded.last, np.zeros(self.controller.columns.size))
-        blocks.fill(self.guarded.growth_time, np.zeros(1))
+        blocks.fill(self.safety_stages.last, np.zeros(self.controller.columns.size))
+        blocks.fill(self.safety_stages.growth_time, np.zeros(1))
 
-    def braked(self, blocks: Blocks) -> Array:
+    def compute_braking(self, blocks: Blocks) -> Array:
         """Return the velocities (n,) of braking for one period, without the stages."""
-        guarded = self.guarded
+        guarded = self.safety_stages
         last = blocks.first(guarded.last)
         rest = float((np.abs(last) / blocks.first(guarded.accelerations)).max(initial=0.0))
         slower: Array = last * remaining_share(rest, self.dt)
@@ -119,4 +122,4 @@ class SingleStepController:
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return the decision of the last step."""
-        return self.commanded.decide(blocks)
+        return self.outputs.decide(blocks)

@@ -65,12 +65,12 @@ class TaskController(ABC):
         """Add the stages of one instant to a program; return the rows that they write."""
 
     @property
-    def weighted(self) -> bool:
+    def has_weights(self) -> bool:
         """Whether the components of s have weights that change."""
         return False
 
     @property
-    def excused(self) -> frozenset[PairKey]:
+    def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image."""
         return frozenset()
 
@@ -82,7 +82,7 @@ class TaskController(ABC):
     def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers accept every start
         """Raise InputError if the task is possible from none of the starts q0 (B, nq)."""
 
-    def scaled(self, decision: Decision) -> Decision:
+    def scale_to_tolerances(self, decision: Decision) -> Decision:
         """Return a decision with error and task Jacobian scaled to one tolerance."""
         if self._scale is None:
             return decision

@@ -72,8 +72,8 @@ def _add_block_weights(
 ) -> BlockRows:
     """Return the rows of the weights of the components of one block."""
     rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
-    if each.posed:
-        arguments = {"least_count": each.needed, "weights": rows[0]}
+    if each.uses_pose:
+        arguments = {"least_count": each.least_marks, "weights": rows[0]}
         return program.result(kernels.require_enough_marks, "out", len(rows), **arguments)
     return program.result(kernels.compute_smallest_weights, "weights", len(rows), numbers=rows)
 
@@ -102,7 +102,7 @@ def add_user_weights(
         ]
         return reduce(np.multiply, each, by_marks)
 
-    return program.asked(ask, k)
+    return program.add_python_rows(ask, k)
 
 
 def scale_entries(program: Program, A: BlockRows, weights: BlockRows) -> BlockRows:

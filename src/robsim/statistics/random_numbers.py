@@ -60,7 +60,7 @@ class RandomNumbers:
         random.fill_normal_pairs(*keys, self.attempt, STUDIES, out)
         return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
 
-    def even(self, count: int) -> Array:
+    def sample_sobol_points(self, count: int) -> Array:
         """Return `count` coordinates in (0, 1) of each point of a scrambled Sobol sequence."""
         try:
             from scipy.stats import qmc

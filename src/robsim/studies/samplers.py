@@ -44,7 +44,7 @@ class Sampler(Protocol):
         """The shape of one value, as far as the parameters determine it."""
         ...
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw.
 
         Parameters
@@ -135,11 +135,11 @@ class Uniform(RangeSampler):
     --------
     >>> from robsim.statistics.random_numbers import RandomNumbers
     >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
-    >>> Uniform(0.5, 2.0).drawn(numbers, ()).round(2)
+    >>> Uniform(0.5, 2.0).sample_values(numbers, ()).round(2)
     array([1.46, 0.85, 1.28])
     """
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
         return self.at(_sample_numbers(draws.uniform, shape))
 
@@ -164,9 +164,9 @@ class Sobol(RangeSampler):
     array(0.5)
     """
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        return self.at(_sample_numbers(draws.even, shape))
+        return self.at(_sample_numbers(draws.sample_sobol_points, shape))
 
 
 @register("sampler", "log_uniform")
@@ -185,14 +185,14 @@ class LogUniform(RangeSampler):
     --------
     >>> from robsim.statistics.random_numbers import RandomNumbers
     >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
-    >>> LogUniform(0.1, 10.0).drawn(numbers, ()).round(2)
+    >>> LogUniform(0.1, 10.0).sample_values(numbers, ()).round(2)
     array([1.9 , 0.29, 1.1 ])
     """
 
     low: Annotated[ArrayLike, POSITIVE, "Lowest value."]
     high: Annotated[ArrayLike, POSITIVE, "Highest value."]
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
         share, (low, high) = _sample_numbers(draws.uniform, shape), self._bounds
         return np.asarray(low * np.exp(np.log(high / low) * share))
@@ -212,7 +212,7 @@ class Normal(DeclaredValue):
     --------
     >>> from robsim.statistics.random_numbers import RandomNumbers
     >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
-    >>> Normal(0.0, 0.01).drawn(numbers, ()).round(4)
+    >>> Normal(0.0, 0.01).sample_values(numbers, ()).round(4)
     array([ 0.0066, -0.0151, -0.0113])
     """
 
@@ -240,7 +240,7 @@ class Normal(DeclaredValue):
         mean, std = self._parameters
         return np.broadcast_shapes(mean.shape, std.shape)
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
         mean, std = self._parameters
         return np.asarray(mean + std * _sample_numbers(draws.normal, shape))
@@ -284,7 +284,7 @@ class TabulatedValues(DeclaredValue):
         """The shape of one value."""
         return tuple(self._rows.shape[1:])
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return the row of each draw, (draws, *shape); the rows repeat cyclically."""
         own = self._rows[draws.numbers % len(self._rows)]
         return np.array(np.broadcast_to(own, (len(own), *shape)))
@@ -310,9 +310,9 @@ class _NominalSampler(DeclaredValue):
         """The shape of one value."""
         return tuple(self.of.shape)
 
-    def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
+    def sample_values(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return the samples (draws, *shape), without the nominal value."""
-        return np.asarray(self.of.drawn(draws, shape))
+        return np.asarray(self.of.sample_values(draws, shape))
 
 
 @register("sampler", "plus")
@@ -354,7 +354,7 @@ class Choice(DeclaredValue):
 
     values: Annotated[Values, ValuesSpec(), "Values; each draw has one of them."]
 
-    def picked(self, draws: RandomNumbers) -> NDArray[np.int64]:
+    def sample_indices(self, draws: RandomNumbers) -> NDArray[np.int64]:
         """Return the index of a value (draws,) for each draw.
 
         Parameters

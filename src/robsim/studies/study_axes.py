@@ -53,7 +53,7 @@ class StudyAxis:
 
     def numbers(self, draws: RandomNumbers) -> Array:
         """Return sampled numbers (draws, *shape) in SI units."""
-        sampled: Array = self.sampler.drawn(draws, self.shape)
+        sampled: Array = self.sampler.sample_values(draws, self.shape)
         if self.nominal is None:
             return sampled
         return np.asarray(self.nominal * sampled if self.factor else self.nominal + sampled)
@@ -156,7 +156,7 @@ def _draws_factors(sampler: Any) -> bool:
     """Return whether samples of a focal length are factors: they are too small for pixels."""
     shape = tuple(sampler.shape)
     probe = RandomNumbers(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
-    return bool(np.abs(sampler.drawn(probe, shape)).max() < FOCAL_FACTOR)
+    return bool(np.abs(sampler.sample_values(probe, shape)).max() < FOCAL_FACTOR)
 
 
 def _shape_of_number(experiment: Experiment, name: str) -> tuple[int, ...]:

@@ -94,7 +94,7 @@ class Plan:
     def codes(self, axis: StudyAxis, runs: Codes) -> Codes:
         """Return the index of the value of an axis in some runs, (runs,)."""
         if not axis.in_turn:
-            return np.asarray(self._sample(axis.name, runs, axis.sampler.picked))
+            return np.asarray(self._sample(axis.name, runs, axis.sampler.sample_indices))
         sizes = [len(each.values or ()) for each in self.in_turn]
         digits = np.unravel_index(runs % self.cells, sizes)
         codes: Codes = digits[self.in_turn.index(axis)]
@@ -192,7 +192,7 @@ def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None
         start = Anywhere(low=start.low, high=start.high)
     if isinstance(start, Start):
         return base.with_(start=None), start, None
-    if isinstance(start, type) or hasattr(start, "drawn"):
+    if isinstance(start, type) or hasattr(start, "sample_values"):
         raise InputError(
             "start: expected starts (nq,) or (B, nq), rs.samplers.Uniform(low, high), or a sampler "
             f"of poses such as rs.starts.LookAt(...), got {format_value(start)}"

@@ -46,8 +46,8 @@ class VarySpec(Spec):
         for name, each in values.items():
             if is_sampler_table(each):
                 unit = get_unit_at(c.facts["experiment"], name)
-                inner = c.at(name).knowing(of=[unit if unit in DIMENSIONS else "1"])
-                values[name] = inner.tried(SAMPLER_SPEC, each)
+                inner = c.at(name).with_facts(of=[unit if unit in DIMENSIONS else "1"])
+                values[name] = inner.read_or_report(SAMPLER_SPEC, each)
         return {name: each for name, each in values.items() if each is not MISSING}
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:

@@ -111,7 +111,7 @@ def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCame
     """Yield the dotted name and the body of each object and camera that no robot moves."""
     for kind in ("objects", "cameras"):
         for body in getattr(scene, kind):
-            if not scene.tree.carried(body.name).any():
+            if not scene.tree.flag_moves(body.name).any():
                 yield f"{kind}.{body.name}", body
 
 

@@ -55,7 +55,7 @@ class BlendsTable:
         "Largest distance between the path and each intermediate point. None: no limit.",
     ] = None
 
-    def made(self, c: Context) -> Blends:
+    def build_value(self, c: Context) -> Blends:
         """Return the trajectory that the table describes."""
         return Blends(**vars(self))
 

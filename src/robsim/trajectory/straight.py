@@ -45,7 +45,7 @@ class StraightTable:
     turn: TurnRate = None
     turn_acceleration: TurnAcceleration = None
 
-    def made(self, c: Context) -> Straight:
+    def build_value(self, c: Context) -> Straight:
         """Return the motion that the table describes."""
         return Straight(**vars(self))
 

@@ -26,7 +26,7 @@ class TrapezoidTable:
     speed: AxisSpeed
     acceleration: AxisAcceleration
 
-    def made(self, c: Context) -> Trapezoid:
+    def build_value(self, c: Context) -> Trapezoid:
         """Return the motion that the table describes."""
         return Trapezoid(**vars(self))
 

@@ -67,7 +67,7 @@ class Actuation(DeclaredValue):
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
         ) -> None: ...
 
-    def acting(self) -> list[ActiveImperfection[JointEffect]]:
+    def list_active(self) -> list[ActiveImperfection[JointEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""
         return self._acting
 
@@ -78,13 +78,13 @@ class Actuation(DeclaredValue):
     @property
     def moves(self) -> bool:
         """Whether lag, limits or effects change the commanded velocities."""
-        return any(each.effect.place < JointEffectStage.MEASURED for each in self.acting())
+        return any(each.effect.place < JointEffectStage.MEASURED for each in self.list_active())
 
     def response(self, count: int) -> JointResponse:
         """Return the response of the joints to commands, for a scene with `count` velocities."""
         if count in self._responses:
             return self._responses[count]
-        each = (each.effect.response(count) for each in self.acting())
+        each = (each.effect.response(count) for each in self.list_active())
         response = reduce(JointResponse.and_also, each, JointResponse.of(count))
         if self.holds_still:  # a user's effect may change its response
             self._responses[count] = response
@@ -97,7 +97,7 @@ class Actuation(DeclaredValue):
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if an imperfection does not fit the joints, given by their names."""
         with prefix_errors("actuation"):
-            for each in self.acting():
+            for each in self.list_active():
                 each.effect.check(velocities, coordinates)
             self.response(len(velocities))
 

@@ -74,7 +74,7 @@ class CameraTable:
         Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
     ] = None
 
-    def made(self, c: Context) -> MountedCamera:
+    def build_value(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""
         K = self.K
         if K is None:

@@ -112,7 +112,7 @@ class Scene(SceneCoordinates):
     @classmethod
     def facts(cls, own: object, c: Context) -> Context:
         """Return the context with the robots of the scene, which its motions need."""
-        return c.knowing(parts=own)
+        return c.with_facts(parts=own)
 
     @classmethod
     def text_check(cls, raw: Mapping[str, object], c: Context) -> None:

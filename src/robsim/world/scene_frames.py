@@ -25,7 +25,7 @@ def list_scene_frames(
     frames = []
     for robot in robots:
         for i, link in enumerate(robot.links):
-            joint = link.joint.within(robot.name)
+            joint = link.joint.with_prefix(robot.name)
             if not i:
                 joint = _fixed_joint(robot.base @ link.joint.place @ link.joint.tail)
             parent = f"{robot.name}.{link.parent}" if i else robot.on

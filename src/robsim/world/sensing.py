@@ -67,7 +67,7 @@ class Sensing(DeclaredValue):
             effects: ImageEffect | OwnImageEffect | Sequence[ImageEffect | OwnImageEffect] = (),
         ) -> None: ...
 
-    def acting(self) -> list[ActiveImperfection[ImageEffect]]:
+    def list_active(self) -> list[ActiveImperfection[ImageEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""
         return self._acting
 
@@ -77,7 +77,7 @@ class Sensing(DeclaredValue):
 
     def timing(self, dt: float) -> ImageTiming:
         """Return the timing of images; raise InputError if it does not fit the period dt."""
-        every = (each.effect.timing(dt) for each in self.acting())
+        every = (each.effect.timing(dt) for each in self.list_active())
         return reduce(ImageTiming.and_also, every, ImageTiming())
 
 

@@ -72,8 +72,8 @@ def report_not_finite(analysis: RunAnalysis) -> Finding | None:
     if servo is None:
         return None
     if quantity == "a feature":
-        sentence = f"{servo.regulated.names} gave a number that is not finite at this view"
-        return Finding("feature", f"{sentence}{servo.regulated.reasons}.")
+        sentence = f"{servo.bound_features.names} gave a number that is not finite at this view"
+        return Finding("feature", f"{sentence}{servo.bound_features.reasons}.")
     if quantity == "the command":
         sentence = (
             f"{type(servo.law).__name__} gave a command that is not finite, from finite features."

@@ -29,13 +29,13 @@ class NearestPose:
     """The pose of the target in camera axes with the features nearest to the goal.
 
     `error` is the largest error of a feature, and `length` the norm of all errors, both in units of
-    one tolerance. `seen` is whether the camera sees all marks from this pose.
+    one tolerance. `is_in_image` is whether the camera sees all marks from this pose.
     """
 
     T_c_o: Pose
     error: float
     length: float
-    seen: bool
+    is_in_image: bool
 
 
 def find_nearest_pose(
@@ -47,7 +47,7 @@ def find_nearest_pose(
     at a depth (m). Damped steps V = -(L'L + mu I)^-1 L'e of the camera reduce the error, with
     lengths in units of the depth (Levenberg 1944; Marquardt 1963).
     """
-    if servo.regulated.given is None or len(servo.sights) != 1:
+    if servo.bound_features.goal_values is None or len(servo.sights) != 1:
         return None
     with np.errstate(all="ignore"):  # invalid poses are dropped
         e, T = _minimise_error(servo, _sample_search_starts(servo.sights[0], known_poses, depth))
@@ -87,7 +87,7 @@ def _minimise_error(servo: ServoController, T: Array) -> tuple[Array, Array]:
 
 def _error_and_interaction(servo: ServoController, T: Array) -> tuple[Array, Array]:
     """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
-    regulated = servo.regulated
+    regulated = servo.bound_features
     (sight,) = regulated.sights
     depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
     more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}

@@ -36,11 +36,11 @@ def list_imperfections(analysis: RunAnalysis) -> list[Ablation]:
 def _list_acting_effects(part: str, analysis: RunAnalysis) -> Iterator[Ablation]:
     """Yield the imperfections of the images or the joints."""
     each: ActiveImperfection[Any]
-    for each in getattr(analysis.case, part).acting():
+    for each in getattr(analysis.case, part).list_active():
         sentence, evidence = each.effect.stated(_make_run_facts(analysis))
 
         def remove(case: Experiment, each: ActiveImperfection[Any] = each) -> Experiment:
-            return case.with_(**{part: each.removed(getattr(case, part))})
+            return case.with_(**{part: each.remove_from(getattr(case, part))})
 
         yield Ablation(each.field, each.effect.title, sentence, remove, evidence)
 

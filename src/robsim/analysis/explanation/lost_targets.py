@@ -22,7 +22,7 @@ def report_blind_start(analysis: RunAnalysis) -> Finding | None:
     """Report a start without the target in the image."""
     if analysis.end > 0:
         return None
-    excused = analysis.controller.excused
+    excused = analysis.controller.optional_pairs
     sees = "sees too few marks for a command" if excused else "does not see all marks"
     sentence = f"At the start the camera {sees}: take another start."
     return Finding("start", sentence)
@@ -41,7 +41,7 @@ def report_pose_features(analysis: RunAnalysis) -> Finding | None:
 
 def _is_position_based(analysis: RunAnalysis) -> bool:
     """Return whether all features of the task are pose features."""
-    parts = analysis.servo.regulated.parts if analysis.servo else ()
+    parts = analysis.servo.bound_features.parts if analysis.servo else ()
     return bool(parts) and all(getattr(p.feature, "uses_pose", False) for p in parts)
 
 
@@ -127,7 +127,7 @@ def report_visibility(analysis: RunAnalysis) -> Finding | None:
     """Report the least number of marks in the image, and the condition number of L J."""
     marks = analysis.diagnosis["marks_in_image"].values
     every = analysis.controller.marks
-    if not analysis.controller.excused or marks.min() == every:
+    if not analysis.controller.optional_pairs or marks.min() == every:
         return None
     conditions = analysis.diagnosis["condition_task_jacobian"].values
     worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan
@@ -149,7 +149,7 @@ def report_own_motion(analysis: RunAnalysis) -> Finding | None:
 def report_near_border(analysis: RunAnalysis) -> Finding | None:
     """Report a mark that came close to the border of its image."""
     margins = analysis.diagnosis["border_margin"].values
-    if analysis.controller.excused or not np.isfinite(margins).any():
+    if analysis.controller.optional_pairs or not np.isfinite(margins).any():
         return None
     t = int(np.nanargmin(margins))
     if margins[t] > 5 or t == 0:

@@ -52,7 +52,7 @@ def _describe_nearest_pose(analysis: RunAnalysis) -> str:
     if analysis.nearest is None:
         return "there may be no pose that has them"
     depth = format_length(float(analysis.nearest.T_c_o.position[2]))
-    if not analysis.nearest.seen:
+    if not analysis.nearest.is_in_image:
         return f"a pose that has them, {depth} in front of the target, does not see all marks"
     return f"a pose has them, {depth} in front of the target, and the run did not come there"
 

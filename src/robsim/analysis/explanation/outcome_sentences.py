@@ -43,7 +43,7 @@ def _describe_singularity(analysis: RunAnalysis) -> str:
 
 
 def _describe_out_of_image(analysis: RunAnalysis) -> str:
-    if analysis.controller.excused:
+    if analysis.controller.optional_pairs:
         marks = describe_marks_in_use(analysis)
         return f"{format_time(analysis.end)} too few marks are left for a command: {marks}."
     sight, mark, place = find_lost_mark(analysis, Visibility.OUT_OF_IMAGE)

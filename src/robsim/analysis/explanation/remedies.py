@@ -135,7 +135,7 @@ def propose_larger_image(analysis: RunAnalysis) -> Iterator[Proposal]:
 
 def propose_border_weighting(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with weighting="border", unless marks may leave the image already."""
-    if not analysis.controller.excused:
+    if not analysis.controller.optional_pairs:
         case = counterfactuals.replace_task_fields(analysis.extended_case, weighting="border")
         yield "weighting", "With weighting='border'", case
 
@@ -255,7 +255,7 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
 
 def _has_outliers(case: Experiment) -> bool:
     """Return whether the images have outliers and no weighting is robust."""
-    effects = [each.effect for each in case.sensing.acting()]
+    effects = [each.effect for each in case.sensing.list_active()]
     has_outliers = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
     return has_outliers and not has_robust_weighting(case.task)
 

@@ -31,7 +31,7 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
         yield f"the error at rest is {residual}: the goal is out of reach, or beliefs are wrong"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
         yield "the gain at zero error stands for an adaptive gain"
-    if linear.timing.lost and not linear.scaled.is_image_only:
+    if linear.timing.lost and not linear.gain_dependence.is_image_only:
         yield "lost images are not considered in the largest gain"
     yield from _imperfection_caveats(experiment)
 
@@ -45,7 +45,7 @@ def _residual_error(linear: LinearLoop) -> str:
 
 def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
     """Yield the caveats of the image and joint imperfections."""
-    images = experiment.sensing.acting()
+    images = experiment.sensing.list_active()
     robust = has_robust_weighting(experiment.task)
     for one in images:
         beside = [each.effect.deviation(True) for each in images if each is not one]
@@ -58,11 +58,11 @@ def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
 def _ignored_imperfections(experiment: Experiment) -> Iterator[str]:
     """Yield the nouns of the imperfections that the linear loop neglects."""
     scene = experiment.scene
-    for effect in (each.effect for each in experiment.sensing.acting()):
+    for effect in (each.effect for each in experiment.sensing.list_active()):
         timed = effect.timing(experiment.dt) != ImageTiming()
         if effect.left_out and not (timed or effect.deviation(robust=False)):
             yield effect.left_out
-    for other in (each.effect for each in experiment.actuation.acting()):
+    for other in (each.effect for each in experiment.actuation.list_active()):
         lags = is_any_nonzero(other.response(scene.nv).lag)
         if other.left_out and not (lags or other.deviation(scene).any()):
             yield other.left_out

@@ -27,35 +27,36 @@ class LinearStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A discrete loop with the command qd = seen @ (motion in the image) + now @ (present motion).
+    """A discrete loop with the command qd = image_part @ (motion in the image) + joint_part @
+    (present motion).
 
     The state at the arrival of an image consists of the motion, the velocity, the command of the
     last image, and the motions in the images that have not arrived yet, each (n,).
     """
 
-    seen: Matrix  # (n, n)
-    now: Matrix  # (n, n)
+    image_part: Matrix  # (n, n)
+    joint_part: Matrix  # (n, n)
     timing: LoopDelays
 
     @property
     def size(self) -> int:
         """The number of components of the state."""
-        return len(self.seen) * (3 + self.timing.delay)
+        return len(self.image_part) * (3 + self.timing.delay)
 
     def steps(self, lost: bool = False) -> tuple[LinearStep, list[LinearStep]]:
         """Return the map to the state at the next image, and the map to the motion in each period.
 
         If the image is `lost`, the previous image is used again.
         """
-        n, t = len(self.seen), self.timing
-        whole = np.eye(self.size + n, dtype=self.seen.dtype)
+        n, t = len(self.image_part), self.timing
+        whole = np.eye(self.size + n, dtype=self.image_part.dtype)
         motion, v, command, *queue, error = (whole[i : i + n] for i in range(0, len(whole), n))
         if not lost:
-            command = self.seen @ (queue[0] if queue else motion) + error
-        path, until_image = [], t.until_taken
+            command = self.image_part @ (queue[0] if queue else motion) + error
+        path, until_image = [], t.time_until_use
         for _ in range(t.every):
             path.append(self._split(motion))
-            u = command + self.now @ motion
+            u = command + self.joint_part @ motion
             if queue and 0.0 <= until_image < t.dt:
                 imaged_motion = _integrate_lag(motion, v, u, until_image, t.lag)[0]
             until_image -= t.dt

@@ -55,7 +55,7 @@ class LinearLoop:
         return LinearResponse.of(self.field, self.q)
 
     @cached_property
-    def scaled(self) -> GainDependence:
+    def gain_dependence(self) -> GainDependence:
         """The response as a function of a factor of all gains."""
         own = list_servo_tasks(self.task)
         if not own or not all(map(has_single_gain, own)):

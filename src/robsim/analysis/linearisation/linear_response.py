@@ -23,11 +23,12 @@ class LinearResponse:
     A motion (n,) is the displacement that velocities produce in one second. Measured joints are up
     to date and images may be late, so that the two contributions are separate:
 
-        qd = now @ motion + seen @ (motion in the image) + pixels @ (errors in the image).
+        qd = joint_part @ motion + image_part @ (motion in the image) + pixels @ (errors in the
+        image).
     """
 
-    now: Array  # (n, n)
-    seen: Array  # (n, n)
+    joint_part: Array  # (n, n)
+    image_part: Array  # (n, n)
     pixels: Array  # (n, P), with the P = 2 N pixel coordinates of all camera-target pairs
     marks: Array  # (P, n) derivative of the true pixels by the motion
     place: Array  # (3, n) derivative of the first camera's position in target axes
@@ -56,7 +57,7 @@ class LinearResponse:
     @property
     def total(self) -> Array:
         """The derivative (n, n) of qd for images without delay."""
-        return self.now + self.seen
+        return self.joint_part + self.image_part
 
     @cached_property
     def basis(self) -> Array:
@@ -64,7 +65,7 @@ class LinearResponse:
         U, sigma, _ = np.linalg.svd(self.total)
         return np.ascontiguousarray(U[:, sigma > RANK_TOLERANCE * sigma[0]])
 
-    def inside(self, A: Array) -> Array:
+    def restrict_map(self, A: Array) -> Array:
         """Return a map (n, n) of motions restricted to the commanded velocities, (r, r)."""
         U = self.basis
         return np.asarray(U.T @ A @ U)
@@ -73,7 +74,7 @@ class LinearResponse:
         """Return the motion (n,) that cancels a command qd (n,) at rest: qd + G x = 0."""
         U = self.basis
         motion: Array = (
-            -U @ np.linalg.pinv(self.inside(self.total), rcond=RANK_TOLERANCE) @ (U.T @ qd)
+            -U @ np.linalg.pinv(self.restrict_map(self.total), rcond=RANK_TOLERANCE) @ (U.T @ qd)
         )
         return motion
 

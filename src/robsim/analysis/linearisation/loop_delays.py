@@ -57,7 +57,7 @@ class LoopDelays:
         return math.ceil(self.latency / self.period - ROUNDING)
 
     @property
-    def until_taken(self) -> float:
+    def time_until_use(self) -> float:
         """The time in seconds from an arrival until the image used `delay` later is taken."""
         return max(self.delay * self.period - self.latency, 0.0)
 

@@ -76,7 +76,7 @@ def compute_effects(linear: LinearLoop) -> tuple[MiscalibrationEffect, ...]:
     A displacement counts as the angle under which it appears from the target. Errors without
     displacement are sorted by their reduction of the largest gain or of the slowest rate.
     """
-    field, limit = linear.field, find_mode_limit(linear.scaled.modes, linear.lossless)
+    field, limit = linear.field, find_mode_limit(linear.gain_dependence.modes, linear.lossless)
     depth = float(np.mean([Z.mean() for Z in field.images(linear.q)[1].values()]))
     perturbations = generate_perturbations(linear.task, field.scene, field.controller.sights)
     computed = [_compute_effect(linear, mistake, limit) for mistake in perturbations]
@@ -97,10 +97,10 @@ def _compute_effect(
     metres, radians = _relative_offset(linear.field, linear.q, displacement)
     scaled = (
         GainDependence.of(perturbed.response, None)
-        if linear.scaled.is_proportional
-        else perturbed.scaled
+        if linear.gain_dependence.is_proportional
+        else perturbed.gain_dependence
     )
-    slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
+    slowest = scaled.rates[0].real / linear.gain_dependence.rates[0].real - 1.0
     limit_change = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
     changes = float(slowest), limit_change
     return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, *changes)

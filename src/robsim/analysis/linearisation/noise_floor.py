@@ -44,7 +44,7 @@ class NoiseFloor:
 
 def pixel_deviation(sensing: Sensing, robust: bool) -> float:
     """Return the standard deviation of a pixel coordinate, with or without robust weights."""
-    return math.hypot(*(each.effect.deviation(robust) for each in sensing.acting()))
+    return math.hypot(*(each.effect.deviation(robust) for each in sensing.list_active()))
 
 
 def compute_noise_floor(
@@ -65,7 +65,7 @@ def compute_noise_floor(
     if not is_stable(loop):
         return NoiseFloor(math.inf, math.inf, math.inf)
     share = pixel / math.sqrt(together)
-    noise = np.hstack([U.T @ response.pixels * share, U.T @ response.now * encoder])
+    noise = np.hstack([U.T @ response.pixels * share, U.T @ response.joint_part * encoder])
     size = float(np.abs(noise).max()) or 1.0
     W = (noise / size) @ (noise / size).T
     C = U @ _mean_covariance(loop, _stationary_covariance(loop, W), W) @ U.T

@@ -29,19 +29,19 @@ NOTABLE_RISE = 1.05  # least ratio of the limits without and with a cause
 class StateMaps(NamedTuple):
     """Maps (F, s, s) of the state from one image to the next, at several factors of the gains.
 
-    `used` are the maps for images that arrive, and `lost_map` the maps for lost images, with the
-    previous image used again. `lost` is the share of lost images.
+    `arrival_map` are the maps for images that arrive, and `lost_map` the maps for lost images, with
+    the previous image used again. `lost` is the share of lost images.
     """
 
-    used: Matrix
+    arrival_map: Matrix
     lost_map: Matrix
     lost: float
 
     def is_stable(self) -> NDArray[np.bool_]:
         """Return whether (F,) all motions decay, in the mean square if images are lost."""
         if not self.lost:
-            return np.asarray(np.abs(np.linalg.eigvals(self.used)).max(axis=-1) < 1.0)
-        A, K, p = self.used, self.lost_map, self.lost
+            return np.asarray(np.abs(np.linalg.eigvals(self.arrival_map)).max(axis=-1) < 1.0)
+        A, K, p = self.arrival_map, self.lost_map, self.lost
         X: Any = np.broadcast_to(np.eye(A.shape[-1], dtype=A.dtype), A.shape)
         growth, rounds = np.zeros(len(A)), max(ROUNDS, int(PER_LOSS / (1.0 - p)))
         for i in range(rounds):
@@ -146,7 +146,7 @@ def find_limiting_cause(experiment: Experiment, linear: LinearLoop, gain: float)
     `gain` is the gain of the task, the decay rate of all motions under true beliefs.
     """
     limits = sorted(_limits_without_causes(experiment, linear, gain))
-    limit = find_largest_factor(linear.scaled, linear.timing)
+    limit = find_largest_factor(linear.gain_dependence, linear.timing)
     if not limits or not limits[-1][0] > NOTABLE_RISE * limit:
         return f"the control period of {format_number(1000 * linear.timing.dt)} ms"
     return limits[-1][1]
@@ -158,9 +158,12 @@ def _limits_without_causes(
     """Yield the largest factor of the gains without each cause, and the name of the cause."""
     for part in ("sensing", "actuation"):
         holder = getattr(experiment, part)
-        for each in holder.acting():
-            timing = LoopDelays.of(experiment.with_(**{part: each.removed(holder)}))
+        for each in holder.list_active():
+            timing = LoopDelays.of(experiment.with_(**{part: each.remove_from(holder)}))
             if timing != linear.timing:
-                yield find_largest_factor(linear.scaled, timing), each.effect.cause(experiment.dt)
+                yield (
+                    find_largest_factor(linear.gain_dependence, timing),
+                    each.effect.cause(experiment.dt),
+                )
     if math.isfinite(gain):
         yield find_mode_limit([gain], linear.timing), "wrong beliefs, or the law"

@@ -47,7 +47,7 @@ class Blocks:
         for first, values in program.same:
             same[first : first + values.size] = values
         self.flat[:] = np.repeat(same, WIDTH)
-        for first, values in program.given:
+        for first, values in program.run_rows:
             self.put(first, values[:, runs])
 
     @property
@@ -151,11 +151,11 @@ class Program:
         Compiled stages with their packed numbers, and Python stages.
     same : list of (int, ndarray)
         First row and initial values that are equal in all runs.
-    given : list of (int, ndarray of shape (rows, runs))
+    run_rows : list of (int, ndarray of shape (rows, runs))
         First row and initial values of each run.
     wholes : list of BlockRows
         Rows of whole numbers that stages use as indices of memory.
-    kept : list
+    referenced_arrays : list
         Arrays that must stay alive, as `calls` contains their addresses.
     """
 
@@ -164,9 +164,9 @@ class Program:
         self._scratch = BlockRows(0, (0,))
         self.calls: list[tuple[CompiledStage, Sequence[int]] | PythonStage | PythonFallback] = []
         self.same: list[tuple[int, Array]] = []
-        self.given: list[tuple[int, Array]] = []
+        self.run_rows: list[tuple[int, Array]] = []
         self.wholes: list[BlockRows] = []
-        self.kept: list[Any] = []
+        self.referenced_arrays: list[Any] = []
 
     def rows(self, *shape: int) -> BlockRows:
         """Return new rows of a shape, a single row by default."""
@@ -206,7 +206,7 @@ class Program:
         if runs == 1:
             return self.constant(array[..., 0])
         rows = self.rows(*shape)
-        self.given.append((rows, array.reshape(-1, runs)))
+        self.run_rows.append((rows, array.reshape(-1, runs)))
         return rows
 
     def number(self, value: Any) -> BlockRows:
@@ -217,7 +217,7 @@ class Program:
     @property
     def runs(self) -> int:
         """The number of runs in the values that were passed to `each`, or 1."""
-        return max((values.shape[1] for _, values in self.given), default=1)
+        return max((values.shape[1] for _, values in self.run_rows), default=1)
 
     def whole(self, values: Any) -> BlockRows:
         """Return a new row for whole numbers of shape (runs,).
@@ -232,7 +232,7 @@ class Program:
 
         The program holds a reference to the array.
         """
-        self.kept.append(array)
+        self.referenced_arrays.append(array)
         return Address(array.ctypes.data, array.shape)
 
     def add(self, stage: CompiledStage, /, **rows: Any) -> None:
@@ -252,7 +252,7 @@ class Program:
         """Append a Python stage, a function of the blocks and the step number."""
         self.calls.append(own)
 
-    def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> BlockRows:
+    def add_python_rows(self, ask: Callable[[Any, int], Array], *shape: int) -> BlockRows:
         """Append a Python stage, write its return value to new rows, and return the rows."""
         output = self.rows(*shape)
         self.call(lambda blocks, step: blocks.put(output, ask(blocks, step)))

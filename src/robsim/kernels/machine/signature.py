@@ -49,7 +49,7 @@ class RowShape:
         axes = {match[2]: (i, int(match[1] or 1)) for i, match in each if match}
         return {} if self.may_be_absent else axes
 
-    def expected(self, counts: dict[str, int]) -> str:
+    def describe_expected(self, counts: dict[str, int]) -> str:
         """Return a description of the shape, with the values of known counts."""
         noun = "rows" if self.kind is BlockRows else "the address of an array"
         known = {name: counts[name] for name in _SYMBOL.findall(self.text) if name in counts}
@@ -76,7 +76,7 @@ class WholeNumber:
     count_axes: ClassVar[dict[str, tuple[int, int]]] = {}
     may_be_absent = False
 
-    def expected(self, counts: dict[str, int]) -> str:
+    def describe_expected(self, counts: dict[str, int]) -> str:
         """Return a description of the expected argument."""
         return "a whole number"
 
@@ -143,11 +143,13 @@ class RecordList(DeclaredFields):
         )
         super().__init__({name.strip(): kind.strip() for name, _, kind in named})
 
-    def expected(self, counts: dict[str, int]) -> str:
+    def describe_expected(self, counts: dict[str, int]) -> str:
         """Return a description of the expected list."""
         if self.is_single:
-            return f"a list, each {self.kinds['entry'].expected(counts)}"
-        each = [f"{name} {self.kinds[name].expected(counts)}" for name in self.argument_names]
+            return f"a list, each {self.kinds['entry'].describe_expected(counts)}"
+        each = [
+            f"{name} {self.kinds[name].describe_expected(counts)}" for name in self.argument_names
+        ]
         return f"a list of tuples ({'; '.join(each)})"
 
     def test(self, name: str) -> str:
@@ -245,7 +247,7 @@ class StageSignature(DeclaredFields):
         for name in [*passed, *passed]:  # the second pass has all counts
             known = dict(counts)
             if not self._fits(name, passed, counts):
-                expected = self.kinds[name].expected(known)
+                expected = self.kinds[name].describe_expected(known)
                 raise WrongRows(
                     f"stage '{self.name}': {name} takes {expected}, got {passed[name]!r}"
                 )

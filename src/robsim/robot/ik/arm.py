@@ -48,7 +48,7 @@ class IKArm:
     @cached_property
     def columns(self) -> NDArray[np.int64]:
         """Indices of the velocities that move the link."""
-        return as_int64(np.flatnonzero(self.tree.carries(self.link)))
+        return as_int64(np.flatnonzero(self.tree.flag_velocities(self.link)))
 
     @cached_property
     def free(self) -> IKArm:

@@ -98,7 +98,7 @@ class IKDescent:
             boost=state[turns.BOOST],
             damping=damping,
         )
-        moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
+        moves = self.tree.moves(self.tree.flag_moves(self.arm.link), self.arm.columns)
         J = self.bodies.base_jacobian(T, moves)
         if self.pointing:
             program.add(ik_step.ignore_roll, T=T, J=J)

@@ -33,7 +33,9 @@ class Coupling:
     """Base class of couplings, which make a coordinate depend on another coordinate."""
 
     stage: ClassVar[CompiledStage | None] = None  # stage that computes the coordinate
-    tied: ClassVar[bool] = True  # whether the coordinate is a function of its source, not a state
+    is_coupled: ClassVar[bool] = (
+        True  # whether the coordinate is a function of its source, not a state
+    )
     limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
     on_a_car: ClassVar[bool] = False  # whether the stage needs the position of the joint on a car
     on_a_curve: ClassVar[bool] = False  # whether the stage needs the curve of a rail

@@ -44,7 +44,7 @@ class Mimic(Coupling):
 
     def fits(self, source: SourceJoint, steers: bool) -> bool:
         """Return whether the source is a single independent coordinate, or a steering angle."""
-        rolls = source.follows is not None and not source.follows.tied
+        rolls = source.follows is not None and not source.follows.is_coupled
         return steers or (source.model.single and not rolls)
 
     @property

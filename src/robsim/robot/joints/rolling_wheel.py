@@ -25,7 +25,7 @@ class Rolling(Coupling):
     """
 
     yields = "an angle"
-    tied = False  # the angle is a state, integrated from the motion
+    is_coupled = False  # the angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:

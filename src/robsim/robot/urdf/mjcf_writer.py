@@ -32,9 +32,9 @@ def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.Path
     unsupported = [f"'{name}' floats on a moving link" for name in floating]
     check_exportable(name, links, "MJCF", unsupported)
     text = XmlWriter()
-    with text.inside("mujoco", model=name):
+    with text.open_element("mujoco", model=name):
         text.put("compiler", angle="radian", autolimits="true", inertiafromgeom="false")
-        with text.inside("worldbody"):
+        with text.open_element("worldbody"):
             for link in links:
                 pose = tops.get(link.name)
                 if pose is not None:
@@ -140,7 +140,7 @@ def _write_equalities(text: XmlWriter, links: Sequence[Link]) -> None:
     mimics = [link for link in links if isinstance(link.joint.follows, Mimic)]
     if not mimics:
         return
-    with text.inside("equality"):
+    with text.open_element("equality"):
         for link in mimics:
             follows = link.joint.follows
             assert isinstance(follows, Mimic)

@@ -39,7 +39,7 @@ def write_urdf(name: str, links: Sequence[Link], tip: str, path: str | os.PathLi
     links = _resolve_mimic_chains(links)
     _check_number_sizes(name, links)
     names, tied = _assign_joint_names(links), _find_coupled_links(links)
-    with text.inside("robot", name=name):
+    with text.open_element("robot", name=name):
         if find_tip(links) != Tip(tip):
             text.put("robsim", tip=tip)
         for link in links:
@@ -90,11 +90,11 @@ def _write_link(text: XmlWriter, link: Link) -> None:
     if moves and inertial is None:
         inertial = TOKEN_INERTIA
     if moves and not _is_on_axis(link.joint):
-        with text.inside("link", name=link.name + AXIS_SUFFIX):
+        with text.open_element("link", name=link.name + AXIS_SUFFIX):
             if inertial is TOKEN_INERTIA:
                 _write_inertial(text, TOKEN_INERTIA)
         inertial = None if inertial is TOKEN_INERTIA else inertial
-    with text.inside("link", name=link.name):
+    with text.open_element("link", name=link.name):
         if inertial is not None:
             _write_inertial(text, inertial)
         for tag in ("visual", "collision"):
@@ -106,7 +106,7 @@ def _write_link(text: XmlWriter, link: Link) -> None:
 def _write_inertial(text: XmlWriter, inertia: Inertia) -> None:
     """Write an <inertial>."""
     I = inertia.tensor
-    with text.inside("inertial"):
+    with text.open_element("inertial"):
         text.put("origin", xyz=join_numbers(inertia.centre))
         text.put("mass", value=inertia.mass)
         pairs = {f"i{'xyz'[i]}{'xyz'[j]}": float(I[i, j]) for i in range(3) for j in range(i, 3)}
@@ -115,12 +115,12 @@ def _write_inertial(text: XmlWriter, inertia: Inertia) -> None:
 
 def _write_shape(text: XmlWriter, tag: str, shape: Primitive) -> None:
     """Write a <visual> or <collision>."""
-    with text.inside(tag):
+    with text.open_element(tag):
         _write_origin(text, shape.pose)
-        with text.inside("geometry"):
+        with text.open_element("geometry"):
             _write_solid(text, shape)
         if tag == "visual":
-            with text.inside("material", name=shape.color):
+            with text.open_element("material", name=shape.color):
                 text.put("color", rgba=join_numbers(color_to_rgba(shape.color)))
 
 
@@ -233,7 +233,9 @@ def _write_joint_element(
 ) -> None:
     """Write a <joint>."""
     is_continuous = joint.kind == "revolute" and joint.limits is None
-    with text.inside("joint", name=name, type="continuous" if is_continuous else joint.model.name):
+    with text.open_element(
+        "joint", name=name, type="continuous" if is_continuous else joint.model.name
+    ):
         _write_origin(text, origin)
         text.put("parent", link=parent)
         text.put("child", link=child)

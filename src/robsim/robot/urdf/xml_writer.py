@@ -34,7 +34,7 @@ class XmlWriter:
         self.lines.append(f"{self._indent}</{tag}>")
 
     @contextmanager
-    def inside(self, tag: str, **attributes: str | float | None) -> Iterator[None]:
+    def open_element(self, tag: str, **attributes: str | float | None) -> Iterator[None]:
         """Add an element around all elements that are added within a `with` block."""
         self.start(tag, **attributes)
         yield

@@ -24,28 +24,31 @@ FAR = 1e9  # pixels; larger coordinates are invalid if the image size is unknown
 class LatestMarks:
     """The last seen pixels and depths of the marks of one camera and target.
 
-    `excused` allows marks outside the image. `whole` means that a feature needs all marks in one
-    image.
+    `may_leave_image` allows marks outside the image. `whole` means that a feature needs all marks
+    in one image.
     """
 
-    def __init__(self, sight: CameraTarget, excused: bool, whole: bool) -> None:
+    def __init__(self, sight: CameraTarget, may_leave_image: bool, whole: bool) -> None:
         N, size = len(sight.target.marks), sight.eye.camera.size
-        self.sight, self.excused, self.whole = sight, excused, whole
+        self.sight, self.may_leave_image, self.whole = sight, may_leave_image, whole
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
-        self.taken, self.seen = -math.inf, -math.inf  # times of the last and last usable image
+        self.image_time, self.usable_time = (
+            -math.inf,
+            -math.inf,
+        )  # times of the last and last usable image
         self.most = np.full(2, FAR) if size is None else 2.0 * np.array(size, dtype=float)
 
     @property
-    def known(self) -> bool:
-        """Whether enough marks have been seen: every mark once, or with `excused` any mark."""
+    def is_known(self) -> bool:
+        """Whether enough marks have been seen: every mark, or any mark if `may_leave_image`."""
         never = np.isnan(self.pixels)
-        return not (never.all() if self.excused else never.any())
+        return not (never.all() if self.may_leave_image else never.any())
 
     @property
     def complete(self) -> bool:
         """Whether the last image has all the marks that it must have."""
-        return self.excused or not self.hidden.any()
+        return self.may_leave_image or not self.hidden.any()
 
     def take(self, observed: MarkObservation, depth: Array) -> None:
         """Store an image; marks that are missing in it keep their last pixels.
@@ -54,13 +57,13 @@ class LatestMarks:
         """
         near = np.abs(observed.pixels - 0.25 * self.most) <= 0.75 * self.most
         valid = near[:, 0] & near[:, 1]
-        self.taken, self.hidden = observed.t, ~valid
+        self.image_time, self.hidden = observed.t, ~valid
         if valid.all():
-            self.pixels, self.depth, self.seen = observed.pixels, depth, observed.t
+            self.pixels, self.depth, self.usable_time = observed.pixels, depth, observed.t
         elif valid.any():
             self.pixels[valid], self.depth[valid] = observed.pixels[valid], depth[valid]
             if not self.whole:
-                self.seen = observed.t
+                self.usable_time = observed.t
 
 
 class ImageBuffer:
@@ -70,11 +73,11 @@ class ImageBuffer:
         self,
         scene: Scene,
         sights: Sequence[CameraTarget],
-        excused: Collection[PairKey],
+        optional_pairs: Collection[PairKey],
         whole: Collection[PairKey],
     ) -> None:
         self.reader = MarkReader(sights)
-        self.each = {s.key: LatestMarks(s, s.key in excused, s.key in whole) for s in sights}
+        self.each = {s.key: LatestMarks(s, s.key in optional_pairs, s.key in whole) for s in sights}
         self._depths = _MarkDepths(scene, sights)
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
@@ -82,9 +85,9 @@ class ImageBuffer:
         self._new: set[PairKey] = set()
 
     @property
-    def known(self) -> bool:
+    def are_known(self) -> bool:
         """Whether enough marks of every camera-target pair have been seen."""
-        return all(image.known for image in self.each.values())
+        return all(image.is_known for image in self.each.values())
 
     @property
     def complete(self) -> bool:
@@ -93,13 +96,16 @@ class ImageBuffer:
 
     def age(self, t: float) -> float:
         """Return the age in seconds of the oldest of the last usable images."""
-        return max((t - image.seen for image in self.each.values() if image.seen < t), default=0.0)
+        return max(
+            (t - image.usable_time for image in self.each.values() if image.usable_time < t),
+            default=0.0,
+        )
 
     def forget_times(self) -> None:
         """Treat all images as old, because the clock was restarted."""
         self._times[:] = -math.inf
         for image in self.each.values():
-            image.taken = image.seen = -math.inf
+            image.image_time = image.usable_time = -math.inf
 
     def list_lost_marks(self) -> tuple[str, ...]:
         """Return the names of the marks that are missing in the last images."""
@@ -111,7 +117,7 @@ class ImageBuffer:
             for i in np.flatnonzero(image.hidden)
         )
 
-    def seen(self) -> Array:
+    def collect_new_pixels(self) -> Array:
         """Return the pixels (N, 2) of all camera-target pairs; NaN for marks without new pixels."""
         every = [np.empty((0, 2))]
         for key, image in self.each.items():
@@ -135,10 +141,10 @@ class ImageBuffer:
             image, name = self.each[each.sight.key], each.sight.eye.name
             if each.t > t + AHEAD:
                 rejected.append(f"image of {name} taken in the future")
-            elif each.t > image.taken:
+            elif each.t > image.image_time:
                 image.take(each, self._depths(each, self._joints(each.t, q, t)))
                 self._new.add(each.sight.key)
-            elif each.t < image.taken:
+            elif each.t < image.image_time:
                 rejected.append(f"late image of {name}")
         return (*self.reader.unused, *rejected)
 

@@ -134,7 +134,7 @@ class Controller:
         """
         bound = self._standalone.controller
         self._blocks = self._standalone.begin(1)
-        self._images = ImageBuffer(self.scene, self.sights, bound.excused, bound.whole)
+        self._images = ImageBuffer(self.scene, self.sights, bound.optional_pairs, bound.whole)
         self._clock = ControlClock(self.dt)
         self._released_periods = 0  # periods with a released robot: the time of paths
         self._reset_reason = ""  # reason for a reset of the memory, or ""
@@ -224,7 +224,7 @@ class Controller:
         row = {"time": self._clock.now}
         for of, names, values in parts:
             row |= {f"{of}[{name}]": x for name, x in zip(names, values.tolist(), strict=True)}
-        for i, pair in enumerate(self._images.seen().tolist()):
+        for i, pair in enumerate(self._images.collect_new_pixels().tolist()):
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
 
@@ -264,7 +264,7 @@ class Controller:
         if self._last is not None and not begins:
             health = self._last.health._replace(unused=unused, fault="")
             return self._last._replace(health=health)
-        if not self._images.known:
+        if not self._images.are_known:
             return self._make_stop("waiting", unused)
         return self._command(released, unused)
 
@@ -324,7 +324,7 @@ class Controller:
         """Return a command that stops the robot, without the stages of the loop."""
         age = self._images.age(self._clock.now)
         health = Health(lost=self._images.list_lost_marks(), age=age, unused=unused, fault=fault)
-        qd = self._standalone.braked(self._blocks)
+        qd = self._standalone.compute_braking(self._blocks)
         self._last = DriveCommand(make_read_only(qd), EMPTY, phase, health)
         return self._last
 
@@ -334,7 +334,7 @@ class Controller:
         if not begins:
             health = self._last.health._replace(unused=(), fault=fault)
             return self._last._replace(health=health)
-        if not self._images.known:
+        if not self._images.are_known:
             return self._make_stop("waiting", (), fault)
         try:
             return self._command(False, (), fault)

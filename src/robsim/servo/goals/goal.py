@@ -166,7 +166,7 @@ class GoalTable:
     ] = None
     s: Annotated[ArrayLike | None, Numbers(), "Features at the goal, as numbers."] = None
 
-    def made(self, c: Context) -> GoalKind:
+    def build_value(self, c: Context) -> GoalKind:
         """Return the goal."""
         if self.s is not None:
             return GoalFeatures(self.s)
@@ -202,10 +202,10 @@ class GoalSpec(Table):
     def check(self, value: Any, what: str) -> GoalKind:
         return value if isinstance(value, GoalKind) else TaughtGoal(value)
 
-    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def build_table(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if type(value) not in (TaughtGoal, GoalPose, GoalFeatures):
             raise NoTextError(f"{type(value).__name__} is Python code")
-        return write_table(value, c.changing(MISSING), GoalTable)
+        return write_table(value, c.with_old_value(MISSING), GoalTable)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if raw := self.write(value, c.at(name)):

@@ -36,7 +36,7 @@ class DepthModel:
         return isinstance(self.which, DepthFilter)
 
     @property
-    def measured(self) -> bool:
+    def follows_marks(self) -> bool:
         """Whether the depth follows the marks, so that it can serve as a feature."""
         return self.which == "true" or self.filtered
 

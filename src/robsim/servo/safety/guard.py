@@ -54,7 +54,7 @@ class SafetyStages:
         self.at_limit = program.rows(n)  # 1 for a joint that is kept from its limit
         qd = self._limit_command(inner)
         busy = program.result(control_law.compute_any, "out", rows=[inner.busy, self.busy])
-        self.commanded = replace(inner, qd=qd, busy=busy)
+        self.outputs = replace(inner, qd=qd, busy=busy)
 
     def _limit_command(self, inner: ControllerOutputs) -> BlockRows:
         """Add the stages from the command of the law to the limited command; return its rows."""

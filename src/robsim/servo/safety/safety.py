@@ -199,7 +199,7 @@ class Safety(DeclaredValue):
         """Raise InputError unless the frame exists and a joint moves it."""
         with prefix_errors("fence"):
             try:
-                moves = scene.tree.carried(fence.frame).any()
+                moves = scene.tree.flag_moves(fence.frame).any()
                 fence.check(scene)
             except FrameError as error:
                 raise InputError(str(error)) from None

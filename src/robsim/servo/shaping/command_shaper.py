@@ -124,7 +124,7 @@ class CommandShaper:
                 highest=high,
                 q=[q[i] if i >= 0 else None for i in self.coordinates],
             )
-        return program.asked(
+        return program.add_python_rows(
             lambda blocks, step: self._call_secondary(secondary, blocks.get(q), n), n
         )
 

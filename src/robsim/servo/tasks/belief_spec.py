@@ -38,14 +38,14 @@ class BeliefSpec(Table):
             if c.over in (MISSING, None)
             else c.over
         )
-        scene: Scene = super().read(rest, c.changing(before))
+        scene: Scene = super().read(rest, c.with_old_value(before))
         return scene
 
-    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def build_table(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if c.facts.get("short"):
             with suppress(UnwritableChange):
-                return super().written(value, c.changing(c.facts["scene"]))
-        whole = super().written(value, c.changing(MISSING).knowing(scene=value))
+                return super().build_table(value, c.with_old_value(c.facts["scene"]))
+        whole = super().build_table(value, c.with_old_value(MISSING).with_facts(scene=value))
         return {"complete": True, **whole}
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:

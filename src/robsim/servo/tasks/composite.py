@@ -38,18 +38,21 @@ class CompositeController(TaskController):
     parts: tuple[TaskController, ...]
 
     @property
-    def weighted(self) -> bool:
+    def has_weights(self) -> bool:
         """Whether the components of s of any task have weights that change."""
-        return any(part.weighted for part in self.parts)
+        return any(part.has_weights for part in self.parts)
 
     @property
-    def excused(self) -> frozenset[PairKey]:
+    def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image, in every task of the pair."""
         parts = self.parts
         required = {
-            sight.key for one in parts for sight in one.sights if sight.key not in one.excused
+            sight.key
+            for one in parts
+            for sight in one.sights
+            if sight.key not in one.optional_pairs
         }
-        return frozenset(key for one in parts for key in one.excused if key not in required)
+        return frozenset(key for one in parts for key in one.optional_pairs if key not in required)
 
     @property
     def whole(self) -> frozenset[PairKey]:
@@ -67,7 +70,7 @@ class CompositeController(TaskController):
 
     def _add_parts(self, inputs: ControllerInputs) -> list[ControllerOutputs]:
         """Return the rows of each task; each task has its own memory."""
-        return [part.stages(inputs.inside(str(i))) for i, part in enumerate(self.parts)]
+        return [part.stages(inputs.select_task(str(i))) for i, part in enumerate(self.parts)]
 
     def _merge_outputs(
         self, inputs: ControllerInputs, each: list[ControllerOutputs], qd: BlockRows
@@ -108,7 +111,7 @@ class CompositeController(TaskController):
     ) -> tuple[BlockRows | None, BlockRows | None]:
         """Return the rows of the weights of all parts, and of the worst status of their images."""
         weights, status = None, [one.status for one in each if one.status is not None]
-        if self.weighted:
+        if self.has_weights:
             ones = [program.constant(np.ones(one.s.size)) for one in each]
             pairs = zip(ones, each, strict=True)
             weights = concatenate_rows(

@@ -54,7 +54,7 @@ class JointGoal(PerJoint):
         each = {"type": ["string", "number"]}
         return {"anyOf": [super().schema(define), {"type": "object", "additionalProperties": each}]}
 
-    def _list_of(self, words: str) -> str:
+    def _describe_list(self, words: str) -> str:
         return "{ joint = number } with units, or a list of one for each"
 
 
@@ -184,7 +184,7 @@ class FollowJoints(DeclaredValue):
         except InputError as error:
             c.blame(error)
             return c
-        return c.knowing(followed=_describe_axes(scene, axes))
+        return c.with_facts(followed=_describe_axes(scene, axes))
 
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the indices of the velocities of the joints."""

@@ -52,7 +52,7 @@ class PathGoal(PoseSpec):
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         to = value if isinstance(value, Pose) else Pose.at(*value)
-        return {"position": ExactQuantity(to.position, "m"), **self.written(to, c)}
+        return {"position": ExactQuantity(to.position, "m"), **self.build_table(to, c)}
 
     def read(self, raw: Raw, c: Context) -> Pose:
         pose: Pose = super().read(raw, c)
@@ -185,12 +185,12 @@ class FollowPath(RedundancyFields):
     @classmethod
     def facts(cls, own: Mapping[str, Any], c: Context) -> Context:  # Any: values of all fields
         """Return the context with the mask, which determines the keys of `to`."""
-        return c.knowing(mask=own.get("mask"))
+        return c.with_facts(mask=own.get("mask"))
 
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the indices of the commanded velocities that move the frame."""
         frame = self._find_frame(scene)
-        columns = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
+        columns = np.flatnonzero((scene.tree.flag_velocities(frame) != 0) & ~scene.prescribed)
         if not columns.size:
             raise InputError(f"no joint that a task can command moves '{frame}'")
         return self.select_velocities(scene, make_read_only(columns))

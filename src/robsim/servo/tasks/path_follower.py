@@ -62,7 +62,7 @@ class PathFollower(TrajectoryFollower):
 
     def _add_jacobian(self, placed: FKStages, T: BlockRows, columns: VelocityIndices) -> BlockRows:
         """Return the rows of J (6, n) of the frame at T in world axes, for some velocities."""
-        moves = self.scene.tree.moves(self.scene.tree.carried(self.frame), columns)
+        moves = self.scene.tree.moves(self.scene.tree.flag_moves(self.frame), columns)
         return placed.base_jacobian(T, moves)
 
     def _add_task_jacobian(self, program: Program, J: BlockRows, L: BlockRows) -> BlockRows:

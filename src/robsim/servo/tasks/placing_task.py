@@ -113,7 +113,7 @@ class Placing(RedundancyFields, ServoTask):
                     f"goal, got {points.reshape(3, 3).tolist()}"
                 )
         for sight in regulated.sights:
-            carried = sight.scene.tree.carries(sight.eye.name)[regulated.columns]
+            carried = sight.scene.tree.flag_velocities(sight.eye.name)[regulated.columns]
             if carried.any():
                 raise InputError(
                     f"the placing law is for cameras that stand still, and '{sight.eye.name}' "
@@ -144,7 +144,7 @@ class PlacingLaw(CompiledLaw):
         )
         V = self._add_twist(program, now, goal)
         program.add(kernels.shift_twist_reference, T=T, twist=V)
-        moves = tree.moves(tree.carried(held_by), self.columns)
+        moves = tree.moves(tree.flag_moves(held_by), self.columns)
         J = placed.base_jacobian(T, moves)
         rows = of._replace(J=J, inverse=PseudoInverse())
         qd = add_joint_velocities(rows, V, program.constant(self.task.length))

@@ -126,7 +126,9 @@ class PriorityController(CompositeController):
 
     def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
         """Add the stages of all tasks, each within the free motions of the tasks before it."""
-        levels = [ServoStages(part, inputs.inside(str(i))) for i, part in enumerate(self.parts)]
+        levels = [
+            ServoStages(part, inputs.select_task(str(i))) for i, part in enumerate(self.parts)
+        ]
         for one in levels:
             one.assess()
         qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)

@@ -154,7 +154,7 @@ class SwitchController(SeparateJointsController):
             states = [_read_scheme_state(blocks, *part) for part in parts]
             return _evaluate_condition(self.when, states, blocks.runs).astype(float)
 
-        return program.asked(ask)
+        return program.add_python_rows(ask)
 
 
 def _select_status(

@@ -296,7 +296,7 @@ class ServoTask(CommandFields):
     def _build_controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
         """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
-        regulated, truths = self.regulated(sights, columns), deduplicate_targets(sights)
+        regulated, truths = self.bind_features(sights, columns), deduplicate_targets(sights)
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
@@ -345,7 +345,7 @@ class ServoTask(CommandFields):
             vars(self)["_last_sights"] = last
         return last
 
-    def regulated(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
+    def bind_features(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
         """Return the features of the task in a scene.
 
         Parameters

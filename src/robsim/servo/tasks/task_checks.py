@@ -58,7 +58,7 @@ def _check_depth_fields(task: Any) -> None:
     """Raise InputError for features and depths that do not fit together."""
     features, depths = [block.feature for block in task.blocks], task.depths
     measuring_depth = [each for each in features if getattr(each, "measures_depth", False)]
-    if measuring_depth and not depths.measured:
+    if measuring_depth and not depths.follows_marks:
         with prefix_path("features"):
             raise InputError(
                 f"{type(measuring_depth[0]).__name__} measures the depth of the marks, and depth="
@@ -107,7 +107,7 @@ def _check_weighting_fields(task: Any) -> None:
 
 def check_bound_law(law: object, interaction: object, regulated: BoundFeatures) -> None:
     """Raise InputError for a law and an interaction matrix that do not fit the scene."""
-    if getattr(law, "in_camera", False) and not regulated.as_one:
+    if getattr(law, "in_camera", False) and not regulated.has_single_motion:
         raise InputError(
             f"{type(law).__name__} commands the twist of one camera, and the cameras of this task "
             "do not move as one against their targets: use law='joint'"
@@ -130,7 +130,7 @@ def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
 
 def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
     """Raise InputError unless a constant interaction matrix has the shape (k, 6)."""
-    if not regulated.as_one:
+    if not regulated.has_single_motion:
         raise InputError(
             "a constant interaction matrix is for cameras that move as one; these do not"
         )
@@ -177,10 +177,10 @@ def _measure_image_width(feature: Feature, camera: Camera) -> float:
 
 def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
     """Return how many motions the features fix at the goal, and how many the joints can make."""
-    regulated = controller.regulated
+    regulated = controller.bound_features
     full = min(6 * regulated.motions, controller.columns.size)
     fixed = int(np.min(controller.full_rank))
-    if regulated.q_goal is None and regulated.given is None and regulated.as_one:
+    if regulated.q_goal is None and regulated.goal_values is None and regulated.has_single_motion:
         # there is no Jacobian at the goal
         fixed = min(fixed, int(compute_rank(regulated.at_goal.L, CAMERA_TWIST)[0]))
     return fixed, full

@@ -46,14 +46,14 @@ class TaskChoice(KindOf):
 
     def read(self, raw: Raw, c: Context) -> Any:
         later: list[Any] = []
-        task = super().read(raw, _count_task(c).knowing(later=later))
+        task = super().read(raw, _count_task(c).with_facts(later=later))
         if later and c.facts.get("scene") is not None:
-            before = c.problems.seen
+            before = c.problems.total_count
             try:
                 check_deferred_numbers(later, describe_commanded_axes(task, c.facts["scene"]))
             except InputError as error:
                 later[0][2].blame(error)
-            if c.problems.seen > before:
+            if c.problems.total_count > before:
                 raise UnreadableValue
         return task
 
@@ -61,7 +61,7 @@ class TaskChoice(KindOf):
         def commanded() -> Axes:
             return describe_commanded_axes(value, c.facts["scene"])
 
-        return super().write(value, c.knowing(commanded=commanded))
+        return super().write(value, c.with_facts(commanded=commanded))
 
 
 def _count_task(c: Context) -> Context:
@@ -74,7 +74,7 @@ def _count_task(c: Context) -> Context:
         raise InputError(f"more than {MAX_TASKS} tasks, nested tasks included")
     if depth > MAX_NESTING:
         raise InputError(NESTING_MESSAGE)
-    return c.knowing(count=count, depth=depth + 1)
+    return c.with_facts(count=count, depth=depth + 1)
 
 
 def check_nesting(task: Any) -> None:

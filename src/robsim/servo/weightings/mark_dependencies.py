@@ -26,7 +26,7 @@ class MarkDependencies:
     marks: NDArray[np.bool_]  # (k, cameras, N)
 
     @property
-    def posed(self) -> bool:
+    def uses_pose(self) -> bool:
         """Whether the feature depends on a pose, which is estimated from the measured marks."""
         return bool(getattr(self.part.feature, "uses_pose", False))
 
@@ -35,7 +35,7 @@ class MarkDependencies:
         return [(self.part.sights[c].key, int(n)) for c, n in np.argwhere(self.marks[i])]
 
     @property
-    def needed(self) -> int:
+    def least_marks(self) -> int:
         """Number of marks that a pose needs."""
         return min(POSE_MARKS, int(self.marks[0].sum()))
 
@@ -49,7 +49,7 @@ def find_mark_dependencies(regulated: BoundFeatures) -> list[MarkDependencies]:
     for each in result:
         counts = each.marks.any(axis=1)
         whole = counts.any(axis=0).sum()
-        if not each.posed and whole > 2 and (counts.sum(axis=1) == whole).all():
+        if not each.uses_pose and whole > 2 and (counts.sum(axis=1) == whole).all():
             raise InputError(
                 f"{each.part.name} depends on all marks at once, so that none may be missing: "
                 "weigh points, lines or segments, or a pose"

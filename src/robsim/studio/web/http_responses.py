@@ -50,10 +50,10 @@ class FailureLog:
     """Log of failures without repetitions, so that repeated requests cannot fill it."""
 
     def __init__(self) -> None:
-        self._known: set[str] = set()
+        self._logged_actions: set[str] = set()
 
     def log(self, action: str) -> None:
         """Log the exception that is being handled, unless the same action failed before."""
-        if action not in self._known:
-            self._known.add(action)
+        if action not in self._logged_actions:
+            self._logged_actions.add(action)
             _LOG.exception("%s failed; repeated failures are not logged", action)

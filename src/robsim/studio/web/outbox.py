@@ -17,18 +17,18 @@ class Outbox:
         self._lock = threading.Lock()
         self._frames: deque[bytes] = deque()
         self._size = 0  # bytes
-        self._behind = True
+        self._is_delayed = True
 
     def put(self, frame: bytes) -> None:
         """Add a frame; if there are too many, delete all and mark the page as delayed."""
         with self._lock:
-            if self._behind:
+            if self._is_delayed:
                 return
             size = self._size + len(frame)
             full = size > server_limits.QUEUE_BYTES or len(self._frames) >= server_limits.QUEUE
             if self._frames and full:
                 self._frames.clear()
-                self._size, self._behind = 0, True
+                self._size, self._is_delayed = 0, True
             else:
                 self._frames.append(frame)
                 self._size = size
@@ -45,7 +45,7 @@ class Outbox:
     def start_anew(self) -> bool:
         """Return whether the page is new or delayed; store frames from now on."""
         with self._lock:
-            behind, self._behind = self._behind, False
+            behind, self._is_delayed = self._is_delayed, False
             return behind
 
 

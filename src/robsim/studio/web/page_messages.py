@@ -47,14 +47,15 @@ class MessageBudget:
     """Budget of the messages of a page: RATE per second, and at most BURST at once."""
 
     def __init__(self) -> None:
-        self._left, self._at = server_limits.BURST, -math.inf
+        self._left, self._refill_time = server_limits.BURST, -math.inf
 
     def spend(self, now: float) -> bool:
         """Return whether one more message is permitted at time `now` in seconds."""
         self._left = (
-            min(server_limits.BURST, self._left + server_limits.RATE * (now - self._at)) - 1.0
+            min(server_limits.BURST, self._left + server_limits.RATE * (now - self._refill_time))
+            - 1.0
         )
-        self._at = now
+        self._refill_time = now
         return self._left >= 0.0
 
 

@@ -54,10 +54,10 @@ class _YamlBuilder:
         if kind == "AliasEvent":
             self._refuse(event, f"the alias *{format_value(event.anchor)[1:-1]} is not allowed")
         elif kind == "ScalarEvent":
-            self._put(event, _parse_scalar(event.value, event.style))
+            self._store_value(event, _parse_scalar(event.value, event.style))
         elif kind in ("MappingStartEvent", "SequenceStartEvent"):
             value: Any = {} if kind.startswith("Mapping") else []
-            self._put(event, value)
+            self._store_value(event, value)
             self.open.append(value)
             self.keys.append(None)
             if len(self.open) > DEEPEST:
@@ -66,7 +66,7 @@ class _YamlBuilder:
             self.open.pop()
             self.keys.pop()
 
-    def _put(self, event: Any, value: Any) -> None:
+    def _store_value(self, event: Any, value: Any) -> None:
         """Store a value as the document, an item of a list, a key, or the value of a key."""
         if not self.open:
             self._begin(event, value)

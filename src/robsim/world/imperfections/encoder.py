@@ -56,7 +56,7 @@ class Encoder(JointEffect):
     def add_stages(self, joints: JointRows) -> None:
         steps = joints.program.numbers(self.steps(joints.scene), 1)
         before = joints.measured
-        joints.program.add(quantise_encoders, steps=steps, q=before, out=joints.new_measured())
+        joints.program.add(quantise_encoders, steps=steps, q=before, out=joints.add_measured_rows())
 
     def steps(self, scene: Scene) -> Array:
         """Return the step (nq,) of each coordinate, zero for joints with several coordinates."""
@@ -69,4 +69,4 @@ class Encoder(JointEffect):
     def stated(self, facts: RunFacts) -> Statement:
         step = float(np.max(self.encoder))
         what = f"The encoders count in steps of {step:.3g} (rad or m)"
-        return facts.lasting(what, step=step)
+        return facts.state_final_error(what, step=step)

@@ -103,7 +103,7 @@ class ImageRows:
         Seed of the random numbers, and number of each run.
     stream : int
         First of two streams of random numbers of the effect.
-    owned : bool
+    owns_pixels : bool
         Whether the pixels may be changed in place.
     """
 
@@ -118,7 +118,7 @@ class ImageRows:
     seed: np.uint64
     run: BlockRows
     stream: int = 0
-    owned: bool = False
+    owns_pixels: bool = False
 
     @property
     def N(self) -> int:
@@ -132,12 +132,12 @@ class ImageRows:
 
     def new_pixels(self) -> BlockRows:
         """Return new rows (N, 2), which contain the pixels from this effect on."""
-        self.pixels, self.owned = self.program.rows(self.N, 2), True
+        self.pixels, self.owns_pixels = self.program.rows(self.N, 2), True
         return self.pixels
 
     def own_pixels(self) -> BlockRows:
         """Return rows (N, 2) of pixels to change in place; the true pixels are copied first."""
-        if not self.owned:
+        if not self.owns_pixels:
             before = self.pixels
             self.program.add(copy_rows, rows=before.flat, to=self.new_pixels().flat)
         return self.pixels
@@ -229,10 +229,10 @@ class ImageEffect(Imperfection):
     ['Shifted']
     """
 
-    called: ClassVar[str] = "seen"
+    method_name: ClassVar[str] = "seen"
     place: ClassVar[ImageEffectStage] = ImageEffectStage.MEASURED
     title: ClassVar[str] = "effects on the images"
-    changed: ClassVar[str] = "The images are"
+    statement_subject: ClassVar[str] = "The images are"
 
     def check(self, groups: Sequence[MarkGroup]) -> None:
         """Raise InputError if the effect does not fit the cameras and marks of a task."""

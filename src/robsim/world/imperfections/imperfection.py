@@ -47,7 +47,7 @@ class RunFacts(NamedTuple):
     floor: str
     numbers: Mapping[str, float]
 
-    def lasting(self, effect: str, **numbers: float) -> Statement:
+    def state_final_error(self, effect: str, **numbers: float) -> Statement:
         """Return a sentence on an effect, completed by the clause on the final error."""
         return f"{effect}{self.floor}.", {**numbers, **self.numbers}
 
@@ -67,13 +67,13 @@ class Imperfection(DeclaredValue):
     ----------
     own : object
         User-defined object without this base class, wrapped by this instance.
-    called : str
+    method_name : str
         Python method to call if the effect adds no stages.
     stream : int
         First of two streams of random numbers, for an imperfection with its own field.
     title : str
         Noun for the imperfection, such as "pixel noise".
-    changed : str
+    statement_subject : str
         Subject and verb of the default statement.
     left_out : str
         Name of the imperfection in the caveats of `advise`. Empty if the linear loop or its noise
@@ -81,10 +81,10 @@ class Imperfection(DeclaredValue):
     """
 
     own: object = None
-    called: ClassVar[str]
+    method_name: ClassVar[str]
     stream: ClassVar[int] = 0
     title: ClassVar[str]
-    changed: ClassVar[str]
+    statement_subject: ClassVar[str]
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
@@ -103,14 +103,14 @@ class Imperfection(DeclaredValue):
 
     def add_stages(self, rows: Any) -> None:  # Any: ImageRows or JointRows, see the base classes
         """Add the stages of the effect to a program; by default a Python method is called."""
-        call = getattr(self if self.own is None else self.own, self.called, None)
+        call = getattr(self if self.own is None else self.own, self.method_name, None)
         if call is None:
-            raise NotImplementedError(f"{self.label} needs `{self.called}` or `add_stages`")
+            raise NotImplementedError(f"{self.label} needs `{self.method_name}` or `add_stages`")
         rows.call(call, self.label)
 
     def stated(self, facts: RunFacts) -> Statement:
         """Return a sentence on the effect in a run, and its numbers."""
-        return facts.lasting(f"{self.changed} changed by {self.label}")
+        return facts.state_final_error(f"{self.statement_subject} changed by {self.label}")
 
     def cause(self, dt: float) -> str:
         """Return a noun phrase for the effect, as a cause that limits the gain."""
@@ -133,24 +133,24 @@ class ActiveImperfection(Generic[P]):
         First of its two streams of random numbers.
     field : str
         Name of the field.
-    given : object
+    field_value : object
         Value of the field, or the item if the field is a list.
-    listed : bool
+    is_listed : bool
         Whether the field is a list.
     """
 
     effect: P
     stream: int
     field: str
-    given: Any
-    listed: bool
+    field_value: Any
+    is_listed: bool
 
-    def removed(self, holder: Any) -> Any:
+    def remove_from(self, holder: Any) -> Any:
         """Return a `Sensing` or `Actuation` without this imperfection."""
         remaining = type(holder).__dataclass_fields__[self.field].default
-        if self.listed:
+        if self.is_listed:
             items = getattr(holder, self.field)
-            remaining = tuple(item for item in items if item is not self.given)
+            remaining = tuple(item for item in items if item is not self.field_value)
         return replace(holder, **{self.field: remaining})
 
 

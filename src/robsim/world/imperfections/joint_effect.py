@@ -85,7 +85,7 @@ class JointRows:
     runs: NDArray[np.int64]
     stream: int = 0
 
-    def new_measured(self) -> BlockRows:
+    def add_measured_rows(self) -> BlockRows:
         """Return new rows (nq,), which contain the measured coordinates from this effect on."""
         self.measured = self.program.rows(self.scene.nq)
         return self.measured
@@ -180,10 +180,10 @@ class JointEffect(Imperfection):
     ['Halved']
     """
 
-    called: ClassVar[str] = "driven"
+    method_name: ClassVar[str] = "driven"
     place: ClassVar[JointEffectStage] = JointEffectStage.COMMANDED
     title: ClassVar[str] = "effects on the joints"
-    changed: ClassVar[str] = "The command is"
+    statement_subject: ClassVar[str] = "The command is"
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if the effect does not fit the joints of a scene, by their names."""

@@ -45,7 +45,7 @@ class PixelNoise(ImageEffect):
 
     def stated(self, facts: RunFacts) -> Statement:
         what = f"There is pixel noise of {self.noise:.3g} px"
-        return facts.lasting(what, noise_px=self.noise)
+        return facts.state_final_error(what, noise_px=self.noise)
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         return pixels + self.noise * normal()

@@ -50,7 +50,7 @@ class Quantisation(ImageEffect):
 
     def stated(self, facts: RunFacts) -> Statement:
         what = f"Pixels are rounded to {self.quantisation:.3g} px"
-        return facts.lasting(what, quantisation_px=self.quantisation)
+        return facts.state_final_error(what, quantisation_px=self.quantisation)
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         step = self.quantisation
