@@ -16,11 +16,10 @@ from robsim.cli.compare_command import compare_scenarios
 from robsim.cli.console import print_text
 from robsim.cli.demo_command import run_demo
 from robsim.cli.examples_command import copy_example
-from robsim.cli.explain_command import explain_run_file
-from robsim.cli.export_command import export_page
 from robsim.cli.robots_command import describe_robots
 from robsim.cli.run_command import simulate_scenario
 from robsim.cli.schema_command import print_schema
+from robsim.cli.stored_run_commands import explain_run_file, export_page
 from robsim.cli.studio_command import open_studio
 from robsim.cli.study_command import run_study_file
 from robsim.cli.warm_command import compile_kernels

@@ -15,14 +15,13 @@ from robsim.base.value import replace_unchecked
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.robot.dh_row import DHRow
-from robsim.robot.joints.ackermann import Ackermann
+from robsim.robot.joints.ackermann import Ackermann, Rolling
 from robsim.robot.joints.car import Steering
 from robsim.robot.joints.chord import Chord
 from robsim.robot.joints.couplings import Coupling
 from robsim.robot.joints.joint_kind import JointKind, JointParts, check_joint_kind
 from robsim.robot.joints.joint_registry import JOINTS, find_joint_kind, list_single_kinds
 from robsim.robot.joints.mimic import Mimic
-from robsim.robot.joints.rolling_wheel import Rolling
 
 __all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
@@ -33,7 +34,6 @@ from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsi
 from robsim.vision.crop_and_scale import crop_intrinsics, scale_intrinsics
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import PART_INDICES, get_intrinsic_part, replace_intrinsic_part
-from robsim.vision.lens_range import find_valid_radius
 
 _SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs have the same values
 
@@ -522,3 +522,24 @@ class Camera(Value):
         lead = broadcast_leading_shape(p.shape[:-2], T.shape[:-2], "points and camera poses")
         X = move_runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead
+
+
+TINY = 1e-30  # smaller coefficients of the lens polynomial count as zero
+
+
+def find_valid_radius(lens: Array) -> float:
+    """Return the largest normalised radius with monotonic distortion, for eight coefficients.
+
+    The radius is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D, with the
+    numerator N and the denominator D of the radial distortion. It is infinite without a root.
+
+    >>> round(find_valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
+    1.0541
+    """
+    k1, k2, _, _, k3, k4, k5, k6 = lens
+    over, under = Polynomial([1, k1, k2, k3]), Polynomial([1, k4, k5, k6])
+    t = Polynomial([0, 1])  # r squared
+    slope = over * under + 2 * t * (over.deriv() * under - over * under.deriv())
+    roots = np.concatenate([slope.trim(TINY).roots(), under.trim(TINY).roots()])
+    real = roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0)].real
+    return float(np.sqrt(real.min())) if real.size else np.inf

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_bool, as_floats, has_items, move_runs_last
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name
@@ -36,7 +36,15 @@ from robsim.world.scene_parts import (
     parse_coordinates,
     replace_part,
 )
-from robsim.world.view import View
+
+
+class View(NamedTuple):
+    """The image of points: pixels (..., N, 2), depth (..., N) in metres, `Visibility` (..., N)."""
+
+    pixels: Array
+    depth: Array
+    visibility: NDArray[np.int8]
+
 
 # cached properties that stay the same in a revised scene
 KEPT_PROPERTIES = (

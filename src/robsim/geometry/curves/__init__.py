@@ -8,5 +8,5 @@ its end.
 from robsim.geometry.curves.arc import Arc as Arc
 from robsim.geometry.curves.catenary import Catenary as Catenary
 from robsim.geometry.curves.curve import Curve as Curve
-from robsim.geometry.curves.line import Line as Line
+from robsim.geometry.curves.polyline import Line as Line
 from robsim.geometry.curves.polyline import Polyline as Polyline
