@@ -164,7 +164,7 @@ def same(one, other) -> bool:
 def pictures(tables) -> dict:
     """Return all points of a figure of the scene, and the frame of the figure."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
-    found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solid))
+    found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
     return {**found, "display": scene.display.matrix}
 
 

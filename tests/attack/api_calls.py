@@ -186,7 +186,7 @@ def _sizes(rng):
 def _feature(rng):
     """Call a feature with an observation that it may not be made for."""
     N, B = int(rng.integers(1, 9)), int(rng.integers(1, 4))
-    feature = getattr(rs, FEATURES[rng.integers(len(FEATURES))])()
+    feature = getattr(rs.features, FEATURES[rng.integers(len(FEATURES))])()
     if hasattr(feature, "towards") and rng.random() < 0.6:
         feature = feature.towards(observed(int(rng.integers(1, 9)), int(rng.integers(1, 3))))
     seen = observed(N, B, pair=rng.random() < 0.3)
@@ -217,7 +217,7 @@ def _observation(rng):
     """Make an observation of arrays of any shape, and let a feature measure it."""
     N, B = int(rng.integers(1, 9)), int(rng.integers(1, 4))
     camera = rs.Camera(np.eye(3)) if rng.random() < 0.95 else odd(rng)
-    feature = getattr(rs, FEATURES[rng.integers(len(FEATURES))])()
+    feature = getattr(rs.features, FEATURES[rng.integers(len(FEATURES))])()
     if rng.random() < 0.5:
         seen = rs.features.Observation.of(_array(rng, B, N, 2), _array(rng, B, N), camera)
     else:

@@ -304,7 +304,7 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
     assert rs.replay(again).identical(again)
 
     slow, rows = rs.Controller(one.at("task.gain", one.task.gain * 2 / 3)), []
-    with pytest.raises(rs.errors.InputError, match="no step"):
+    with pytest.raises(rs.errors.InputError, match="call step first"):
         slow.row()
     for t in range(last):
         slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)

@@ -382,4 +382,4 @@ def test_a_wrong_kind_is_found_out():
 
     wrong = check_joint(type("Mine", (Universal,), {"twists": flipped})())
     assert len(wrong) == 2 and "velocity '.bend'" in wrong[0] and "the sign is flipped" in wrong[0]
-    assert "is no pose" in check_joint(type("Mine", (Universal,), {"motion": askew})())[0]
+    assert "is not a pose" in check_joint(type("Mine", (Universal,), {"motion": askew})())[0]

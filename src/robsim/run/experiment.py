@@ -466,7 +466,7 @@ class Experiment(Value, Generic[TaskT_co]):
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
         >>> gain = next(each for each in experiment.controls() if each.path == "task.gain")
         >>> gain.value, gain.unit, gain.meaning
-        (0.5, 'per second', 'Rate at which e falls: a constant, or adaptive.')
+        (0.5, 'per second', 'Decay rate of e, in 1/s: a constant, or adaptive.')
         >>> experiment.at(gain.changes(2.0)).task.gain
         2.0
         """

@@ -208,5 +208,5 @@ OBJECTS = {
     "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.laws.JointLaw,
     "CameraLaw": rs.laws.CameraLaw, "PartitionedLaw": rs.laws.PartitionedLaw,
     "Posture": lambda: rs.laws.Posture((0.0,) * 6), "Sensing": rs.Sensing,
-    **{name: (lambda name=name: getattr(rs, name)()) for name in FEATURES},
+    **{name: (lambda name=name: getattr(rs.features, name)()) for name in FEATURES},
 }  # fmt: skip

@@ -225,7 +225,7 @@ class ImageEffect(Imperfection):
     ... class Shifted(ImageEffect):
     ...     def seen(self, pixels, exposure):
     ...         return pixels + [1.0, 0.0]
-    >>> [each.effect.label for each in Sensing(effects=[Shifted()]).acting()]
+    >>> [each.effect.label for each in Sensing(effects=[Shifted()]).list_active()]
     ['Shifted']
     """
 

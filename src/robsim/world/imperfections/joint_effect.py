@@ -176,7 +176,7 @@ class JointEffect(Imperfection):
     ... class Halved(JointEffect):
     ...     def driven(self, wanted, drive):
     ...         return 0.5 * wanted
-    >>> [each.effect.label for each in Actuation(effects=[Halved()]).acting()]
+    >>> [each.effect.label for each in Actuation(effects=[Halved()]).list_active()]
     ['Halved']
     """
 
