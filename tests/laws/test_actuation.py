@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.kernels.bodies.actuator_response import follow_commands, quantise_encoders
-from robsim.kernels.machine.program import evaluated
+from robsim.kernels.machine.program import evaluate_stages
 
 INF = np.inf
 
@@ -22,7 +22,7 @@ def followed(u, v, lag, limit, rate, dt):
         program.add(follow_commands, **given, each=[(command, v, mean)])
         return v, mean
 
-    v, mean = evaluated(add, [np.array([u]), np.array([v])], [(), ()])
+    v, mean = evaluate_stages(add, [np.array([u]), np.array([v])], [(), ()])
     return v[0], mean[0]
 
 
@@ -166,7 +166,7 @@ def quantise(steps, q):
         program.add(quantise_encoders, steps=program.constant(steps), q=rows, out=out)
         return (out,)
 
-    return evaluated(add, [q], [(len(q),)])[0]
+    return evaluate_stages(add, [q], [(len(q),)])[0]
 
 
 def test_a_count_is_the_nearest_one():

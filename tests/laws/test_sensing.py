@@ -7,7 +7,7 @@ import robsim as rs
 from robsim.engine.chunk import ChunkProgress
 from robsim.engine.image_stream import split_latency
 from robsim.kernels.images.pixel_noise import quantise_rows
-from robsim.kernels.machine.program import evaluated
+from robsim.kernels.machine.program import evaluate_stages
 from robsim.servo.camera_target import CameraTarget
 from robsim.servo.single_step import SingleStepController
 
@@ -110,7 +110,7 @@ def quantised(step, pixels):
         program.add(quantise_rows, every=1, values=rows.flat, size=program.constant(step))
         return (rows,)
 
-    return evaluated(add, [pixels], [pixels.shape[:-1]])[0]
+    return evaluate_stages(add, [pixels], [pixels.shape[:-1]])[0]
 
 
 def test_a_pixel_too_large_to_count_is_not_taken_for_another():

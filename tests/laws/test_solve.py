@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robsim.kernels.control import control_law
 from robsim.kernels.linear_algebra import pseudoinverse, svd
-from robsim.kernels.machine.program import evaluated
+from robsim.kernels.machine.program import evaluate_stages
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)
@@ -186,7 +186,7 @@ def of_product(B, C, y, rcond=1e-9):
         program.add(control_law.solve_task_product, **given, x=x, rank=rank, scratch=room)
         return x, rank
 
-    x, rank = evaluated(add, [B, C, A, y], [(n,), ()])
+    x, rank = evaluate_stages(add, [B, C, A, y], [(n,), ()])
     return A, x, rank
 
 

@@ -14,7 +14,7 @@ from robsim.kernels.features.line_features import segments_stage
 from robsim.kernels.features.point_features import polar_stage
 from robsim.kernels.images.mark_occlusion import flag_lost_numbers
 from robsim.kernels.machine.block_rows import Address, BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.kernels.machine.signature import WrongRows
 from robsim.kernels.machine.stages import CompiledStage, stage
 
@@ -168,7 +168,7 @@ def test_a_stage_of_ones_own_computes_its_formula():
         program.add(weighed, A=A, x=x, factor=2, out=out)
         return (out,)
 
-    (found,) = evaluated(add, [A, x], [(3,)])
+    (found,) = evaluate_stages(add, [A, x], [(3,)])
     np.testing.assert_allclose(found, 2.0 * np.einsum("nmb,mb->nb", A, x), atol=1e-15)
 
 

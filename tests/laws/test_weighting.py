@@ -8,7 +8,7 @@ from poster import BESIDE, CAMERA, GOAL, HIDDEN, LESS, POSTER, SCENE
 
 import robsim as rs
 from robsim.kernels.control import mark_weights as kernels
-from robsim.kernels.machine.program import evaluated
+from robsim.kernels.machine.program import evaluate_stages
 from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL
 
@@ -39,7 +39,7 @@ def by_kernel(pixels, width=40.0):
         program.add(kernels.weight_border_distance, pixels=marks.reshape(1, 2), **given, out=found)
         return (found,)
 
-    return evaluated(add, [np.ascontiguousarray(pixels.T)], [(1,)])[0][0]
+    return evaluate_stages(add, [np.ascontiguousarray(pixels.T)], [(1,)])[0][0]
 
 
 # the weight of a mark

@@ -115,13 +115,8 @@ def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
 
     >>> from robsim.declare import Length
     >>> radius = DeclaredField("radius", Length(above=0), "Its radius.")
-    >>> print(add_parameters_section("A ball.", (radius,)))
-    A ball.
-    <BLANKLINE>
-    Parameters
-    ----------
-    radius : a positive number (m)
-        Its radius.
+    >>> add_parameters_section("A ball.", (radius,)).splitlines()[-2:]
+    ['radius : a positive number (m)', '    Its radius.']
     """
     text = inspect.cleandoc(text)
     if not fields:

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.features.feature import Observation, repeat_marks
 from robsim.features.feature_rows import FeatureRows, ObservationRows
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 
 
 class CompiledFeature(ABC):
@@ -94,7 +94,7 @@ class CompiledFeature(ABC):
             _check_counts_seen(self, program.runs, seen)
             return result
 
-        return evaluated(add, [*arrays.values()], runs=seen.runs)
+        return evaluate_stages(add, [*arrays.values()], runs=seen.runs)
 
 
 def _check_counts_seen(feature: CompiledFeature, runs: int, seen: Observation) -> None:

@@ -13,7 +13,7 @@ from robsim.kernels.control.control_law import compute_camera_jacobian, copy_row
 from robsim.kernels.formulas.body_arrays import Bodies
 from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.machine.block_rows import Address, BlockRows
-from robsim.kernels.machine.program import Blocks, Program, evaluated
+from robsim.kernels.machine.program import Blocks, Program, evaluate_stages
 from robsim.robot.assembly import JointTables
 from robsim.robot.independent_joint import IndependentJoint
 from robsim.robot.joints.joint_kind import BodyRows
@@ -148,7 +148,7 @@ def evaluate_frame_jacobian(bodies: Bodies, T: Array, moves: BodyMoves) -> Array
     ) -> tuple[BlockRows]:
         return (add_jacobian_stage(program, poses, ratios, T, moves),)
 
-    (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
+    (J,) = evaluate_stages(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
     return J
 
 

@@ -27,11 +27,11 @@ class LinearStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A discrete loop with the command qd = image_part @ (motion in the image) + joint_part @
-    (present motion).
+    """A discrete loop with a command that is linear in the motion.
 
-    The state at the arrival of an image consists of the motion, the velocity, the command of the
-    last image, and the motions in the images that have not arrived yet, each (n,).
+    The command is qd = image_part @ (motion in the image) + joint_part @ (present motion). The
+    state at the arrival of an image consists of the motion, the velocity, the command of the last
+    image, and the motions in the images that have not arrived yet, each (n,).
     """
 
     image_part: Matrix  # (n, n)

@@ -343,7 +343,7 @@ def _is_compiled_call(call: Any) -> bool:
     return type(call) is tuple
 
 
-def evaluated(
+def evaluate_stages(
     add: Callable[..., Sequence[BlockRows]],
     arrays: Sequence[Array],
     shapes: Sequence[tuple[int, ...]] | None = None,

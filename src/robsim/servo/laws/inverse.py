@@ -13,7 +13,7 @@ from robsim.declare import DeclaredValue, KindOf, Number, family, register
 from robsim.kernels.control import control_law
 from robsim.kernels.linear_algebra.pseudoinverse import count_solution_rows
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 
 RCOND = 1e-6
 
@@ -197,7 +197,7 @@ def compute_rank(
         columns = J[0] if J else int(moves)
         return [rank_row(add_solve(program, A, y, 0.0, rcond, columns))]
 
-    (result,) = evaluated(add, [A, np.zeros((m, runs)), *jacobians])
+    (result,) = evaluate_stages(add, [A, np.zeros((m, runs)), *jacobians])
     return result.astype(np.int64)
 
 

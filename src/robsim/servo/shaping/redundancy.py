@@ -16,7 +16,7 @@ from robsim.declare.joint_numbers import PerJoint, get_commanded_axes
 from robsim.kernels.control import null_space as kernels
 from robsim.kernels.control.task_priorities import count_priority_rows, solve_priority
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.servo.laws.gain import PER_SECOND
 
 
@@ -57,7 +57,7 @@ def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tup
     def add(program: Program, *rows: BlockRows) -> tuple[BlockRows, BlockRows]:
         return add_priorities(program, list(zip(rows[::2], rows[1::2], strict=True)), rcond)
 
-    qd, P = evaluated(add, [array for level in levels for array in level])
+    qd, P = evaluate_stages(add, [array for level in levels for array in level])
     return qd, P
 
 
@@ -115,7 +115,7 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
         program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
         return [P]
 
-    (out,) = evaluated(add, [A, e, P])
+    (out,) = evaluate_stages(add, [A, e, P])
     return out
 
 

@@ -19,7 +19,7 @@ from robsim.declare.joint_numbers import (
 )
 from robsim.kernels.control import velocity_scale as kernels
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 
 JOINT_SPEEDS = OneOrEach(get_commanded_axes, "/s", later=True)
 
@@ -107,7 +107,7 @@ class SpeedLimit(DeclaredValue):
         ndarray of shape (n, B)
             Velocities of each run, times one factor in (0, 1].
         """
-        (out,) = evaluated(lambda *rows: [self.stages(*rows)], [J, qd])
+        (out,) = evaluate_stages(lambda *rows: [self.stages(*rows)], [J, qd])
         return out
 
     def stages(self, program: Program, J: BlockRows, qd: BlockRows) -> BlockRows:

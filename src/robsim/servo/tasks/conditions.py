@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, view_for_user
 from robsim.declare import DeclaredValue, KindOf, Number, Word, family, register
 from robsim.kernels.control import task_switch as kernels
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.vision.image_size import SIZE
 
 
@@ -124,7 +124,7 @@ class CompiledCondition(ABC):
             return [self.stages(program, SchemeRows(e, [x]), SchemeRows(e2, [x2]))]
 
         arrays = [x for one in (first, second) for x in (one.error_last, one.pixels_last)]
-        (truth,) = evaluated(add, arrays)
+        (truth,) = evaluate_stages(add, arrays)
         return np.asarray(truth > 0.0)
 
 

@@ -12,7 +12,7 @@ from robsim.features.pose_error import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels.control import docking_law as kernels
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.feature_block import Features
 from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows
@@ -110,5 +110,5 @@ class DockingLaw(CompiledLaw):
 
     def planar(self, error: Array) -> Array:
         """Return x, y and heading (3, B) of the unicycle in goal axes, from (c*t_c, theta u)."""
-        (pose,) = evaluated(lambda *rows: [self._add_planar_pose(*rows)], [error])
+        (pose,) = evaluate_stages(lambda *rows: [self._add_planar_pose(*rows)], [error])
         return pose

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Word, register
 from robsim.kernels.control import triangle_alignment as kernels
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget
 from robsim.servo.feature_block import FeatureBlock, IndexList
@@ -162,5 +162,5 @@ class PlacingLaw(CompiledLaw):
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """Return T and Omega (3, B) at the world origin, from a, b, c (3, 3, B) in world axes."""
-        (V,) = evaluated(lambda *rows: [self._add_twist(*rows)], [now, goal])
+        (V,) = evaluate_stages(lambda *rows: [self._add_twist(*rows)], [now, goal])
         return V[:3], V[3:]
