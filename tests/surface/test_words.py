@@ -127,6 +127,54 @@ def test_the_front_door_has_few_names():
     assert len(dir(rs)) <= 75
 
 
+def public_objects():
+    """The public classes and functions by module and name."""
+    for door in [rs, *(value for name in dir(rs) if inspect.ismodule(value := getattr(rs, name)))]:
+        for name in getattr(door, "__all__", None) or dir(door):
+            value = getattr(door, name)
+            ours = str(getattr(value, "__module__", "")).startswith("robsim")
+            if not name.startswith("_") and ours and (inspect.isclass(value) or callable(value)):
+                yield door.__name__, name, value
+
+
+def annotations(value):
+    """The annotations of a function, or of the public fields and methods of a class."""
+    if not inspect.isclass(value):
+        yield from getattr(value, "__annotations__", {}).items()
+        return
+    for owner in value.__mro__:
+        if not owner.__module__.startswith("robsim"):
+            continue
+        fields = vars(owner).get("__annotations__", {})
+        yield from ((f"{owner.__name__}.{name}", kind) for name, kind in fields.items())
+        for name, member in vars(owner).items():
+            function = getattr(member, "fget", None) or getattr(member, "func", None) or member
+            function = getattr(function, "__func__", function)
+            if not name.startswith("_") and inspect.isfunction(function):
+                own = function.__annotations__.items()
+                yield from ((f"{owner.__name__}.{name}({key})", kind) for key, kind in own)
+
+
+def test_the_public_interface_has_types():
+    found = {}
+    for module, name, value in public_objects():
+        for place, kind in annotations(value):
+            text = re.sub(r"^'?Annotated\[([^,]+),.*", r"\1", str(kind))
+            if re.search(r"\bAny\b", text) and not re.search(r"dtype|ClassVar", text):
+                found[place if "." in place else f"{module}.{name}.{place}"] = text
+    assert 0 < len(found) <= 30, found
+
+
+def test_every_public_name_has_an_example():
+    missing = [f"{m}.{n}" for m, n, value in public_objects() if ">>>" not in value.__doc__]
+    assert missing == []
+
+
+def test_no_function_differs_from_a_class_by_case_alone():
+    names = {(module, name) for module, name, _ in public_objects()}
+    assert len({(module, name.lower()) for module, name in names}) == len(names)
+
+
 def test_the_signature_of_a_task_fits_a_screen():
     assert len(str(inspect.signature(rs.IBVS))) <= 500
 

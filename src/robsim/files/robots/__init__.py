@@ -109,7 +109,22 @@ def _read_library_robot(path: Path) -> Robot:
 def __getattr__(name: str) -> Callable[[], Robot]:
     if name.startswith("_") or name not in names():
         raise AttributeError(f"no robot {name!r} in the library; robots: {', '.join(names())}")
-    return lambda: load(name)
+    return _make_loader(name)
+
+
+@cache
+def _make_loader(name: str) -> Callable[[], Robot]:
+    def load_named() -> Robot:
+        return load(name)
+
+    load_named.__name__ = load_named.__qualname__ = name
+    load_named.__doc__ = f"""Return the robot {name!r} of the library: {about(name)}
+
+    >>> from robsim import robots
+    >>> robots.{name}().name
+    {name!r}
+    """
+    return load_named
 
 
 def __dir__() -> list[str]:
