@@ -1,4 +1,4 @@
-"""The next views of a calibration: the coordinates with the most information on the mount."""
+"""Coordinates of the next views of a calibration, which add the most information on the mount."""
 
 from __future__ import annotations
 

@@ -126,8 +126,8 @@ class ImageStream:
     ) -> list[ViewRows]:
         """Add the stages that project the marks of placed bodies into an image.
 
-        `seen` gets the image without the marks outside of it, and `status` the visibility. Return
-        the views.
+        `seen` gets the image, without the marks of optional pairs that are outside of it. `status`
+        gets the worst status of the marks of all other pairs. Return the views.
         """
         views, of, taken = [], WORST_STATUS, split_image_rows(image)
         shown = taken if seen is image else split_image_rows(seen)

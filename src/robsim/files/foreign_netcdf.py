@@ -64,7 +64,7 @@ def _load_foreign_dataset(path: str) -> Any:
 
 
 def _check_hdf5_content(path: Path) -> None:
-    """Raise ValueError unless a file has only numbers and texts, not larger than the file."""
+    """Raise ValueError unless a file has only numbers and texts, in all at most its own size."""
     import h5py
 
     left = path.stat().st_size

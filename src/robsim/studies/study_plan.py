@@ -34,9 +34,10 @@ START_NAME = "start"  # name of the random numbers of starts
 class Plan:
     """Runs of one experiment: draws, each combined with every combination of enumerated values.
 
-    Run number r belongs to draw r // cells and has the combination r % cells. Samples depend on the
-    seed, the name and the draw alone. Runs of one draw therefore differ only in enumerated values,
-    and any subset of the runs can be simulated anywhere.
+    With `cells` combinations, run number r belongs to draw r // cells and has the combination
+    r % cells. A sample depends on the seed, the name of its axis and the draw alone (a point of
+    Sobol's sequence also on the number of Sobol axes). Runs of one draw therefore differ only in
+    enumerated values, and any subset of the runs can be simulated anywhere.
     """
 
     experiment: Experiment

@@ -336,7 +336,7 @@ def _is_distinct(squares: Array, N: Array, sigma: float | None) -> NDArray[np.bo
 def _is_depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
     """Return whether (B,) the relative deviation of the centroid's depth is at most DEEP.
 
-    It is true for a NaN covariance.
+    A NaN covariance gives no evidence against the depth, so the result is true.
     """
     x, y, z = (T[:, :, :3] @ p.mean(0) + T[:, :, 3]).T
     zero, one = np.zeros_like(x), np.ones_like(x)

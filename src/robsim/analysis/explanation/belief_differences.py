@@ -1,4 +1,4 @@
-"""The differences between a controller's belief and the true scene, and their corrections."""
+"""The differences between a controller's belief and the true scene, and beliefs without them."""
 
 from __future__ import annotations
 
