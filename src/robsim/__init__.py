@@ -103,7 +103,10 @@ from robsim.base.lazy_names import attach_names
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__ = attach_names(__name__, __file__)
+__getattr__, __dir__, _ = attach_names(__name__, __file__)
+__all__: list[
+    str
+] = []  # names are used as `rs.Scene`; with a list, `help(rs)` would print all of them
 _SHOWN = {
     "robsim.files.flat_table": "RunDataset",
     "robsim.run.mission_run": "MissionRun",

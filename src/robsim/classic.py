@@ -43,6 +43,12 @@ __all__ = [
     "point_view",
 ]
 
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return __all__
+
+
 P = TypeVar("P", bound=Primitive)
 C = TypeVar("C", bound=CameraBody)
 

@@ -30,6 +30,12 @@ from robsim.vision.camera import Camera
 
 __all__ = ["check_feature", "check_joint", "check_law"]
 
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return __all__
+
+
 RUNS, MARKS = 5, 4
 MOST = 10_000  # largest number of runs, marks, joints or features
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])

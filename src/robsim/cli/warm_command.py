@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     help="Number of processes; one per core by default.",
 )
 def compile_kernels(jobs: int | None) -> None:
-    """Compile all kernels in advance, so that later runs start at once.
+    """Compile all kernels now, so that no later run waits.
 
     This is useful for the computers of a class. The kernels are stored in the folder
     ROBSIM_CACHE_DIR, or in the cache folder of the user.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import inspect
 import re
@@ -66,14 +65,14 @@ def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
 
 def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> _TypeText:
     """Return the type of a parameter as text: by its alias, and without None if that is default."""
-    if not isinstance(parameter.annotation, str):  # of a module without postponed annotations
-        text = format_type(hints.get(parameter.name, parameter.annotation))
-        return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
-    written = ast.parse(parameter.annotation, mode="eval").body
-    if isinstance(written, ast.Subscript) and ast.unparse(written.value) == "Annotated":
-        text = ast.unparse(written.slice.elts[0])  # type: ignore[attr-defined]
-    else:
-        text = format_type(hints.get(parameter.name, _TypeText(ast.unparse(written))))
+    written = parameter.annotation
+    if isinstance(written, _TypeText):
+        text = str(written)
+    elif isinstance(written, str) and (short := _FIRST_ARGUMENT.match(written)):
+        text = short[1]
+    else:  # an alias, or a module without postponed annotations
+        hint = hints.get(parameter.name, written)
+        text = format_type(_TypeText(hint) if isinstance(hint, str) else hint)
     return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
 
 
@@ -106,8 +105,20 @@ def described(kind: K) -> K:
     if isinstance(text, str) and dataclasses.is_dataclass(kind):
         docstring: Any = _Docstring(text)
         kind.__doc__ = docstring
+        _shorten_annotations(kind.__init__)
         setattr(kind, "__signature__", _LazySignature())  # noqa: B010  # which mypy does not know
     return kind
+
+
+def _shorten_annotations(function: Any) -> None:
+    """Let the annotations of a generated `__init__` be types alone, as `help` shows them."""
+    for name, text in function.__annotations__.items():
+        if isinstance(text, str) and text.startswith("Annotated["):
+            short = _FIRST_ARGUMENT.match(text)
+            function.__annotations__[name] = _TypeText(short[1] if short else text)
+
+
+_FIRST_ARGUMENT = re.compile(r"Annotated\[((?:[^,\[\]]|\[[^\]]*\])+),")
 
 
 def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:

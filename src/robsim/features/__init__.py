@@ -5,7 +5,7 @@ from typing import Any
 from robsim.base.lazy_names import attach_names
 from robsim.declare.kind_families import make_kind_getattr
 
-_import_listed, __dir__ = attach_names(__name__, __file__)
+_import_listed, __dir__, __all__ = attach_names(__name__, __file__)
 _find_feature = make_kind_getattr("feature")
 
 

@@ -8,4 +8,4 @@ that is the last expression of a cell; call `display(figure)` to show a figure e
 
 from robsim.base.lazy_names import attach_names
 
-__getattr__, __dir__ = attach_names(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)
