@@ -15,9 +15,10 @@ import click
 
 import robsim as rs
 from robsim.cli.commands import cli
-from robsim.declare.parameter_docs import get_plain_signature
+from robsim.declare.parameter_docs import TypeText, format_type
 
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
+LISTS = {"Parameters", "Attributes", "Returns", "Yields", "Raises", "Warns", "Other Parameters"}
 MEMBERS = property | classmethod | staticmethod
 
 
@@ -134,15 +135,16 @@ def format_signature(value: Any, name: str) -> str:
     if signature is None:
         return name
     plain = [p.replace(annotation=shorten(p.annotation)) for p in signature.parameters.values()]
-    short = signature.replace(
-        parameters=plain, return_annotation=shorten(signature.return_annotation)
-    )
-    text = f"{name}{short}"
+    result = shorten(signature.return_annotation)
+    text = f"{name}{inspect.Signature(plain, return_annotation=result)}"
     if len(text) <= 96:
         return text
-    lines = [f"    {p}," for p in short.parameters.values()]
-    result = text[text.rfind(")") :] if inspect.isclass(value) else text[text.rindex(")") :]
-    return "\n".join([f"{name}(", *lines, result])
+    lines = [f"    {parameter}," for parameter in plain]
+    keyword_only = [parameter.kind is parameter.KEYWORD_ONLY for parameter in plain]
+    if True in keyword_only and not any(p.kind is p.VAR_POSITIONAL for p in plain):
+        lines.insert(keyword_only.index(True), "    *,")
+    end = ")" if result is inspect.Signature.empty else f") -> {result}"
+    return "\n".join([f"{name}(", *lines, end])
 
 
 def find_signature(value: Any) -> inspect.Signature | None:
@@ -150,25 +152,18 @@ def find_signature(value: Any) -> inspect.Signature | None:
     if inspect.isclass(value) and issubclass(value, Enum):
         return None
     try:
-        plain = get_plain_signature(value) if hasattr(value, "__dataclass_fields__") else None
-        return plain or inspect.signature(value)
+        return inspect.signature(value)
     except (TypeError, ValueError):
         return None
 
 
-class Text(str):
-    """A text that a signature shows without quotes."""
-
-    def __repr__(self) -> str:
-        return str(self)
-
-
 def shorten(annotation: Any) -> Any:
-    """Return an annotation without the modules of its classes."""
+    """Return an annotation as text, without the modules of its classes."""
     if annotation is inspect.Parameter.empty:
         return annotation
-    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
-    return Text(re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z_])", "", text))
+    return TypeText(
+        format_type(TypeText(annotation) if isinstance(annotation, str) else annotation)
+    )
 
 
 def render_doc(text: str) -> str:
@@ -182,16 +177,7 @@ def render_doc(text: str) -> str:
 
 def render_section(title: str, body: str) -> str:
     """Return a section of a docstring: a list of names, or prose."""
-    listed = {
-        "Parameters",
-        "Attributes",
-        "Returns",
-        "Yields",
-        "Raises",
-        "Warns",
-        "Other Parameters",
-    }
-    if title not in listed:
+    if title not in LISTS:
         return render_prose(body)
     items: list[str] = []
     examples = ""

@@ -6,11 +6,11 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
 import matplotlib
 import pytest
 import tomli_w
+from front_door import public_objects
 
 import robsim as rs
 from robsim.cli.commands import cli
@@ -53,21 +53,10 @@ def test_the_written_pages_agree_with_the_code():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def public_names():
-    """The public names of each module, the modules themselves left out."""
-    modules = [name for name in dir(rs) if isinstance(getattr(rs, name), ModuleType)]
-    yield from (("robsim", name) for name in dir(rs) if name not in modules)
-    for module in modules:
-        found = getattr(rs, module)
-        names = getattr(found, "__all__", None) or dir(found)
-        public = {name: getattr(found, name) for name in names if not name.startswith("_")}
-        ours = (n for n, value in public.items() if str(value.__class__.__module__) != "typing")
-        yield from ((module, name) for name in ours if callable(public[name]))
-
-
 def test_every_public_name_has_an_entry_in_the_reference():
-    pages = {m: (ROOT / f"docs/reference/{m}.md").read_text("utf-8") for m, _ in public_names()}
-    missing = [(m, name) for m, name in public_names() if f"## `{name}`\n" not in pages[m]]
+    names = [(module, name) for module, name, _ in public_objects()]
+    pages = {m: (ROOT / f"docs/reference/{m}.md").read_text("utf-8") for m, _ in names}
+    missing = [(m, name) for m, name in names if f"## `{name}`\n" not in pages[m]]
     assert missing == [] and len(pages) > 20
 
 

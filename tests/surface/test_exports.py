@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
+from front_door import public_objects
 
 import robsim as rs
 from robsim import plot
@@ -224,3 +225,38 @@ def test_robsim_is_the_command_and_the_module():
     scripts = importlib.metadata.entry_points(group="console_scripts", name="robsim")
     assert [script.value for script in scripts] == ["robsim.cli:main"]
     assert (PACKAGE / "__main__.py").is_file()
+
+
+def test_no_signature_shows_specs_or_meanings():
+    for module, name, found in public_objects():
+        if not inspect.isclass(found) or found.__init__ is object.__init__:
+            continue
+        shown = f"{inspect.signature(found.__init__)}"
+        assert "Annotated[" not in shown, f"{module}.{name}"
+
+
+def typed_constructors():
+    """Yield the classes with an `__init__` for type checkers, and its syntax tree."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for kind in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for part in kind.body if isinstance(kind, ast.ClassDef) else ():
+                typed = isinstance(part, ast.If) and ast.unparse(part.test) == "TYPE_CHECKING"
+                for each in part.body if typed else ():
+                    if isinstance(each, ast.FunctionDef) and each.name == "__init__":
+                        module = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+                        yield getattr(importlib.import_module(module), kind.name), each
+
+
+@pytest.mark.parametrize(("kind", "written"), list(typed_constructors()))
+def test_a_constructor_for_type_checkers_has_the_arguments_of_the_class(kind, written):
+    """The types are wider; names, order, keyword-only arguments and defaults are the same."""
+    real = list(inspect.signature(kind.__init__).parameters.values())[1:]
+    arguments = written.args
+    positional = [each.arg for each in arguments.args[1:]]
+    keyword = [each.arg for each in arguments.kwonlyargs]
+    assert [p.name for p in real if p.kind is not p.KEYWORD_ONLY] == positional
+    assert [p.name for p in real if p.kind is p.KEYWORD_ONLY] == keyword
+    without = positional[: len(positional) - len(arguments.defaults)]
+    pairs = zip(keyword, arguments.kw_defaults, strict=True)
+    without += [name for name, default in pairs if default is None]
+    assert [p.name for p in real if p.default is p.empty] == without

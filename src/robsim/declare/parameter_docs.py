@@ -40,7 +40,7 @@ class _LazySignature:
         return get_plain_signature(kind)
 
 
-class _TypeText(str):
+class TypeText(str):
     """The text of a type, which a signature shows without quotes."""
 
     def __repr__(self) -> str:
@@ -63,17 +63,17 @@ def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
     return inspect.Signature(plain)
 
 
-def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> _TypeText:
+def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> TypeText:
     """Return the type of a parameter as text: by its alias, and without None if that is default."""
     written = parameter.annotation
-    if isinstance(written, _TypeText):
+    if isinstance(written, TypeText):
         text = str(written)
     elif isinstance(written, str) and (short := _FIRST_ARGUMENT.match(written)):
         text = short[1]
     else:  # an alias, or a module without postponed annotations
         hint = hints.get(parameter.name, written)
-        text = format_type(_TypeText(hint) if isinstance(hint, str) else hint)
-    return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
+        text = format_type(TypeText(hint) if isinstance(hint, str) else hint)
+    return TypeText(text.removesuffix(" | None") if parameter.default is None else text)
 
 
 def format_type(hint: Any) -> str:
@@ -112,10 +112,10 @@ def described(kind: K) -> K:
 
 def _shorten_annotations(function: Any) -> None:
     """Let the annotations of a generated `__init__` be types alone, as `help` shows them."""
-    for name, text in function.__annotations__.items():
+    for name, text in getattr(function, "__annotations__", {}).items():
         if isinstance(text, str) and text.startswith("Annotated["):
             short = _FIRST_ARGUMENT.match(text)
-            function.__annotations__[name] = _TypeText(short[1] if short else text)
+            function.__annotations__[name] = TypeText(short[1] if short else text)
 
 
 _FIRST_ARGUMENT = re.compile(r"Annotated\[((?:[^,\[\]]|\[[^\]]*\])+),")

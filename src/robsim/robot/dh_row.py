@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Angle, DeclaredValue, Length, PerRun, Word
+from robsim.declare import Angle, DeclaredValue, Length, PerRun, Word, described
 from robsim.declare.spec import Context, Raw
 from robsim.geometry.pose import Pose
 from robsim.geometry.rotation import axis_rotation
@@ -40,26 +40,15 @@ class DHConvention(Word):
         return ()
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class DHRow(DeclaredValue):
     """Row of a Denavit-Hartenberg table.
 
     The row determines the constants of a `Joint`. The coordinate of the joint is added to theta if
-    it turns, and to d if it slides.
-
-    Parameters
-    ----------
-    theta : float
-        Rotation about z, in rad.
-    d : float
-        Translation along z, in m.
-    a : float
-        Translation along x, in m.
-    alpha : float
-        Rotation about x, in rad.
-    convention : {"standard", "modified"}, default "standard"
-        Order of the transforms: Rz(theta) Tz(d) Tx(a) Rx(alpha) in the standard convention, and
-        Rx(alpha) Tx(a) Rz(theta) Tz(d) in the modified convention (Craig).
+    it turns, and to d if it slides. The order of the transforms is Rz(theta) Tz(d) Tx(a) Rx(alpha)
+    in the standard convention, and Rx(alpha) Tx(a) Rz(theta) Tz(d) in the modified convention
+    (Craig).
 
     Examples
     --------
@@ -67,7 +56,7 @@ class DHRow(DeclaredValue):
     array([0.5, 0. , 0.1])
     """
 
-    theta: Annotated[float, Angle(), PerRun(()), PerRun(()), "Rotation about z."]
+    theta: Annotated[float, Angle(), PerRun(()), "Rotation about z."]
     d: Annotated[float, Length(), PerRun(()), "Translation along z."]
     a: Annotated[float, Length(), PerRun(()), "Translation along x."]
     alpha: Annotated[float, Angle(), PerRun(()), "Rotation about x."]

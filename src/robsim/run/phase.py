@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
-from robsim.declare import DeclaredValue, Role, Text, Time, Word
+from robsim.declare import DeclaredValue, Role, Text, Time, Word, described
 from robsim.declare.lists import Names
 from robsim.declare.scalars import PlainValue
 from robsim.declare.spec import Context, FieldValue, Raw
@@ -77,6 +77,7 @@ class OutcomeName(Word):
         return str(value.name.lower())
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Phase(DeclaredValue):
     """One task of a mission, with the objects that are grasped or released at its start.
@@ -85,21 +86,6 @@ class Phase(DeclaredValue):
     the objects of `attach` are carried by their frames from their current poses. The phase succeeds
     if it ends with an outcome of `expects`. After an expected JOINT_LIMIT the next phase starts at
     the limit.
-
-    Parameters
-    ----------
-    name : str
-        Name, unique in the mission.
-    task : Task
-        Control task of the phase.
-    duration : float, optional
-        Longest duration in seconds. Default: the duration of the experiment.
-    attach : dict of str to str, optional
-        Objects to grasp at the start, each with the frame that carries it.
-    release : str or sequence of str, optional
-        Objects to release into the world at the start.
-    expects : str, Outcome or sequence of these, default Outcome.CONVERGED
-        Outcomes that count as success.
 
     Examples
     --------
@@ -117,7 +103,9 @@ class Phase(DeclaredValue):
         "Longest duration in seconds; None: the duration of the experiment.",
     ] = None
     attach: Annotated[
-        Mapping[str, str], AttachmentTable(), "Objects to grasp at the start, each with its frame."
+        Mapping[str, str],
+        AttachmentTable(),
+        "Objects to grasp at the start, each with the frame that carries it.",
     ] = field(default_factory=dict)
     release: Annotated[
         Sequence[str], Names(least=0), "Objects to release into the world at the start."
