@@ -20,7 +20,7 @@ from front_door import public_objects
 import robsim as rs
 
 PACKAGE = Path(rs.__file__).parent
-ROOT = PACKAGE.parents[1]
+ROOT = Path(__file__).parents[2]
 RATES = {
     "what": r"\b(?:of|with|from|to|by|and|on|in|,|;|:|that|says|return|returns|see|know|knows"
     r"|tells|than|is|are|for) what\b|^what\b"
