@@ -161,9 +161,8 @@ def shorten(annotation: Any) -> Any:
     """Return an annotation as text, without the modules of its classes."""
     if annotation is inspect.Parameter.empty:
         return annotation
-    return TypeText(
-        format_type(TypeText(annotation) if isinstance(annotation, str) else annotation)
-    )
+    hint = getattr(annotation, "__forward_arg__", annotation)
+    return TypeText(format_type(TypeText(hint) if isinstance(hint, str) else hint))
 
 
 def render_doc(text: str) -> str:
@@ -216,7 +215,7 @@ def write_commands() -> str:
         context = click.Context(command, info_name=f"robsim {name}")
         usage = command.get_usage(context).removeprefix("Usage: ")
         lines += ["", f"## `robsim {name}`", "", "```text", usage, "```", ""]
-        lines += [dedent(command.help or "").replace("\b\n", "").strip(), ""]
+        lines += [inspect.cleandoc(command.help or "").replace("\b\n", ""), ""]
         lines += list(write_options(command, context))
     return "\n".join(lines).rstrip() + "\n"
 

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, as_floats, as_integer, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
+from robsim.base.protocols import format_members, implements
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.robot.joints.joint_kind import JointKind, check_joint_kind
@@ -95,10 +96,9 @@ def check_feature(
     6
     """
     least = 0.0 if as_bool(bits, "bits") else ROUNDING
-    if isinstance(feature, type) or not isinstance(feature, Feature):
-        raise InputError(
-            f"expected a feature, with measure, unit and tolerance, got {format_value(feature)}"
-        )
+    if not implements(feature, Feature):
+        members = format_members(Feature)
+        raise InputError(f"expected a feature, with {members}, got {format_value(feature)}")
     views = _RandomViews.random(marks, seed, runs)
     if hasattr(feature, "towards"):
         goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)

@@ -16,6 +16,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
+from robsim.base import environment
 from robsim.kernels.machine import cache_files
 
 try:
@@ -624,6 +625,58 @@ def test_a_reader_that_goes_away_is_no_traceback(here):
     finally:
         os.close(writing)
     assert "Traceback" not in done.stderr and "Error" not in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+def test_output_to_a_full_device_is_reported_before_anything_is_simulated(here):
+    command = [sys.executable, "-m", "robsim", "run", "lift.toml", "-o", "out", "--no-figures"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            command, check=False, stdout=full, stderr=subprocess.PIPE, text=True, timeout=100
+        )
+    assert done.returncode == 2 and not Path("out").exists()
+    assert done.stderr == "error: cannot write the output: No space left on device\n"
+
+
+# ---- variables of the environment ----
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "expected"),
+    [
+        ("NUMBA_DISABLE_JIT", "1", "RobSim's kernels require Numba's compiler: unset it"),
+        ("NUMBA_NUM_THREADS", "0", "expected a number of threads, at least 1, got '0'"),
+        ("NUMBA_NUM_THREADS", "-2", "expected a number of threads, at least 1, got '-2'"),
+        ("NUMBA_CPU_FEATURES", "avx2", "expected features with a sign"),
+    ],
+)
+def test_a_variable_that_stops_numba_is_named(variable, value, expected, monkeypatch):
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(rs.errors.InputError, match=f"{variable}: {expected}"):
+        environment.check_numba_variables()
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [("NUMBA_NUM_THREADS", "4"), ("NUMBA_DISABLE_JIT", "0"), ("NUMBA_CPU_FEATURES", "+avx,-fma")],
+)
+def test_other_values_are_left_to_numba(variable, value, monkeypatch):
+    monkeypatch.setenv(variable, value)
+    environment.check_numba_variables()
+
+
+def test_variables_of_libraries_are_named_by_the_command(here):
+    for setting in ({"NUMBA_NUM_THREADS": "0"}, {"MPLBACKEND": "nonsense"}):
+        done = process("run", "lift.toml", "-o", "out", env={**os.environ, **setting})
+        assert done.status == 2 and not Path("out").exists()
+        assert f"error: environment variable {next(iter(setting))}: expected" in done.err
+
+
+def test_the_exit_of_a_command_visits_no_objects(here):
+    code = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 10_000))\n"
+    code += "import sys; sys.argv = ['robsim', '--version']; from robsim.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "True"
 
 
 # ---- compiling ----

@@ -68,6 +68,13 @@ def outcome(run):
     return Outcome(int(run.outcome))
 
 
+class Unmeasured:
+    """A feature of a user's that lacks a unit and a tolerance."""
+
+    def measure(self, seen):
+        return seen.depth[:, :1]
+
+
 class Plain:
     """Normalised points, as a user would write them."""
 
@@ -256,6 +263,7 @@ TASK = {
         (rs.features.Points, "expected a feature, not the class, got <class", "measure(seen)"),
         ("point", "no feature 'point'", "did you mean 'points'?", "polar, "),
         (None, "expected a feature, got None; features: ", "polar, "),
+        (Unmeasured(), "expected a feature", "an object with unit, tolerance and measure(seen)"),
     ],
     "camera": [
         ("ey", "no camera 'ey'", "did you mean 'eye'?", "cameras: eye"),

@@ -37,8 +37,9 @@ def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
     assert page.startswith("<!doctype html>") and "connect-src 'self'" in page
     text = opener.open(f"{address.partition('?')[0]}download/experiment.toml").read()
     assert text.decode() == load_scenario(examples.path("eye_in_hand")).text
-    with pytest.raises(urllib.error.HTTPError, match="403"):
+    with pytest.raises(urllib.error.HTTPError, match="403") as refused:
         urllib.request.urlopen(address.partition("?")[0], timeout=20)
+    refused.value.close()
     served.send_signal(signal.SIGINT)
     assert served.wait(20) == 0 and served.stdout.read() == ""
 

@@ -1,5 +1,6 @@
 """The command line of RobSim."""
 
+import gc
 import sys
 
 from robsim.base import interrupt
@@ -19,3 +20,5 @@ def main() -> None:
         except KeyboardInterrupt:  # an interrupt before the command handles it
             sys.stderr.write("stopped\n")
             sys.exit(interrupt.get_exit_status())
+        finally:
+            gc.freeze()  # Python's last collection would visit all objects, which takes seconds

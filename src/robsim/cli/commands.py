@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import sys
 
@@ -68,3 +69,8 @@ def run_command_line() -> None:
         sys.exit(BAD_INPUT)
     except BrokenPipeError:  # the reader has closed the output, as `head` does
         sys.stderr.close()
+    except OSError as error:
+        if error.filename is not None or error.errno != errno.ENOSPC:
+            raise
+        print_text(f"error: cannot write the output: {error.strerror}", err=True)
+        sys.exit(BAD_INPUT)

@@ -48,4 +48,5 @@ def save_figure(figure: Any, path: Path) -> None:  # Any: only plot imports Matp
     """Write a figure in the format of the suffix of the path."""
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
-    write_whole(path, image.getbuffer())
+    with image.getbuffer() as content:
+        write_whole(path, content)

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.base.protocols import format_members, implements
 from robsim.declare.dotted_paths import find_field_parts
-from robsim.declare.error_phrases import format_methods, join_alternatives
+from robsim.declare.error_phrases import join_alternatives
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.kind_families import KindFamily, pluralize
 from robsim.declare.problems import UnreadableValue
@@ -102,13 +103,13 @@ class KindOf(Spec):
         elif not isinstance(value, type):
             if self._is_allowed(value):
                 return value
-            if self.protocol is not None and isinstance(value, self.protocol):
+            if self.protocol is not None and implements(value, self.protocol):
                 return value
             if self.other is not None and value is not None:
                 return self.other.check(value, what)
         hint = suggest_names(value, [*self.plain, *self.names], pluralize(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
-        more += f", or an object with {format_methods(self.protocol)}" if self.protocol else ""
+        more += f", or an object with {format_members(self.protocol)}" if self.protocol else ""
         is_text = isinstance(value, str)
         wrong = (
             f"no {self.family.noun} {format_value(value)}"

@@ -2,18 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-
-
-def format_methods(protocol: type) -> str:
-    """Return the public methods of a protocol, such as "command(state)"."""
-    methods = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
-    return " and ".join(
-        f"{name}({', '.join(list(inspect.signature(each).parameters)[1:])})"
-        for name, each in methods.items()
-        if not name.startswith("_")
-    )
-
 
 def join_alternatives(*phrases: str) -> str:
     """Return phrases joined by commas and "or"."""

@@ -85,7 +85,8 @@ def format_type(hint: Any) -> str:
     """
     if get_origin(hint) in (Union, UnionType):
         return " | ".join(format_type(each) for each in get_args(hint))
-    return "None" if hint is NoneType else _MODULES.sub("", inspect.formatannotation(hint))
+    text = "None" if hint is NoneType else _MODULES.sub("", inspect.formatannotation(hint))
+    return text.replace("ndarray[tuple[Any, ...], dtype[float64]]", "NDArray[float64]")
 
 
 _MODULES = re.compile(r"\b(?:[A-Za-z_]\w*\.)+(?=[A-Za-z_])")

@@ -41,7 +41,8 @@ def write_sealed_copy(path: str) -> None:
     _limit_memory(path)
     out = sys.stdout.buffer
     try:
-        out.write(seal_run(_load_foreign_dataset(path)).getbuffer())
+        with seal_run(_load_foreign_dataset(path)).getbuffer() as content:
+            out.write(content)
     except Exception as error:  # noqa: BLE001  any error of HDF5 and its readers
         out.write(f"{error!s:.500}".encode(errors="replace"))
         sys.exit(2)

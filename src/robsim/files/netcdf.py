@@ -61,8 +61,8 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")
-    with convert_os_errors(path):
-        return write_whole(path, seal_run(run).getbuffer())
+    with convert_os_errors(path), seal_run(run).getbuffer() as content:
+        return write_whole(path, content)
 
 
 def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> RunDataset:

@@ -35,9 +35,8 @@ def pack_recording(
         entry, data = (_encode_quantised if name in quantised else _encode_numbers)(array)
         table.append({"name": name, "shape": list(array.shape), **entry})
         pieces.append(data)
-    return gzip.compress(
-        pack_container({**header, "arrays": table}, pieces).getbuffer(), level, mtime=0
-    )
+    with pack_container({**header, "arrays": table}, pieces).getbuffer() as content:
+        return gzip.compress(content, level, mtime=0)
 
 
 def unpack_recording(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

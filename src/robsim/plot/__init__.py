@@ -6,6 +6,8 @@ caller holds the figure; save it with `figure.savefig("name.pdf")`. A notebook d
 that is the last expression of a cell; call `display(figure)` to show a figure earlier in a cell.
 """
 
+from robsim.base.environment import check_matplotlib_backend
 from robsim.base.lazy_names import attach_names
 
+check_matplotlib_backend()
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

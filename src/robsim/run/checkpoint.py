@@ -80,9 +80,8 @@ class CheckpointFile:
             loops, arrays = zip(*(_describe_loop(*each) for each in self._started), strict=True)
             own = {"format": FORMAT, "experiment": self.identity, "loops": loops}
             flat = [array for each in arrays for array in each]
-            write_whole(
-                self.path, pack_container({**own, **_get_software_versions()}, flat).getbuffer()
-            )
+            with pack_container({**own, **_get_software_versions()}, flat).getbuffer() as content:
+                write_whole(self.path, content)
         except InputError as error:
             if self._is_writable:
                 warnings.warn(f"no checkpoint: {error}", FileWarning, stacklevel=2)

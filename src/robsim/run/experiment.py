@@ -204,7 +204,7 @@ class Experiment(Value, Generic[TaskT_co]):
                 raise InputError(f"{name}: expected a text, got {format_value(text)}")
         checked = {
             "scene": check_instance(self.scene, Scene, "scene"),
-            "task": check_task(self.task, (Task, SelfSimulatingTask)),
+            "task": check_task(self.task, Task, SelfSimulatingTask),
             "start": None if self.start is None else check_starts(self.scene, self.start, "start"),
             "sensing": check_instance(self.sensing, Sensing, "sensing"),
             "actuation": check_instance(self.actuation, Actuation, "actuation"),

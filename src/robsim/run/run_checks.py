@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError, format_value
+from robsim.base.protocols import implements
 from robsim.declare.spec import add_article
 from robsim.engine.recorder import LONGEST
 from robsim.servo.tasks.task import ServoTask, Task
@@ -24,11 +25,11 @@ def check_instance(value: object, kind: type[T], what: str) -> T:
     return value
 
 
-def check_task(value: Any, kinds: Any = Task) -> Any:
-    """Return a task; InputError for other values, including the class of a task."""
+def check_task(value: Any, *kinds: type) -> Any:
+    """Return a task of one of the kinds, by default `Task`; InputError for other values."""
     if isinstance(value, ServoTask):  # faster than the test of a protocol
         return value
-    if isinstance(value, type) or not isinstance(value, kinds):
+    if not any(implements(value, kind) for kind in kinds or (Task,)):
         raise InputError(f"task: expected a task such as IBVS(...), got {format_value(value)}")
     return value
 

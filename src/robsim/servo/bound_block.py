@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, view_runs_last
 from robsim.base.errors import InputError, format_value
+from robsim.base.protocols import implements
 from robsim.base.value import replace_unchecked
 from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Feature, Observation
@@ -43,7 +44,7 @@ class BoundBlock:
         if towards is None:
             return self
         feature = towards(goal)
-        if not isinstance(feature, Feature):
+        if not implements(feature, Feature):
             raise InputError(
                 f"{self.name}.towards returned {format_value(feature)} instead of a feature"
             )

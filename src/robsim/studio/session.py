@@ -23,6 +23,7 @@ from robsim.studio.workbench import Workbench, explain_live_run
 
 TICK = 1 / 30  # seconds between messages
 BUSY = 0.025  # seconds for simulation steps in a tick
+LAST_STEP = 0.5  # seconds until a step that has begun is abandoned at the end
 PACE = 1.0  # interval for measuring the speed, seconds
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the maximum speed
 
@@ -72,9 +73,9 @@ class Session:
         self._thread.start()
 
     def close(self) -> None:
-        """End the simulation within two seconds; a longer step ends by itself."""
+        """End the simulation within half a second; a longer step ends with the process."""
         self._over.set()
-        self._thread.join(2.0)
+        self._thread.join(LAST_STEP)
 
     # methods that the server calls in its threads
 

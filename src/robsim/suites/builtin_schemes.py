@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from robsim.base.errors import InputError, RobSimError, format_value, prefix_errors
+from robsim.base.protocols import implements
 from robsim.servo.tasks.schemes import IBVS, PBVS, Hybrid, Partitioned
 from robsim.servo.tasks.task import ServoTask, Task
 
@@ -50,7 +51,7 @@ def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Task:
         if isinstance(scheme, ServoTask):
             return cast(Task, replace(cast(Any, scheme), goal=goal, gain=gain))
         result = scheme(goal, gain=gain)
-    if isinstance(result, type) or not isinstance(result, Task):
+    if not implements(result, Task):
         raise InputError(
             f"scheme '{name}': expected a task as its result, got {format_value(result)}"
         )

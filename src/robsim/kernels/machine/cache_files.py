@@ -69,7 +69,8 @@ def load_code(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
 def save_code(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
     """Write a file as a whole. Raise OSError if the folder is not writable."""
     code = np.frombuffer(dumps(data), np.uint8)
-    path = _write_draft(folder, pack_container([name, str(key)], [code]).getbuffer())
+    with pack_container([name, str(key)], [code]).getbuffer() as content:
+        path = _write_draft(folder, content)
     try:
         path.replace(folder / code_file_name(name, key))
         SAVED.add(code_file_name(name, key))

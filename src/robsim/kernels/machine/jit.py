@@ -53,8 +53,7 @@ def kernel(
     options: Any = {"nogil": True, "error_model": "numpy", "inline": inline}
     options |= {"no_cpython_wrapper": address, "no_cfunc_wrapper": not address}
     compiled: Any = numba.njit(**options)(function)
-    if compiled is not function:  # NUMBA_DISABLE_JIT returns the function itself
-        compiled._cache = KernelCache(function)
+    compiled._cache = KernelCache(function)
     return compiled  # type: ignore[no-any-return]
 
 

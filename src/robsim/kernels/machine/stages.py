@@ -44,8 +44,6 @@ class CompiledStage:
         """The address of the machine code."""
         if not self._address:
             compiled: Any = kernel(self._plain(), address=True)
-            if not hasattr(compiled, "compile"):
-                raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
             with global_compiler_lock:  # defers Ctrl-C until compilation ends
                 compiled.compile(SIGNATURE)
                 overload = compiled.overloads[SIGNATURE]

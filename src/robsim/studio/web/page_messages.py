@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any
 
 from robsim.studio.web import server_limits
@@ -25,16 +26,14 @@ def parse_page_message(data: bytes) -> dict[str, Any]:
     {'set': 'task.gain', 'value': 2}
     """
     try:
-        value = _DECODER.decode(data.decode("utf-8"))
+        text = data.decode("utf-8")
+        _check_depth(text)
+        value = _DECODER.decode(text)
         json.dumps(value, ensure_ascii=False).encode("utf-8")  # rejects lone surrogates
-    except RecursionError:
-        raise BadMessage(_DEEP) from None
     except ValueError:
         raise BadMessage("a message must be JSON in UTF-8") from None
     if not isinstance(value, dict):
         raise BadMessage("a message must be a JSON object, such as {...}")
-    if _is_nested_too_deep(value):
-        raise BadMessage(_DEEP)
     return value
 
 
@@ -59,9 +58,6 @@ class MessageBudget:
         return self._left >= 0.0
 
 
-_DEEP = f"a message must nest at most {server_limits.DEPTH} deep"
-
-
 def _parse_json_integer(text: str) -> int:
     """Return an integer of a message."""
     if len(text) > len(f"-{LARGEST}") or abs(int(text)) > LARGEST:
@@ -82,9 +78,13 @@ _DECODER = json.JSONDecoder(
 )
 
 
-def _is_nested_too_deep(value: Any, left: int = server_limits.DEPTH) -> bool:
-    """Return whether the depth of arrays and objects exceeds `left`, without visiting more."""
-    if not isinstance(value, dict | list):
-        return False
-    inner = value.values() if isinstance(value, dict) else value
-    return left == 0 or any(_is_nested_too_deep(each, left - 1) for each in inner)
+_TOKENS = re.compile(r'"(?:[^"\\]|\\.)*+"|[\[{]|[\]}]')  # strings and brackets of JSON
+
+
+def _check_depth(text: str) -> None:
+    """Raise BadMessage if arrays and objects nest too deep; the decoder's own limit varies."""
+    depth = 0
+    for token in _TOKENS.finditer(text):
+        depth += (token[0] in "[{") - (token[0] in "]}")
+        if depth > server_limits.DEPTH:
+            raise BadMessage(f"a message must nest at most {server_limits.DEPTH} deep")
