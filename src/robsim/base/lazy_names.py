@@ -11,6 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from robsim.base.environment import check_numba_variables
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -32,6 +34,7 @@ def attach_names(
         if name not in sources:
             hint = "" if name.startswith("_") else _describe_place(name)
             raise AttributeError(f"module {package!r} has no attribute {name!r}{hint}")
+        check_numba_variables()  # before an import of Numba, which raises other errors
         if sources[name] == package:
             return import_module(f"{package}.{name}")  # which sets the attribute
         value = getattr(import_module(sources[name]), name)

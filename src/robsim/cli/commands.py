@@ -9,7 +9,7 @@ import sys
 import click
 
 from robsim import __version__
-from robsim.base import interrupt
+from robsim.base import environment, interrupt
 from robsim.base.errors import Interrupted, RobSimError
 from robsim.cli.bench_command import compare_suites
 from robsim.cli.check_command import check_scenario
@@ -57,6 +57,7 @@ def run_command_line() -> None:
     """Run the command in the arguments; exit with status 0 after success, 2 for bad input."""
     gc.set_threshold(NEW_OBJECTS)
     try:
+        environment.check_numba_variables()
         cli(standalone_mode=False)
     except (click.Abort, KeyboardInterrupt, Interrupted):  # nothing is left to save
         print_text("stopped", err=True)

@@ -6,7 +6,3 @@ moving bodies of a tree (the first is the world), (n, b) coordinates q, (6, j, b
 rows (v, omega), (k, 6, b) an interaction matrix L. Outputs come last in a parameter list. Kernels
 use no class from other subpackages. Each formula is written once.
 """
-
-from robsim.base.environment import check_numba_variables
-
-check_numba_variables()  # before the import of Numba, which reads them
