@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
-from robsim.run.log import NANO, Log, Stream, Times
+from robsim.run.log import NANO, Log, Stream, Times, find_first_complete
 
 LONGEST = 1_000_000  # largest number of periods, which take minutes
 SILENCE = 600 * NANO  # longest gap between two joint states; a longer gap is a clock error
@@ -44,20 +44,36 @@ class LogInstants:
 def find_instants(log: Log, dt: float) -> LogInstants:
     """Return the instants of a log with periods of dt seconds.
 
-    The first is the first joint state when every mark has been seen; the last is the last joint
-    state. A clock that jitters shifts the nominal times by the mean phase of the joint states, so
-    that each joint state has an instant of its own. Raise FileError for a log that is shorter than
-    a period or too long, or has a long gap.
+    The first has joints and images of all marks; the last is the last joint state. A clock that
+    jitters shifts the nominal times by the mean phase of the joint states, so that each joint state
+    has an instant of its own. Raise FileError for a log that is shorter than a period or too long,
+    or has a long gap.
     """
     step, joints = dt * NANO, log.joints
     _check_gaps(joints)
     nominal = _list_periods(log, log.first, step)
-    phase = _measure_phase(joints, nominal, joints.find_step(step), EARLY)
+    phase = _measure_phase(joints, nominal, joints.find_step(step), 0.5)
     if phase is not None and round(phase):
         nominal = _list_periods(log, log.first + round(phase), step)
     near = joints.nearest(nominal)
     measured = _is_near(joints.times[near] - nominal, step)
-    return LogInstants(nominal, np.where(measured, joints.times[near], nominal), measured, step)
+    instants = LogInstants(nominal, np.where(measured, joints.times[near], nominal), measured, step)
+    return _begin_with_images(instants, log)
+
+
+def _begin_with_images(instants: LogInstants, log: Log) -> LogInstants:
+    """Return the instants from the first with images of all marks; FileError without two of them.
+
+    Only images that keep step with the joints, and belong to the instant after them, leave one out.
+    """
+    known = np.ones(len(instants.times), dtype=bool)
+    for each in log.images.values():
+        known &= index_images(each, instants) >= find_first_complete(each)
+    first = int(np.argmax(known)) if known.any() else len(known)
+    if len(known) - first < 2:
+        raise _make_length_error(log, int(instants.times[-1] - instants.times[0]), instants.step)
+    parts = (each[first:] for each in (instants.nominal, instants.times, instants.measured))
+    return LogInstants(*parts, instants.step)
 
 
 def interpolate_stream(
@@ -145,15 +161,20 @@ def _list_periods(log: Log, begin: int, step: float) -> Times:
     length = int(log.joints.times[-1]) - begin
     count = math.floor((length + 0.5 * log.joints.find_step(step)) / step)
     if count < 1:
-        raise FileError(
-            f"{log.source}: joints and all marks are known for {max(length / NANO, 0.0):g} s, "
-            f"which is less than a period of {step / NANO:g} s"
-        )
+        raise _make_length_error(log, length, step)
     if count > LONGEST:
         raise FileError(
             f"{log.source}: {count} periods of {step / NANO:g} s; at most {LONGEST} are read"
         )
     return np.asarray(begin + np.round(np.arange(count + 1) * step).astype(np.int64))
+
+
+def _make_length_error(log: Log, length: int, step: float) -> FileError:
+    """Return the error of a log that is shorter than a period; both are in nanoseconds."""
+    return FileError(
+        f"{log.source}: joints and all marks are known for {max(length / NANO, 0.0):g} s, "
+        f"which is less than a period of {step / NANO:g} s"
+    )
 
 
 def _check_gaps(joints: Stream) -> None:

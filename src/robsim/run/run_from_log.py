@@ -16,7 +16,7 @@ from robsim.files.flat_table import RunDataset
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.end_variables import compute_moving_pose
 from robsim.run.experiment import Experiment
-from robsim.run.log import NANO, Log, Times, find_first_complete, hold_marks
+from robsim.run.log import NANO, Log, Times, hold_marks
 from robsim.run.log_alignment import (
     LogInstants,
     find_instants,
@@ -102,7 +102,7 @@ class _LogSamples:
         pixels, times = [np.empty((count, 0, 2))], [np.empty((count, 0), dtype=np.int64)]
         for sight in self.controller.sights:
             images = self.log.images[sight.key]
-            index = np.maximum(index_images(images, self.instants), find_first_complete(images))
+            index = index_images(images, self.instants)
             pixels.append(hold_marks(images, index))
             times.append(np.repeat(images.times[index, None], len(sight.target.marks), axis=1))
         return np.concatenate(pixels, axis=1), np.concatenate(times, axis=1)
