@@ -34,7 +34,8 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     Each period has the last joints, images and commands before it (zero-order hold). The run begins
     when all joints and marks have been observed once; each mark then has its last observed pixels.
     The run ends with the last joint state. The experiment's controller computes features and
-    errors. The outcome is CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant.
+    errors. The outcome is CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant; if the
+    log has the phases of its controller, it is CONVERGED if and only if the last phase is.
 
     Raise FileError if the log is shorter than a period, too long, or has a long gap.
     """
@@ -50,10 +51,14 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     loop = log_experiment.loop()
     weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
     small = _is_error_small(loop, decided)
+    if log.activity is not None:
+        small = log.activity.flag_convergence(times)
     _fill_recorder(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], small)
     run = log_experiment.dataset(loop)
     if int(run["outcome"]) == Outcome.CONVERGED:
         run.attrs[CONVERGED_AT] = float(run["time"].values[_find_settling_period(small)])
+    if log.activity is not None:
+        run.update(log.activity.variables(times))
     run["image_age"] = (("time", "mark"), ages, AGE)
     run.attrs |= {
         LOG_ATTRIBUTE: log.source,
@@ -70,7 +75,7 @@ def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Arra
     for sight in controller.sights:
         images = log.images[sight.key]
         pixels.append(hold_marks(images, times))
-        age = (times - images.times[images.index(times)]) / NANO
+        age = images.ages(images.index(times), times)
         ages.append(np.repeat(age[:, None], len(sight.target.marks), axis=1))
     return np.concatenate(pixels, axis=1), np.concatenate(ages, axis=1)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from robsim.base.arrays import Array
 from robsim.kernels.control import command_limits
 
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
+PHASES: tuple[Doing, ...] = get_args(Doing)
 
 LIMITS = {
     command_limits.STOPPED: "stopped by the watchdog",

@@ -201,15 +201,18 @@ class Controller:
         except Exception as error:  # noqa: BLE001  errors of the data or of a user's law
             return self._brake(str(error) or type(error).__name__, passed > 0)
 
-    def row(self) -> dict[str, float]:
+    def row(self) -> dict[str, float | str]:
         """Return the measurements and the command of the last call, with the names of `to_table`.
 
         A list of rows is a log: `read_log(rows, experiment)` converts it to a run.
 
         Returns
         -------
-        dict of str to float
-            Time, coordinates, velocities and pixels.
+        dict of str to float or str
+            `time` in seconds; `phase`, `limits` (separated by semicolons) and `fault` of the
+            command; coordinates `q[...]`, velocities `qd[...]`, and for each new image its capture
+            time `image_time[camera,target]` in seconds and its `pixels[...]`; NaN without a new
+            image.
 
         Raises
         ------
@@ -221,9 +224,17 @@ class Controller:
         qd = np.zeros(self.scene.nv)
         qd[self._standalone.controller.columns] = self._last.velocities
         parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
-        row = {"time": self._clock.now}
+        health = self._last.health
+        row: dict[str, float | str] = {
+            "time": self._clock.now,
+            "phase": self._last.phase,
+            "limits": "; ".join(health.limits),
+            "fault": health.fault,
+        }
         for of, names, values in parts:
             row |= {f"{of}[{name}]": x for name, x in zip(names, values.tolist(), strict=True)}
+        for (camera, target), seconds in self._images.list_new_image_times().items():
+            row[f"image_time[{camera},{target}]"] = seconds
         for i, pair in enumerate(self._images.collect_new_pixels().tolist()):
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
@@ -262,8 +273,7 @@ class Controller:
         unused = self._images.take(pixels, joints, now)
         self._q = joints
         if self._last is not None and not begins:
-            health = self._last.health._replace(unused=unused, fault="")
-            return self._last._replace(health=health)
+            return self._repeat_command(unused, "")
         if not self._images.are_known:
             return self._make_stop("waiting", unused)
         return self._command(released, unused)
@@ -328,12 +338,18 @@ class Controller:
         self._last = DriveCommand(make_read_only(qd), EMPTY, phase, health)
         return self._last
 
+    def _repeat_command(self, unused: tuple[str, ...], fault: str) -> DriveCommand:
+        """Return the command of the period again, with the state of the data of this call."""
+        assert self._last is not None
+        health = self._last.health._replace(unused=unused, fault=fault)
+        self._last = self._last._replace(health=health)
+        return self._last
+
     def _brake(self, fault: str, begins: bool) -> DriveCommand:
         """Return a braking command, because the data of this call cannot be used."""
         assert self._last is not None
         if not begins:
-            health = self._last.health._replace(unused=(), fault=fault)
-            return self._last._replace(health=health)
+            return self._repeat_command((), fault)
         if not self._images.are_known:
             return self._make_stop("waiting", (), fault)
         try:
