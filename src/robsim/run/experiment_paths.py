@@ -193,4 +193,5 @@ def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:
     """Return the guard that limits commands to a safety, in the scene that the task believes in."""
-    return SafetyGuard(safety or Safety(), get_believed_scene(experiment))
+    used = safety or Safety()
+    return SafetyGuard(used, get_believed_scene(experiment), used.longest_hold(experiment.dt))

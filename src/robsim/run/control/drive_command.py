@@ -15,6 +15,7 @@ LIMITS = {
     command_limits.STOPPED: "stopped by the watchdog",
     command_limits.OLD_IMAGE: "watchdog",
     command_limits.NOT_RELEASED: "not released",
+    command_limits.LATE_CALL: "late call",
     command_limits.FEW_MARKS: "too few marks",
     command_limits.NOT_FINITE: "not finite",
     command_limits.SPEED: "speed",
@@ -41,8 +42,8 @@ class Health(NamedTuple):
         incomplete image is not used if a feature needs all marks.
     limits : tuple of str
         Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow"; or
-        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "too few
-        marks", "not finite".
+        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "late
+        call", "too few marks", "not finite".
     unused : tuple of str
         Data of the last call that are not used: names of other or doubtful targets, images that are
         older than the last or were taken in the future.

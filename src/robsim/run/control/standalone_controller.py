@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any, Self
 
@@ -30,6 +31,7 @@ from robsim.servo.single_step import SingleStepController
 
 EMPTY = make_read_only(np.empty(0))
 BEYOND = 0.1  # tolerance of measured joints outside their limits, as a share of their range
+ON_TIME = 1.0 + 1e-9  # factor on the longest time of a command in comparisons
 PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call after which the robot stands still
 
 
@@ -87,7 +89,8 @@ class Controller:
             make_command_guard(experiment, experiment.safety),
         )
         self._standalone = SingleStepController(bound, self.dt, guard)
-        self._hold_to_run = guard.safety.hold_to_run
+        self._safety, self._longest_hold = guard.safety, guard.hold
+        self._longest_pause = max(PAUSE, PERIODS * self.dt, guard.hold)
         scale = bound.tolerance / bound.tolerances
         self._scale, self._tolerance = scale, bound.tolerance
         self._bounds = _compute_measurable_range(self.scene.limits)
@@ -137,7 +140,9 @@ class Controller:
         self._images = ImageBuffer(self.scene, self.sights, bound.optional_pairs, bound.whole)
         self._clock = ControlClock(self.dt)
         self._released_periods = 0  # periods with a released robot: the time of paths
+        self._command_time = math.inf  # time of the call with the current command; none yet
         self._reset_reason = ""  # reason for a reset of the memory, or ""
+        self._rests_first = False  # whether the robot comes to rest before that reset
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
 
@@ -148,7 +153,9 @@ class Controller:
 
         Calls may be early, late or missing: periods begin at fixed times, and the command does not
         change within a period. After a pause of more than 0.25 s and five periods, the robot
-        is assumed to stand still, and the memory of the scheme is reset. The time of a path or a
+        is assumed to stand still, and the memory of the scheme is reset; with `driver_holds` of the
+        safety the robot first brakes to rest. If a command acted longer than `call_interval` of the
+        safety allows, the robot brakes for a period. The time of a path or a
         prescribed motion counts the periods with a released robot.
 
         True depths of a scheme are computed from the scene at the coordinates at the capture time.
@@ -183,16 +190,20 @@ class Controller:
         self._images.clear_new()
         try:
             passed = self._clock.advance(t)
-        except InputError as error:
+        except Exception as error:  # of the time, or of its conversion
             if self._last is None:
                 raise
             if self._clock.turned_back:
+                self._command_time = self._clock.now
                 self._images.forget_times()
-            return self._brake(str(error), self._clock.begins_without_time())
+            begins = self._clock.begins_without_time()
+            return self._brake(str(error) or type(error).__name__, begins)
         if self._last is None:
             return self._begin(pixels, q, run)
-        if passed * self.dt > max(PAUSE, PERIODS * self.dt):
-            self._standalone.rest(self._blocks)
+        if passed * self.dt > self._longest_pause:
+            self._rests_first = self._safety.driver_holds
+            if not self._rests_first:
+                self._standalone.rest(self._blocks)
             self._reset_reason = (
                 f"no call for {passed * self.dt:.3g} s: the memory of the scheme is reset"
             )
@@ -266,7 +277,7 @@ class Controller:
 
     def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
         """Store the measurements, and decide once in a period, at its start."""
-        released = not self._hold_to_run if run is None else as_bool(run, "run")
+        released = not self._safety.hold_to_run if run is None else as_bool(run, "run")
         joints, now = self._joints(q), self._clock.now
         if begins:
             self._images.store_joints(joints, now)
@@ -301,19 +312,32 @@ class Controller:
     def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
         """Return the command of the period, computed by the stages of the loop.
 
-        In a period that resets the memory the robot may not move.
+        In a period that resets the memory the robot may not move. A robot that continued its last
+        command in a pause brakes until it is at rest, and the memory is reset until then.
         """
         age, step = self._images.age(self._clock.now), self._released_periods
-        if self._reset_reason:
-            released, step, fault = False, 0, "; ".join(filter(None, (fault, self._reset_reason)))
+        reset_reason = self._reset_reason
+        if reset_reason:
+            released, step, fault = False, 0, "; ".join(filter(None, (fault, reset_reason)))
         images = self._images.each.items()
-        self._standalone.take(self._blocks, self._q, images, age, float(released))
+        permission = -1.0 if released and self._is_late() else float(released)
+        self._standalone.take(self._blocks, self._q, images, age, permission)
         self._standalone.perform(self._blocks, step)
-        self._released_periods, self._reset_reason = self._released_periods + released, ""
-        return self._make_command(unused, age, fault)
+        self._released_periods, self._reset_reason = self._released_periods + (permission > 0), ""
+        command = self._make_command(unused, age, fault)
+        self._rests_first = self._rests_first and bool(command.velocities.any())
+        if self._rests_first:
+            self._reset_reason = reset_reason
+        return command
+
+    def _is_late(self) -> bool:
+        """Return whether the last command acted longer than the safety allows."""
+        since = self._clock.now - self._command_time
+        return self._safety.call_interval is not None and since > self._longest_hold * ON_TIME
 
     def _make_command(self, unused: tuple[str, ...], age: float, fault: str) -> DriveCommand:
         """Return the command and the health that the stages of the period have computed."""
+        self._command_time = self._clock.now
         why, at_limit, error, qd, busy = self._standalone.read(self._blocks)
         if why & command_limits.NOT_FINITE:
             self._reset_reason = "not finite before: the memory of the scheme is reset"
@@ -334,6 +358,7 @@ class Controller:
         """Return a command that stops the robot, without the stages of the loop."""
         age = self._images.age(self._clock.now)
         health = Health(lost=self._images.list_lost_marks(), age=age, unused=unused, fault=fault)
+        self._command_time = self._clock.now
         qd = self._standalone.compute_braking(self._blocks)
         self._last = DriveCommand(make_read_only(qd), EMPTY, phase, health)
         return self._last
