@@ -1,12 +1,18 @@
 """Refused logs, each with one line that names the place."""
 
 import builtins
+import os
+import sys
+import time
 
 import numpy as np
+import pandas as pd
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
 import robsim as rs
-from robsim.logs import message_types
+from robsim.logs import message_types, table_files
 from robsim.run.log import Stream
 
 RHINO = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=0.6)
@@ -76,7 +82,7 @@ def test_a_table_that_is_no_log(case, rows, tmp_path):
 
 def test_a_file_that_is_no_table(tmp_path):
     for name, content, words in (
-        ("gone.csv", None, "no file"),
+        ("gone.csv", None, "no such file"),
         ("log.txt", b"time", "expected a .csv or .parquet file"),
         ("empty.csv", b"", "cannot be read as a table"),
         ("bytes.csv", b"\xff\xfe\x00a,b\n1", "cannot be read as a table|no column time"),
@@ -89,6 +95,74 @@ def test_a_file_that_is_no_table(tmp_path):
             rs.logs.read_log(tmp_path / name, RHINO)
     with pytest.raises(rs.errors.FileError, match=r"cannot read None"):
         rs.logs.read_log(None, RHINO)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_log_that_is_no_regular_file_is_not_opened(suffix, tmp_path):
+    """A pipe would wait for a writer, and /dev/zero has no end."""
+    pipe, device = tmp_path / f"pipe{suffix}", tmp_path / f"device{suffix}"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    for path, kind in ((pipe, "pipe"), (device, "device"), (tmp_path, None)):
+        words = f"this is a {kind}; expected a CSV" if kind else "expected a .csv or .parquet file"
+        with pytest.raises(rs.errors.FileError, match=words):
+            rs.logs.read_log(path, RHINO)
+
+
+def test_a_table_that_is_too_large_is_refused_before_it_is_read(tmp_path):
+    """Before, a file of 500,000 columns took 68 s."""
+    path = tmp_path / "log.csv"
+    path.write_text(",".join(f"x{i}" for i in range(500_000)) + "\n")
+    start = time.perf_counter()
+    with pytest.raises(rs.errors.FileError, match="500000 columns; at most 10000 are read"):
+        rs.logs.read_log(path, RHINO)
+    path.write_text("x" * 10_000_000)
+    with pytest.raises(rs.errors.FileError, match="first line has more than 4194304 bytes"):
+        rs.logs.read_log(path, RHINO)
+    os.truncate(path, 3_000_000_000)  # without blocks on the disk
+    with pytest.raises(rs.errors.FileError, match="larger than 2000 MB"):
+        rs.logs.read_log(path, RHINO)
+    assert time.perf_counter() - start < 5.0
+
+
+def test_a_wide_table_is_read(rows, tmp_path):
+    wide = rows.join(pd.DataFrame(0, rows.index, [f"x{i}" for i in range(9_000)]))
+    wide.to_csv(tmp_path / "log.csv", index=False)
+    log = rs.logs.read_log(tmp_path / "log.csv", RHINO)
+    np.testing.assert_array_equal(log.q, rows[[f"q[{name}]" for name in log.coordinate.values]])
+
+
+def test_a_column_that_occurs_twice(rows, tmp_path):
+    twice = pd.concat([rows, rows["q[wrist]"]], axis=1)
+    twice.to_csv(tmp_path / "log.csv", index=False)
+    for table in (tmp_path / "log.csv", twice):
+        with pytest.raises(rs.errors.FileError, match=r"column q\[wrist\] occurs 2 times"):
+            rs.logs.read_log(table, RHINO)
+    unused = pd.concat([rows, rows["outcome"]], axis=1)
+    unused.to_csv(tmp_path / "log.csv", index=False)
+    assert rs.logs.read_log(tmp_path / "log.csv", RHINO).sizes["time"] == len(rows)
+
+
+def test_a_parquet_file_of_others_is_read_or_refused(rows, tmp_path, monkeypatch):
+    """Written by PyArrow; a few bytes can describe any number of equal numbers or texts."""
+    path, names = tmp_path / "log.parquet", [name for name in rows if name not in ("outcome",)]
+    columns = {name: rows[name].to_numpy() for name in names} | {"note": ["text"] * len(rows)}
+    parquet.write_table(pa.table(columns), path)
+    log = rs.logs.read_log(path, RHINO)
+    np.testing.assert_array_equal(log.q, rows[[f"q[{name}]" for name in log.coordinate.values]])
+    monkeypatch.setattr(table_files, "MOST", 100)
+    with pytest.raises(rs.errors.FileError, match=r"16 rows of 20 columns; at most 100 numbers"):
+        rs.logs.read_log(path, RHINO)
+    monkeypatch.undo()
+    parquet.write_table(pa.table(columns | {"q[tool]": ["0.5"] * len(rows)}), path)
+    with pytest.raises(
+        rs.errors.FileError, match=r"column q\[tool\]: expected numbers, got string"
+    ):
+        rs.logs.read_log(path, RHINO)
+    whole = [*columns, "time"]
+    parquet.write_table(pa.Table.from_arrays([pa.array(columns[x]) for x in whole], whole), path)
+    with pytest.raises(rs.errors.FileError, match="column time occurs 2 times"):
+        rs.logs.read_log(path, RHINO)
 
 
 def test_rows_that_are_no_log():
@@ -123,6 +197,10 @@ def test_arguments_that_are_wrong(rows):
         ({"columns": {"q[wirst]": "time"}}, r"no column 'q\[wirst\]' in a run; did you mean"),
         ({"columns": {"q[wrist]": "wrist"}}, r"no column 'wrist'; "),
         ({"columns": 3}, "columns: expected"),
+        (
+            {"columns": {"time": ["t"]}},
+            r"columns: expected the name of a column for time, got \['t'",
+        ),
         ({"units": {"q": "m"}}, r"units of q\[shoulder\]: 'm': expected a unit of angle: rad, deg"),
         ({"units": {"speed": "m"}}, "units: no column 'speed'"),
         ({"units": {"pixels": "px"}}, r"units: pixels\[0,column\] is in px"),
@@ -148,10 +226,7 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
 
 
 def test_without_pyarrow_the_error_names_the_package_to_install(tmp_path, monkeypatch):
-    def lacks(*_, **__):
-        raise ImportError("Missing optional dependency 'pyarrow'")
-
-    monkeypatch.setattr("pandas.read_parquet", lacks)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
     (tmp_path / "log.parquet").write_bytes(b"PAR1")
     with pytest.raises(rs.errors.InputError, match=r"PyArrow: pip install 'robsim\[store\]'"):
         rs.logs.read_log(tmp_path / "log.parquet", RHINO)
@@ -183,11 +258,13 @@ def test_without_rosbags_the_error_names_the_package_to_install(run, tmp_path, m
     message_types.load_typestore.cache_clear()
 
 
-def test_the_clock_of_a_stream_and_how_it_is_held():
-    times = np.array([0, 10, 10, 30])
-    stream = Stream("a", times, np.arange(4.0)[:, None])
-    np.testing.assert_array_equal(
-        stream.held(np.array([-1, 0, 9, 10, 29, 30, 99]))[:, 0], [0, 0, 0, 2, 2, 3, 3]
-    )
+def test_the_clock_of_a_stream_its_last_and_its_nearest_value():
+    times, asked = np.array([0, 10, 10, 30]), np.array([-1, 0, 9, 10, 20, 21, 30, 99])
+    stream = Stream("a", times, np.arange(1.0, 5.0)[:, None])
+    last = stream.index(asked)
+    np.testing.assert_array_equal(last, [-1, 0, 0, 2, 2, 2, 3, 3])
+    np.testing.assert_array_equal(stream.take(last)[:, 0], [0, 1, 1, 3, 3, 3, 4, 4])
+    np.testing.assert_array_equal(stream.nearest(asked), [0, 0, 2, 2, 2, 3, 3, 3])
+    assert (stream.find_step(99.0), stream.find_step(7.0)) == (15.0, 7.0)
     with pytest.raises(rs.errors.FileError, match="nothing was recorded"):
         Stream("a", times[:0], np.empty((0, 1)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,10 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import FileError, InputError, format_value, prefix_errors, suggest_names
 from robsim.base.si_units import Dimension, get_unit_factor
 from robsim.logs.name_map import check_name_map
+from robsim.logs.table_files import read_table
 from robsim.run.control.drive_command import PHASES
 from robsim.run.control.image_buffer import AHEAD
 from robsim.run.control.standalone_controller import Controller
@@ -61,11 +60,12 @@ def read_log(
     time of an image, and the phase, the limits and the fault of the controller. Other columns are
     ignored. Rows are in the order of time, at any intervals.
 
-    The run has one instant for each period of the experiment, with the last values before it
-    (zero-order hold); `image_age` is the age of the pixels in seconds. A row may be empty in all
-    columns of the joints, or of all marks of a target: then there is no new measurement. If a
-    single mark is empty, it was not seen. If there are phases, the outcome is CONVERGED if and only
-    if the last phase is "converged"; the run then has the variables `phase`, `limits` and `fault`.
+    The run has one instant for each period of the experiment, with the joints, pixels and commands
+    nearest to it, within half a period. Without joints it has interpolated joints, and without
+    pixels or commands the last ones; see the Notes. A row may be empty in all columns of the
+    joints, or of all marks of a target: then there is no new measurement. If a single mark is
+    empty, it was not seen. If there are phases, the outcome is CONVERGED if and only if the last
+    phase is "converged"; the run then has the variables `phase`, `limits` and `fault`.
 
     Parameters
     ----------
@@ -92,6 +92,19 @@ def read_log(
     InputError
         If a name or a unit in an argument does not exist.
 
+    Notes
+    -----
+    The clock of a log jitters and drifts. The run therefore has the variables `log_time`, the time
+    of the joints of an instant in seconds since the start, `image_age` and `command_age`, the ages
+    of images and commands at this time in seconds, and `interpolated`, whether joints were
+    interpolated. The attributes `interpolated_joints`, `held_images` and `held_commands` are the
+    numbers of instants without a measurement, a new image or a new command.
+
+    Images that keep step with the joints belong to the instant after them, and commands to the
+    instant before them, with a tolerance of a fifth of a period; the mean phase of all images or
+    commands decides. If they do not keep step, such as images of 30 Hz in periods of 40 ms, the
+    last image or command before the instant is held.
+
     Examples
     --------
     >>> from robsim import examples, load_scenario
@@ -104,9 +117,10 @@ def read_log(
     """
     valid = check_instance(experiment, Experiment, "experiment")
     known = _list_log_columns(valid)
-    name, frame = _open_table(path)
+    table_names, scales = _map_column_names(known, columns), _unit_factors(known, units)
+    name, frame = read_table(path, [*table_names.values(), "run"])
     with prefix_errors(name):
-        columns_found, scales = _select_columns(frame, known, columns), _unit_factors(known, units)
+        columns_found = _select_columns(frame, table_names, columns or {})
         return make_run_from_log(_build_log(name, columns_found, valid, scales), valid)
 
 
@@ -135,49 +149,27 @@ AXES = ("column", "row")
 ACTIVITY = ("phase", "limits", "fault")  # columns of texts
 
 
-def _open_table(path: Any) -> tuple[str, pd.DataFrame]:  # Any: each type is checked
-    """Return the name of a table for error messages, and the table; see `read_log`."""
-    import pandas as pd
-
-    if isinstance(path, pd.DataFrame):
-        return "table", path
-    if isinstance(path, list | tuple):
-        return "rows", pd.DataFrame(_check_rows(path))
-    with convert_os_errors(path, "read"):
-        file = Path(path)
-        if not file.is_file():
-            raise FileError(f"no file {path}")
-        if file.suffix.lower() not in (".csv", ".parquet"):
-            raise FileError(f"{path}: expected a .csv or .parquet file")
-    try:
-        if file.suffix.lower() == ".parquet":
-            return str(path), pd.read_parquet(file)
-        return str(path), pd.read_csv(file, dtype=str)  # for exact rounding in _parse_column
-    except ImportError:
-        raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
-    except Exception as error:  # noqa: BLE001  readers raise many kinds of errors
-        raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
-
-
-def _check_rows(rows: Sequence[Mapping[str, float]]) -> list[Mapping[str, float]]:
-    """Return checked rows; raise FileError without rows, or for a row that is not a mapping."""
-    if not rows:
-        raise FileError("rows: nothing was recorded")
-    for i, row in enumerate(rows):
-        if not isinstance(row, Mapping):
-            raise FileError(
-                f"rows: expected {{column: number}}, got {format_value(row)} in row {i}"
-            )
-    return list(rows)
+def _map_column_names(
+    known: Mapping[str, LogColumn], name_map: Mapping[str, str] | None
+) -> dict[str, str]:
+    """Return the names in the table of the columns of a run."""
+    form, no = "{column of a run: column}", "no column {} in a run"
+    columns = check_name_map(name_map, "columns", form, known, no, "columns", object)
+    for name, table_name in columns.items():
+        if not isinstance(table_name, str | int):
+            got = format_value(table_name)
+            raise InputError(f"columns: expected the name of a column for {name}, got {got}")
+    return {name: columns.get(name, name) for name in known}
 
 
 def _select_columns(
-    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Mapping[str, str] | None
+    frame: pd.DataFrame, table_names: Mapping[str, str], given: Mapping[str, str]
 ) -> dict[str, NDArray[Any]]:
-    """Return the columns of a table as numbers or texts, by their names in a run."""
-    form, no = "{column of a run: column}", "no column {} in a run"
-    columns = check_name_map(name_map, "columns", form, known, no, "columns", object)
-    for table_name in columns.values():
+    """Return the columns of a table as numbers or texts, by their names in a run.
+
+    Raise InputError if the table lacks a column of `given`, and FileError for several runs.
+    """
+    for table_name in given.values():
         if table_name not in frame.columns:
             raise InputError(
                 f"no column {format_value(table_name)}; "
@@ -185,7 +177,6 @@ def _select_columns(
             )
     if "run" in frame.columns and frame["run"].nunique() > 1:
         raise FileError(f"the table has {frame['run'].nunique()} runs; a log has one")
-    table_names = {name: columns.get(name, name) for name in known}
     return {
         name: _parse_column(frame[table_name], table_name)
         if name not in ACTIVITY

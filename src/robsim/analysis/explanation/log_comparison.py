@@ -73,6 +73,18 @@ class LogComparison:
             yield "The recorded commands are the commands of this controller for the same images."
         if self.has_commands and self._motion_fit is not None and self._motion_fit.is_same:
             yield f"The joints move as commanded, but for {100 * self._motion_fit.rest:.2g} %."
+        yield from self._describe_alignment()
+
+    def _describe_alignment(self) -> Iterator[str]:
+        """Yield a sentence on the instants at which the log has no new measurement, if any."""
+        counts = {
+            "joints are interpolated": self.run.attrs.get("interpolated_joints", 0),
+            "images are held": self.run.attrs.get("held_images", 0),
+            "commands are held": self.run.attrs.get("held_commands", 0),
+        }
+        texts = [f"{what} at {count}" for what, count in counts.items() if count]
+        if texts:
+            yield f"Of {self.run.sizes['time']} instants, {', '.join(texts)}."
 
     @cached_property
     def _command_findings(self) -> tuple[Finding, ...]:
@@ -90,20 +102,20 @@ class LogComparison:
     def _motion_fit(self) -> SignalFit | None:
         """The fit of the joint motion by the commands; None if they agree, or cannot be compared.
 
-        The signals are averaged over windows: with clock jitter in a log, a joint can stand still
-        for one period and move twice as far in the next.
+        Velocities are displacements over the periods of the log's own clock, averaged over windows.
         """
         run, dt = self.run, self.case.dt
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
             return None  # coordinates of some joint are not integrals of its velocities
-        commanded, velocities = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
+        commanded, moved = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
+        periods = np.diff(run["log_time"].values)[:, None] / dt
         rounding = ROUNDING * np.abs(run["q"].values).max(initial=1.0) / dt
-        if np.abs(velocities - commanded).max(initial=0.0) <= rounding:
+        if np.abs(moved / periods - commanded).max(initial=0.0) <= rounding:
             return None
-        periods = max(FEWEST, math.ceil(WINDOW / dt))
-        return fit_signals(
-            average_window(commanded, periods), average_window(velocities, periods), lags=True
-        )
+        width = max(FEWEST, math.ceil(WINDOW / dt))
+        mean_periods = 1.0 + average_window(periods - 1.0, width)
+        velocities = average_window(moved, width) / mean_periods
+        return fit_signals(average_window(commanded, width), velocities, lags=True)
 
     def _report_motion(self) -> Iterator[Finding]:
         """Yield the difference between the joint motion and the commands."""
