@@ -117,6 +117,17 @@ def test_an_image_without_marks_is_an_image(arm):
     assert np.isnan(run.pixels.values[8]).all() and run.image_age.values[8].max() == 0.0
 
 
+def test_marks_that_are_lost_after_the_last_command_do_not_change_its_phase(arm):
+    rows, _ = drive(arm)
+    lost = {name: np.nan for name in rows[-1] if name.startswith("pixels[2")}
+    later = {**rows[-1], **lost, "time": rows[-1]["time"] + DT / 4}
+    run = rs.logs.read_log([*rows, later], arm)
+    assert rs.Outcome(int(run.outcome)) is rs.Outcome.CONVERGED
+    stateless = [{k: v for k, v in row.items() if k != "phase"} for row in [*rows[:-1], later]]
+    run = rs.logs.read_log(stateless, arm)
+    assert rs.Outcome(int(run.outcome)) is rs.Outcome.OUT_OF_IMAGE
+
+
 def test_impossible_states_are_refused(arm):
     rows, _ = drive(arm)
     rows = rows[:6]

@@ -117,7 +117,8 @@ def hold_command(
     age of the image in periods. The settings are the largest age of an image in seconds, 1 if an
     older image stops the robot permanently, else 0, and the time in seconds in which the share
     rises from 0 to 1. `latched` is 1 in a robot that was stopped permanently. `time_since_hold` is
-    the time in seconds since the robot was last held. The status is IN_IMAGE if enough marks remain in the image.
+    the time in seconds since the robot was last held. The status is IN_IMAGE if enough marks remain
+    in the image.
     """
     seconds = time_since_hold * WIDTH
     for b in range(WIDTH):

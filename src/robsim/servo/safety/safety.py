@@ -110,9 +110,9 @@ class Safety(DeclaredValue):
     4. Each joint is slow enough to brake at a distance `margin` in front of its limit.
     5. The whole motion is slow enough for the frame of `fence` to brake inside its box.
 
-    A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. If a command
-    acts longer than planned, `acceleration` still holds, and limits 4 and 5 are exceeded. Without
-    `acceleration` a velocity can change at once.
+    A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. If a
+    command acts longer than planned, `acceleration` still holds, and limits 4 and 5 may be
+    exceeded. Without `acceleration` a velocity can change at once.
 
     Each command of a `Controller` acts until the next period begins: for `dt` if each call is on
     time, and for less than `dt` + `call_interval` in general. Limits 4 and 5 plan for this time.
