@@ -235,4 +235,5 @@ def compute_bernstein_matrix(degree: int) -> Array:
     t, k = np.arange(1, degree + 1)[:, None] / degree, np.arange(1, degree + 1)
     binomials = np.array([math.comb(degree, i) for i in range(1, degree + 1)])
     basis = binomials * t**k * (1.0 - t) ** (degree - k)
-    return np.linalg.inv(basis)
+    matrix: Array = np.linalg.inv(basis)
+    return matrix
