@@ -31,7 +31,7 @@ from robsim.servo.single_step import SingleStepController
 
 EMPTY = make_read_only(np.empty(0))
 BEYOND = 0.1  # tolerance of measured joints outside their limits, as a share of their range
-ON_TIME = 1.0 + 1e-9  # factor on the longest time of a command in comparisons
+LATENESS = 1e-3  # periods: tolerance of the longest time of a command, as clocks are not exact
 PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call after which the robot stands still
 
 
@@ -313,7 +313,7 @@ class Controller:
         """Return the command of the period, computed by the stages of the loop.
 
         In a period that resets the memory the robot may not move. A robot that continued its last
-        command in a pause brakes until it is at rest, and the memory is reset until then.
+        command in a pause brakes to rest, and the memory is reset in each of these periods.
         """
         age, step = self._images.age(self._clock.now), self._released_periods
         reset_reason = self._reset_reason
@@ -332,8 +332,8 @@ class Controller:
 
     def _is_late(self) -> bool:
         """Return whether the last command acted longer than the safety allows."""
-        since = self._clock.now - self._command_time
-        return self._safety.call_interval is not None and since > self._longest_hold * ON_TIME
+        excess = self._clock.now - self._command_time - self._longest_hold
+        return self._safety.call_interval is not None and excess > LATENESS * self.dt
 
     def _make_command(self, unused: tuple[str, ...], age: float, fault: str) -> DriveCommand:
         """Return the command and the health that the stages of the period have computed."""

@@ -182,14 +182,6 @@ class Safety(DeclaredValue):
         "None: each call is on time.",
     ] = None
 
-    def longest_hold(self, dt: float) -> float:
-        """Return the longest time in seconds that a command acts, for a control period.
-
-        The command of a period acts until the first call of the next period. The last call before
-        may be up to one period later than the call with the command.
-        """
-        return dt if self.call_interval is None else dt + self.call_interval
-
     def check(self, scene: Scene) -> None:
         """Check that the limits fit a scene.
 
