@@ -182,3 +182,13 @@ def test_motion_is_compared_on_the_clock_of_the_log(rhino, run, tmp_path):
     assert not [each for each in explained.causes if each.about == "motion"]
     motion = np.diff(log.q, axis=0) / np.diff(log.log_time)[:, None]
     np.testing.assert_allclose(motion, commands[:-1], rtol=0, atol=1e-6)
+
+
+def test_commands_that_begin_late_have_no_age_before(rhino, run, tmp_path):
+    rows = list_rows(run)
+    for row in rows[:5]:
+        row |= {name: "" for name in row if name.startswith("qd[")}
+    log = rs.logs.read_log(write_csv(tmp_path / "log.csv", rows, run.time.values), rhino)
+    assert np.isnan(log.command_age.values[:5]).all() and not log.command_age.values[5:].any()
+    assert log.attrs["held_commands"] == 5 and not log.qd.values[:5].any()
+    assert rs.open_run(rs.save_run(log, tmp_path / "log.nc")).identical(log)

@@ -18,7 +18,7 @@ from robsim.base.errors import FileError
 from robsim.logs import decompression
 
 MAGIC = b"\x89MCAP0\r\n"
-FOOTER, CHUNK, DATA_END = 0x02, 0x06, 0x0F  # opcodes
+HEADER, FOOTER, CHUNK, DATA_END = 0x01, 0x02, 0x06, 0x0F  # opcodes
 HEAD = struct.Struct("<BQ")  # opcode and length of a record
 CHUNK_HEAD = struct.Struct("<QQQII")  # times, size and checksum, length of the compression's name
 CRC = struct.Struct("<I")
@@ -77,7 +77,7 @@ def add_mcap_checksums(path: Path) -> None:
 
 
 def _read_records(file: BinaryIO) -> Iterator[McapRecord]:
-    """Yield the records of a file up to its footer; raise FileError if one is cut."""
+    """Yield the records of a file that matter here; raise FileError if any record is cut."""
     end, start = file.seek(0, 2) - len(MAGIC), len(MAGIC)
     file.seek(0)
     if file.read(len(MAGIC)) != MAGIC:
@@ -88,7 +88,8 @@ def _read_records(file: BinaryIO) -> Iterator[McapRecord]:
         content = start + HEAD.size
         if content + length > end:
             break
-        yield McapRecord(opcode, start, content, length)
+        if opcode in (HEADER, CHUNK, DATA_END, FOOTER):
+            yield McapRecord(opcode, start, content, length)
         if opcode == FOOTER:
             return
         start = content + length

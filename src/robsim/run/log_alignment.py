@@ -72,8 +72,9 @@ def _begin_with_images(instants: LogInstants, log: Log) -> LogInstants:
     first = int(np.argmax(known)) if known.any() else len(known)
     if len(known) - first < 2:
         raise _make_length_error(log, int(instants.times[-1] - instants.times[0]), instants.step)
-    parts = (each[first:] for each in (instants.nominal, instants.times, instants.measured))
-    return LogInstants(*parts, instants.step)
+    return LogInstants(
+        instants.nominal[first:], instants.times[first:], instants.measured[first:], instants.step
+    )
 
 
 def interpolate_stream(

@@ -16,7 +16,7 @@ from robsim.files.flat_table import RunDataset
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.end_variables import compute_moving_pose
 from robsim.run.experiment import Experiment
-from robsim.run.log import NANO, Log, Times, hold_marks
+from robsim.run.log import NANO, Log, Times, find_first_complete, hold_marks
 from robsim.run.log_alignment import (
     LogInstants,
     find_instants,
@@ -110,6 +110,7 @@ class _LogSamples:
         for sight in self.controller.sights:
             images = self.log.images[sight.key]
             index = index_images(images, self.instants)
+            index = np.maximum(index, find_first_complete(images))  # rounding of the mean phase
             pixels.append(hold_marks(images, index))
             taken = images.capture_times[index, None]
             times.append(np.repeat(taken, len(sight.target.marks), axis=1))
@@ -157,7 +158,7 @@ class _LogSamples:
             "recorded_from": str(self.instants.nominal[0]),
             "interpolated_joints": int((~self.instants.measured).sum()),
             "held_images": int(is_held.sum()),
-            "held_commands": int((np.diff(self.command_index) == 0).sum()),
+            "held_commands": int((np.diff(self.command_index, prepend=-1) == 0).sum()),
         }
 
     def _command_ages(self) -> Array:
