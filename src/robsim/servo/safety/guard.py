@@ -235,5 +235,4 @@ def compute_bernstein_matrix(degree: int) -> Array:
     t, k = np.arange(1, degree + 1)[:, None] / degree, np.arange(1, degree + 1)
     binomials = np.array([math.comb(degree, i) for i in range(1, degree + 1)])
     basis = binomials * t**k * (1.0 - t) ** (degree - k)
-    matrix: Array = np.linalg.inv(basis)
-    return matrix
+    return np.asarray(np.linalg.inv(basis), dtype=np.float64)
