@@ -161,3 +161,10 @@ def test_counts_are_written_as_tables(found, tmp_path):
     pandas = pytest.importorskip("pandas")
     again = pandas.read_parquet(found.save(tmp_path / "table.parquet"))
     assert again.equals(found.table)
+
+
+@pytest.mark.parametrize("measures", [np.array([1, 2]), np.zeros(0), np.array([True]), None, "yes"])
+@pytest.mark.parametrize("runs", [(), (5,)])
+def test_measures_are_true_or_false(flying, measures, runs):
+    with pytest.raises(rs.errors.InputError, match="measures must be True or False"):
+        rs.study(flying, *runs, measures=measures)

@@ -61,7 +61,9 @@ def _convert_to_floats(value: ArrayLike, what: str, shape: tuple[int | str, ...]
         if array.dtype.kind not in "iufO" or (array.dtype.kind == "O" and None in array.ravel()):
             raise TypeError("texts, truth values, dates and None are not numbers")
         return np.array(value, dtype=np.float64, order="C")  # the layout of compiled kernels
-    except (TypeError, ValueError, OverflowError):
+    except MemoryError:
+        raise
+    except Exception:  # noqa: BLE001  a conversion runs code of the value
         kind = f"numbers of shape {_format_shape(shape)}" if shape else "a number"
         raise InputError(f"{what}: expected {kind}, got {format_value(value)}") from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,11 +15,15 @@ from robsim.base.errors import FileError, InputError, format_value, prefix_error
 from robsim.base.si_units import Dimension, get_unit_factor
 from robsim.logs.name_map import check_name_map
 from robsim.logs.table_files import read_table
+from robsim.run.control.drive_command import PHASES
+from robsim.run.control.image_buffer import AHEAD
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream, Times
+from robsim.run.log_activity import LogActivity, number_phases
 from robsim.run.run_checks import check_instance
 from robsim.run.run_from_log import make_run_from_log
+from robsim.servo.camera_target import PairKey
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +39,7 @@ DIMENSIONS: dict[str, Dimension] = {
 
 
 class LogColumn(NamedTuple):
-    """The group (q, qd, qd_actual, pixels or time) and the unit of a column of a run."""
+    """The group (q, qd, qd_actual, pixels, image_time or time) and the unit of a column."""
 
     group: str
     unit: str
@@ -52,13 +56,16 @@ def read_log(
 
     The columns have the names of `to_table`: time; q[joint]; pixels[mark,column] and
     pixels[mark,row]; optionally the commanded velocities qd[velocity] and the measured velocities
-    qd_actual[velocity]. Other columns are ignored. Rows are in the order of time, at any intervals.
+    qd_actual[velocity]; and the columns of `Controller.row`: image_time[camera,target], the capture
+    time of an image, and the phase, the limits and the fault of the controller. Other columns are
+    ignored. Rows are in the order of time, at any intervals.
 
     The run has one instant for each period of the experiment, with the joints, pixels and commands
     nearest to it, within half a period. Without joints it has interpolated joints, and without
     pixels or commands the last ones; see the Notes. A row may be empty in all columns of the
     joints, or of all marks of a target: then there is no new measurement. If a single mark is
-    empty, it was not seen.
+    empty, it was not seen. If there are phases, the outcome is CONVERGED if and only if the last
+    phase is "converged"; the run then has the variables `phase`, `limits` and `fault`.
 
     Parameters
     ----------
@@ -119,19 +126,27 @@ def read_log(
 
 def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
     """Return the columns of a run that a table may have, by name."""
-    scene = experiment.scene
-    marks = sum(len(sight.target.marks) for sight in Controller(experiment).sights)
+    scene, sights = experiment.scene, Controller(experiment).sights
+    marks = sum(len(sight.target.marks) for sight in sights)
     q = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
     qd = list(zip(scene.velocity_names, scene.velocity_units, strict=True))
     return {
         "time": LogColumn("time", "s"),
         **{f"q[{name}]": LogColumn("q", unit) for name, unit in q},
         **{f"{of}[{name}]": LogColumn(of, unit) for of in ("qd", "qd_actual") for name, unit in qd},
+        **{_name_image_time(sight.key): LogColumn("image_time", "s") for sight in sights},
         **{f"pixels[{i},{axis}]": LogColumn("pixels", "px") for i in range(marks) for axis in AXES},
+        **{name: LogColumn(name, "1") for name in ACTIVITY},
     }
 
 
+def _name_image_time(pair: PairKey) -> str:
+    """Return the column of the capture times of a camera-target pair."""
+    return f"image_time[{','.join(pair)}]"
+
+
 AXES = ("column", "row")
+ACTIVITY = ("phase", "limits", "fault")  # columns of texts
 
 
 def _map_column_names(
@@ -149,8 +164,8 @@ def _map_column_names(
 
 def _select_columns(
     frame: pd.DataFrame, table_names: Mapping[str, str], given: Mapping[str, str]
-) -> dict[str, Array]:
-    """Return the columns of a table as numbers, by their names in a run.
+) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table as numbers or texts, by their names in a run.
 
     Raise InputError if the table lacks a column of `given`, and FileError for several runs.
     """
@@ -164,6 +179,8 @@ def _select_columns(
         raise FileError(f"the table has {frame['run'].nunique()} runs; a log has one")
     return {
         name: _parse_column(frame[table_name], table_name)
+        if name not in ACTIVITY
+        else np.array(frame[table_name].fillna(""), dtype=np.str_)
         for name, table_name in table_names.items()
         if table_name in frame.columns
     }
@@ -202,11 +219,16 @@ def _unit_factors(
 
 
 def _build_log(
-    source: str, columns: Mapping[str, Array], experiment: Experiment, scales: Mapping[str, float]
+    source: str,
+    columns: Mapping[str, NDArray[Any]],
+    experiment: Experiment,
+    scales: Mapping[str, float],
 ) -> Log:
     """Return the log of the columns of a table."""
     scene = experiment.scene
-    values_of = {name: values * scales[name] for name, values in columns.items()}
+    values_of = {
+        name: values * scales[name] for name, values in columns.items() if name not in ACTIVITY
+    }
     times = _parse_times(_stack_columns(values_of, ["time"], "time")[:, 0])
     joints = _column_stream(
         "q", times, values_of, [f"q[{name}]" for name in scene.coordinate_names]
@@ -221,10 +243,29 @@ def _build_log(
         count = len(sight.target.marks)
         names = [f"pixels[{i},{axis}]" for i in range(first, first + count) for axis in AXES]
         images[sight.key] = _pixel_stream(
-            f"pixels of '{sight.target.name}'", times, values_of, names
+            f"pixels of '{sight.target.name}'",
+            times,
+            values_of,
+            names,
+            values_of.get(_name_image_time(sight.key)),
         )
         first += count
-    return Log(source, joints, images, rates.get("qd"), rates.get("qd_actual"))
+    activity = _read_activity(times, columns)
+    return Log(source, joints, images, rates.get("qd"), rates.get("qd_actual"), activity)
+
+
+def _read_activity(times: Times, columns: Mapping[str, NDArray[Any]]) -> LogActivity | None:
+    """Return the activity of the controller in the rows with a phase; None without such rows.
+
+    Another column of this name, in which no text is a phase of a controller, is ignored.
+    """
+    phases = columns.get("phase", np.empty(0, dtype=np.str_))
+    filled = phases != ""
+    if not np.isin(phases, PHASES).any():
+        return None
+    no_text = np.full(len(times), "")
+    limits, faults = (columns.get(name, no_text)[filled] for name in ("limits", "fault"))
+    return LogActivity(times[filled], number_phases(phases[filled].tolist()), limits, faults)
 
 
 def _parse_times(seconds: Array) -> Times:
@@ -252,13 +293,32 @@ def _column_stream(
 
 
 def _pixel_stream(
-    what: str, times: Times, columns: Mapping[str, Array], names: Sequence[str]
+    what: str,
+    times: Times,
+    columns: Mapping[str, Array],
+    names: Sequence[str],
+    captured: Array | None,
 ) -> Stream:
-    """Return the rows (n, N, 2) of pixels, without empty rows; half empty marks are not seen."""
+    """Return the rows (n, N, 2) of pixels, without empty rows; half empty marks are not seen.
+
+    A row with a capture time (n,) in seconds is an image, also if no mark is seen in it.
+    """
     values = _stack_columns(columns, names, what).reshape(len(times), -1, 2)
     values[np.isnan(values).any(axis=2)] = np.nan
     filled = ~np.isnan(values).all(axis=(1, 2))
-    return Stream(what, times[filled], values[filled])
+    if captured is None:
+        return Stream(what, times[filled], values[filled])
+    given = ~np.isnan(captured)
+    filled |= given
+    capture_times = np.where(given, _parse_times(np.nan_to_num(captured)), times)
+    ahead = np.asarray(capture_times > times + AHEAD * NANO)
+    if ahead.any():
+        row = _first_row(ahead)
+        raise FileError(
+            f"{what}: the image of row {row} was taken at {captured[row]:.9g} s, after the time of "
+            f"its row, {times[row] / NANO:.9g} s"
+        )
+    return Stream(what, times[filled], values[filled], capture_times[filled])
 
 
 def _stack_columns(columns: Mapping[str, Array], names: Sequence[str], what: str) -> Array:

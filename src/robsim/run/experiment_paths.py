@@ -192,5 +192,11 @@ def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control
 
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:
-    """Return the guard that limits commands to a safety, in the scene that the task believes in."""
-    return SafetyGuard(safety or Safety(), get_believed_scene(experiment))
+    """Return the guard that limits commands to a safety, in the scene that the task believes in.
+
+    The command of a period acts until the first call of the next period. The call before that may
+    be up to one period later than the call with the command.
+    """
+    used = safety or Safety()
+    hold = experiment.dt + (used.call_interval or 0.0)
+    return SafetyGuard(used, get_believed_scene(experiment), hold)

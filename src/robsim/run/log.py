@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
+from robsim.run.log_activity import LogActivity
 from robsim.servo.camera_target import PairKey
 
 NANO = 1_000_000_000  # nanoseconds per second
@@ -21,13 +22,14 @@ Times = NDArray[np.int64]
 class Stream:
     """Values (n, ...) of a signal at times (n,) in nanoseconds.
 
-    `what` names the origin of the signal in messages. Raise FileError if there are no values, or if
-    the clock runs backwards.
+    `what` names the origin of the signal in messages. `captured` has the capture times of images
+    that arrived at `times`. Raise FileError if there are no values, or if the clock runs backwards.
     """
 
     what: str
     times: Times
     values: Array
+    captured: Times | None = None
 
     def __post_init__(self) -> None:
         if not len(self.times):
@@ -42,6 +44,11 @@ class Stream:
     def index(self, times: Times) -> NDArray[np.int64]:
         """Return the index of the last value at each time; -1 before the first value."""
         return np.asarray(np.searchsorted(self.times, times, side="right") - 1)
+
+    @property
+    def capture_times(self) -> Times:
+        """The capture times (n,) of images, in nanoseconds; by default the times of the values."""
+        return self.times if self.captured is None else self.captured
 
     def nearest(self, times: Times) -> NDArray[np.int64]:
         """Return the index of the value nearest to each time, the earlier of two at equal distance.
@@ -74,6 +81,7 @@ class Log:
     images: Mapping[PairKey, Stream]  # (n, N, 2) pixels of the marks, NaN if a mark is not seen
     commands: Stream | None = None  # (n, nv)
     rates: Stream | None = None  # (n, nv) measured velocities
+    activity: LogActivity | None = None
     notes: Mapping[str, Any] = field(default_factory=dict)  # attributes of the run
 
     @property

@@ -43,7 +43,8 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     The run has an instant for each period (see `find_instants`), with the joints, images and
     commands of this instant. At the first instant each mark has its last observed pixels. The
     experiment's controller computes features and errors. The outcome is CONVERGED, OUT_OF_IMAGE or
-    RUNNING, according to the last instant.
+    RUNNING, according to the last instant; if the log has the phases of its controller, it is
+    CONVERGED if and only if the last phase is.
 
     Raise FileError if the log is shorter than a period, too long, or has a long gap.
     """
@@ -58,12 +59,18 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     s = np.array([each.command.s[:, 0] for each in decided])
     loop = log_experiment.loop()
     weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
-    small = _is_error_small(loop, decided)
+    small = (
+        _is_error_small(loop, decided, pixels)
+        if log.activity is None
+        else log.activity.flag_convergence(samples.clock)
+    )
     signals = [q, qd, samples.rates(), s, pixels.reshape(len(q), -1), np.array(weights)]
     _fill_recorder(loop, signals, small)
     run = log_experiment.dataset(loop)
     if int(run["outcome"]) == Outcome.CONVERGED:
         run.attrs[CONVERGED_AT] = float(run["time"].values[_find_settling_period(small)])
+    if log.activity is not None:
+        run.update(log.activity.variables(samples.clock))
     samples.store_clock(run, clock)
     run.attrs |= {LOG_ATTRIBUTE: log.source, "commands": command_source} | dict(log.notes)
     return run
@@ -105,7 +112,8 @@ class _LogSamples:
             index = index_images(images, self.instants)
             index = np.maximum(index, find_first_complete(images))  # rounding of the mean phase
             pixels.append(hold_marks(images, index))
-            times.append(np.repeat(images.times[index, None], len(sight.target.marks), axis=1))
+            taken = images.capture_times[index, None]
+            times.append(np.repeat(taken, len(sight.target.marks), axis=1))
         return np.concatenate(pixels, axis=1), np.concatenate(times, axis=1)
 
     def commands(self, q: Array) -> tuple[str, Array]:
@@ -166,17 +174,23 @@ def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> 
     series = np.concatenate(parts, axis=1)
     loop.recorder = Recorder(1, len(series) - 1, "all", tuple(part.shape[1] for part in parts))
     loop.recorder.table[0] = series
-    outcome = _classify_log_end(loop, parts[4], bool(small[-1]))
+    outcome = Outcome.OUT_OF_IMAGE if _lacks_marks(loop, parts[4][-1]) else Outcome.RUNNING
+    outcome = Outcome.CONVERGED if small[-1] else outcome
     loop.hold = outcome is Outcome.CONVERGED and bool(small[:-1].any())
     ends = _measure_path_length(loop, parts[0]), -1.0, len(series) - 1, outcome
     loop.recorder.ends[0] = [*series[-1], *ends]
 
 
-def _is_error_small(loop: Loop, decided: list[Decision]) -> NDArray[np.bool_]:
-    """Return a mask (T,) of the periods with an error below the tolerance."""
+def _is_error_small(loop: Loop, decided: list[Decision], pixels: Array) -> NDArray[np.bool_]:
+    """Return a mask (T,) of the periods with an error below the tolerance.
+
+    In the last period no mark of the pixels (T, N, 2) may be missing.
+    """
     controller = loop.controller
     errors = [controller.scale_to_tolerances(each).command.error for each in decided]
-    return np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+    small = np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+    small[-1] &= not _lacks_marks(loop, pixels[-1])
+    return small
 
 
 def _find_settling_period(small: NDArray[np.bool_]) -> int:
@@ -184,14 +198,12 @@ def _find_settling_period(small: NDArray[np.bool_]) -> int:
     return int(np.flatnonzero(~small).max(initial=-1)) + 1
 
 
-def _classify_log_end(loop: Loop, pixels: Array, is_small: bool) -> Outcome:
-    """Return the outcome of a log, according to its last instant."""
+def _lacks_marks(loop: Loop, pixels: Array) -> bool:
+    """Return whether marks that must not leave the image are missing in pixels (N, 2) or (2 N,)."""
     controller = loop.controller
     sights = ((sight.key not in controller.optional_pairs, sight) for sight in controller.sights)
     needed = [must for must, sight in sights for _ in range(2 * len(sight.target.marks))]
-    if (np.isnan(pixels[-1]) & np.array(needed, dtype=bool)).any():
-        return Outcome.OUT_OF_IMAGE
-    return Outcome.CONVERGED if is_small else Outcome.RUNNING
+    return bool((np.isnan(pixels.ravel()) & np.array(needed, dtype=bool)).any())
 
 
 def _measure_path_length(loop: Loop, q: Array) -> float:

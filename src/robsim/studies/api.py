@@ -115,7 +115,7 @@ def study(
     (20, 1.0)
     """
     arguments = (runs, seed, start, vary, trajectories)
-    uses_file = all(each is None for each in arguments) and not measures
+    uses_file = all(each is None for each in arguments) and not as_bool(measures, "measures")
     if uses_file and isinstance(experiment, Experiment) and experiment.study is not None:
         plan = read_plan(experiment)
         trajectories = plan.trajectories

@@ -20,6 +20,7 @@ from robsim.analysis.explanation.text_format import (
 from robsim.analysis.signal_fit import SignalFit, average_window, fit_signals
 from robsim.base.arrays import Array, move_runs_last
 from robsim.engine.outcome import Outcome
+from robsim.run.control.drive_command import PHASES
 from robsim.run.experiment import Experiment
 from robsim.run.log_commands import LOG_INTRINSICS, recompute_commands
 from robsim.servo.camera_target import CameraTarget
@@ -32,6 +33,7 @@ ROUNDING = 1e-9  # share of the largest command below which a difference is roun
 WINDOW, FEWEST = 0.05, 25  # averaging window of motion, in seconds, and its least periods
 LARGE_OFFSET = 1.0  # rms distance in pixels above which marks differ from the scene
 OLD_IMAGE = 2.0  # age in periods above which an image is old
+_HELD = ("holding", "stopped")  # phases in which the robot may not move
 K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
 
 
@@ -201,7 +203,14 @@ class LogComparison:
         unit = str(self.run["feature_unit"].values[worst])
         size, small = (format_quantity(x[worst], unit) for x in (error, tolerances))
         how = "converged" if outcome is Outcome.CONVERGED else "before it has converged"
-        return f"{end} the log ends {how}: the largest error is {size}, and the tolerance {small}."
+        ending = f"{end} the log ends {how}{self._describe_hold()}"
+        return f"{ending}: the largest error is {size}, and the tolerance {small}."
+
+    def _describe_hold(self) -> str:
+        """Return a clause on the last phase if the controller held the robot, else ""."""
+        if "phase" not in self.run or PHASES[int(self.run["phase"][-1])] not in _HELD:
+            return ""
+        return f", while the robot is held ({self.run['limits'].values[-1] or 'fault'})"
 
 
 def _report_mark_offset(sight: CameraTarget, rms: float, mean: Array) -> Finding:

@@ -1,8 +1,10 @@
 """Limits of the command. They guarantee that the joints can always stop in time.
 
-Velocities are constant over a period dt. A motion is safe if from the next period on it can be
-braked to rest within its limits. If the last command was safe, braking is safe, so a safe command
-always exists.
+A velocity is constant until the next command, which comes after at most the time `hold`: the period
+dt, or a longer time if calls may be late. A command changes a velocity by at most a dt. A motion is
+safe if from the next command on it can be braked to rest within its limits, even if each command
+acts for the time `hold`. If the last command was safe, braking is safe, so a safe command always
+exists.
 """
 
 import math
@@ -14,8 +16,8 @@ from robsim.kernels.machine.stages import stage
 
 # bits of the row `reason`: why the command differs from the command of the law
 OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE, FEW_MARKS = 1, 2, 4, 8, 16
-SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
-HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
+SPEED, ACCELERATION, JOINT_LIMIT, FENCE, LATE_CALL = 32, 64, 128, 256, 512
+HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS | LATE_CALL
 
 FENCE_TOLERANCE = 1e-12  # metres
 AGE_TOLERANCE = 1e-3  # periods: tolerance of an image's age, as clocks are not exact
@@ -83,6 +85,8 @@ def _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, st
             w[latched * WIDTH + b] = 1.0
     if w[released * WIDTH + b] == 0.0:
         reasons |= NOT_RELEASED
+    elif w[released * WIDTH + b] < 0.0:
+        reasons |= LATE_CALL
     if w[latched * WIDTH + b] != 0.0:
         reasons |= STOPPED
     for j in range(n):
@@ -109,11 +113,12 @@ def hold_command(
 ):
     """Compute the share of the law's command that is executed, and the reasons to hold the robot.
 
-    The robot is held unless `released` is nonzero. `age` is the age of the image in periods. The
-    settings are the largest age of an image in seconds, 1 if an older image stops the robot
-    permanently, else 0, and the time in seconds in which the share rises from 0 to 1. `latched` is
-    1 in a robot that was stopped permanently. `time_since_hold` is the time in seconds since the
-    robot was last held. The status is IN_IMAGE if enough marks remain in the image.
+    The robot is held unless `released` is positive; a negative value is a late call. `age` is the
+    age of the image in periods. The settings are the largest age of an image in seconds, 1 if an
+    older image stops the robot permanently, else 0, and the time in seconds in which the share
+    rises from 0 to 1. `latched` is 1 in a robot that was stopped permanently. `time_since_hold` is
+    the time in seconds since the robot was last held. The status is IN_IMAGE if enough marks remain
+    in the image.
     """
     seconds = time_since_hold * WIDTH
     for b in range(WIDTH):
@@ -136,10 +141,23 @@ def _reachable_velocity(target, last_velocity, largest_change):
 
 
 @part
-def _braking_bounds(w, b, x, low, high, acceleration, dt):
+def _bound(v, least, largest, last_velocity, largest_change):
+    """Return v clipped to [least, largest], as far as the acceleration allows.
+
+    The acceleration is too small only if a command acted longer than planned, or if the measured
+    coordinate is not the predicted one.
+    """
+    safe = _clamp(v, least, largest)
+    if abs(safe - last_velocity) > largest_change * SPEED_TOLERANCE:
+        safe = _clamp(safe, last_velocity - largest_change, last_velocity + largest_change)
+    return safe
+
+
+@part
+def _braking_bounds(w, b, x, low, high, deceleration, hold):
     """Return the least and the largest velocity that keep a coordinate within its limits."""
-    least = -braking_speed(x - w[low * WIDTH + b], acceleration, dt)
-    return least, braking_speed(w[high * WIDTH + b] - x, acceleration, dt)
+    least = -braking_speed(x - w[low * WIDTH + b], deceleration, hold)
+    return least, braking_speed(w[high * WIDTH + b] - x, deceleration, hold)
 
 
 @stage
@@ -155,6 +173,7 @@ def limit_command(
     shares="row",
     reason="row",
     duration="row",
+    hold="row",
     accelerations="n",
     low="n",
     high="n",
@@ -188,18 +207,24 @@ def limit_command(
             least, largest = -math.inf, math.inf
             if places[1 + j] >= 0:
                 x = w[(q + places[1 + j]) * WIDTH + b]
-                least, largest = _braking_bounds(w, b, x, low + j, high + j, most, dt)
+                deceleration = most * (dt / w[hold * WIDTH + b])
+                least, largest = _braking_bounds(
+                    w, b, x, low + j, high + j, deceleration, w[hold * WIDTH + b]
+                )
             is_at_limit = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
             reasons |= bits | (JOINT_LIMIT if is_at_limit else 0)
             w[(at_limit + j) * WIDTH + b] = 1.0 if is_at_limit else 0.0
-            w[(command + j) * WIDTH + b] = _clamp(v, least, largest)
-            w[(brake + j) * WIDTH + b] = _clamp(brake_velocity, least, largest)
+            change = most * dt
+            w[(command + j) * WIDTH + b] = _bound(v, least, largest, last_velocity, change)
+            w[(brake + j) * WIDTH + b] = _bound(
+                brake_velocity, least, largest, last_velocity, change
+            )
         w[reason * WIDTH + b] = reasons
 
 
 @part
 def _periods_until_rest(v_over_fall):
-    """Return the braking path in units of the first velocity times the period.
+    """Return the braking path in units of the first velocity times the period of a command.
 
     The velocity is held for one period and then falls linearly to rest in the time T. With
     m = floor(T / dt) the sum of 1 - k dt / T is m + 1 - (dt / T) m (m + 1) / 2.
@@ -216,6 +241,7 @@ def compute_attempts(
     command="n",
     brake="n",
     duration="row",
+    hold="row",
     accelerations="n",
     tries="count",
     velocities="tries, n",
@@ -236,24 +262,91 @@ def compute_attempts(
                     w[(command + j) * WIDTH + b] - brake_velocity
                 )
             rest = _braking_time(w, b, n, qd, accelerations)
-            w[(seconds + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
+            w[(seconds + k) * WIDTH + b] = w[hold * WIDTH + b] * _periods_until_rest(rest / dt)
             share *= 0.5
 
 
 @part
-def _distance_outside(w, b, T, box, c):
-    """Return the distance of a frame's origin from a box along an axis; 0 inside."""
-    x = w[(T + 4 * c + 3) * WIDTH + b]
+def _stopping_bounds(w, b, x, low, high, seconds):
+    """Return the least and the largest velocity that stop a coordinate within its limits.
+
+    The coordinate covers its braking path at constant velocity in `seconds`. Outside its limits it
+    may move inwards only.
+    """
+    least = min((w[low * WIDTH + b] - x) / seconds, 0.0)
+    return least, max((w[high * WIDTH + b] - x) / seconds, 0.0)
+
+
+@stage
+def limit_attempts(
+    w,
+    step,
+    n="count",
+    tries="count",
+    velocities="tries, n",
+    seconds="tries",
+    last="n",
+    duration="row",
+    hold="row",
+    accelerations="n",
+    low="n",
+    high="n",
+    q="nq",
+    reason="row",
+    at_limit="n",
+    places="each: whole",
+    nq="count",
+):
+    """Slow joints in the attempts of a command, so that all joints stop together within limits.
+
+    In `limit_command` each joint brakes alone. A frame near its box brakes along one direction, so
+    that the slowest joint determines the time of all joints. An attempt gets infinite `seconds` if
+    the acceleration of a joint is too small for its limit.
+    """
+    for b in range(WIDTH):
+        dt = w[duration * WIDTH + b]
+        for k in range(tries):
+            qd, path, fits = velocities + k * n, (seconds + k) * WIDTH + b, True
+            for j in range(n):
+                if places[1 + j] >= 0:
+                    v, x = w[(qd + j) * WIDTH + b], w[(q + places[1 + j]) * WIDTH + b]
+                    least, largest = _stopping_bounds(w, b, x, low + j, high + j, w[path])
+                    change = w[(accelerations + j) * WIDTH + b] * dt
+                    slow, _ = _reachable_velocity(
+                        _clamp(v, least, largest), w[(last + j) * WIDTH + b], change
+                    )
+                    w[(qd + j) * WIDTH + b] = slow
+                    fits &= least * SPEED_TOLERANCE <= slow <= largest * SPEED_TOLERANCE
+                    if k == 0 and not least * SPEED_TOLERANCE <= v <= largest * SPEED_TOLERANCE:
+                        w[(at_limit + j) * WIDTH + b] = 1.0
+                        w[reason * WIDTH + b] = int(w[reason * WIDTH + b]) | JOINT_LIMIT
+            rest = _braking_time(w, b, n, qd, accelerations)
+            w[path] = w[hold * WIDTH + b] * _periods_until_rest(rest / dt) if fits else math.inf
+
+
+@part
+def _distance_outside(w, b, x, box, c):
+    """Return the distance of a coordinate x from a box along the axis c; 0 inside."""
     return max(w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b], 0.0)
 
 
 @part
-def _is_within_fence(w, b, box, current_pose, poses, first, places):
-    """Return whether no pose on a frame's path is farther outside along any axis than now."""
+def _is_within_fence(w, b, box, current_pose, poses, first, places, bernstein):
+    """Return whether a frame's path is nowhere farther outside along any axis than now.
+
+    The path is the polynomial through the poses. It is inside the convex hull of its Bernstein
+    coefficients (Farin, Curves and Surfaces for CAGD, 5th ed., section 4.3).
+    """
     for c in range(3):
-        far = _distance_outside(w, b, current_pose, box, c) + FENCE_TOLERANCE
-        for i in range(places):
-            if _distance_outside(w, b, poses[first + i], box, c) > far:
+        position = 4 * c + 3
+        now = w[(current_pose + position) * WIDTH + b]
+        far = _distance_outside(w, b, now, box, c) + FENCE_TOLERANCE
+        for k in range(places):
+            x = now
+            for i in range(places):
+                factor = w[(bernstein + k * places + i) * WIDTH + b]
+                x += factor * (w[(poses[first + i] + position) * WIDTH + b] - now)
+            if not _distance_outside(w, b, x, box, c) <= far:
                 return False
     return True
 
@@ -270,18 +363,21 @@ def fence_command(
     box="2, 3",
     current_pose="3, 4",
     tries="count",
-    places="whole",
+    places="count",
+    bernstein="places, places",
     poses="each: 3, 4",
 ):
     """Command the first attempt that lets a frame brake within a box, or brake.
 
     `current_pose` is the pose of the frame now. `poses` are its poses on the braking paths, with
-    `places` poses for each attempt. A frame outside the box may move inwards.
+    `places` poses for each attempt, at equal distances. The matrix `bernstein` converts their
+    distances from the current pose to Bernstein coefficients, without the first coefficient. A
+    frame outside the box may move inwards.
     """
     for b in range(WIDTH):
         first = brake
         for k in range(tries - 1, -1, -1):
-            if _is_within_fence(w, b, box, current_pose, poses, 1 + places * k, places):
+            if _is_within_fence(w, b, box, current_pose, poses, 1 + places * k, places, bernstein):
                 first = attempts + k * n
         if first != attempts:
             w[reason * WIDTH + b] = int(w[reason * WIDTH + b]) | FENCE
@@ -299,6 +395,7 @@ def store_command(w, step, n="count", out="n", last="n", reason="row", busy="row
         for j in range(n):
             w[(last + j) * WIDTH + b] = w[(out + j) * WIDTH + b]
         why = int(w[reason * WIDTH + b])
-        waits = why & STOPPED == 0 and why & (OLD_IMAGE | NOT_RELEASED | ACCELERATION) != 0
+        temporary = OLD_IMAGE | NOT_RELEASED | LATE_CALL | ACCELERATION
+        waits = why & STOPPED == 0 and why & temporary != 0
         grows = why & STOPPED == 0 and w[share * WIDTH + b] < 1.0
         w[busy * WIDTH + b] = 1.0 if waits or grows else 0.0

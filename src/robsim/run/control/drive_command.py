@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from robsim.base.arrays import Array
 from robsim.kernels.control import command_limits
 
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
+PHASES: tuple[Doing, ...] = get_args(Doing)
 
 LIMITS = {
     command_limits.STOPPED: "stopped by the watchdog",
     command_limits.OLD_IMAGE: "watchdog",
     command_limits.NOT_RELEASED: "not released",
+    command_limits.LATE_CALL: "late call",
     command_limits.FEW_MARKS: "too few marks",
     command_limits.NOT_FINITE: "not finite",
     command_limits.SPEED: "speed",
@@ -40,8 +42,8 @@ class Health(NamedTuple):
         incomplete image is not used if a feature needs all marks.
     limits : tuple of str
         Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow"; or
-        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "too few
-        marks", "not finite".
+        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "late
+        call", "too few marks", "not finite".
     unused : tuple of str
         Data of the last call that are not used: names of other or doubtful targets, images that are
         older than the last or were taken in the future.

@@ -125,6 +125,13 @@ class ImageBuffer:
             every.append(np.where(missing[:, None], np.nan, image.pixels))
         return np.concatenate(every)
 
+    def list_new_image_times(self) -> dict[PairKey, float]:
+        """Return the capture time of the last image of each camera-target pair; NaN if not new."""
+        return {
+            key: image.image_time if key in self._new else math.nan
+            for key, image in self.each.items()
+        }
+
     def store_joints(self, q: Array, t: float) -> None:
         """Store the joints at the start of a period."""
         i = self._count % REMEMBERED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any, Self
 
@@ -30,6 +31,7 @@ from robsim.servo.single_step import SingleStepController
 
 EMPTY = make_read_only(np.empty(0))
 BEYOND = 0.1  # tolerance of measured joints outside their limits, as a share of their range
+LATENESS = 1e-3  # periods: tolerance of the longest time of a command, as clocks are not exact
 PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call after which the robot stands still
 
 
@@ -87,7 +89,8 @@ class Controller:
             make_command_guard(experiment, experiment.safety),
         )
         self._standalone = SingleStepController(bound, self.dt, guard)
-        self._hold_to_run = guard.safety.hold_to_run
+        self._safety, self._longest_hold = guard.safety, guard.hold
+        self._longest_pause = max(PAUSE, PERIODS * self.dt, guard.hold)
         scale = bound.tolerance / bound.tolerances
         self._scale, self._tolerance = scale, bound.tolerance
         self._bounds = _compute_measurable_range(self.scene.limits)
@@ -137,7 +140,9 @@ class Controller:
         self._images = ImageBuffer(self.scene, self.sights, bound.optional_pairs, bound.whole)
         self._clock = ControlClock(self.dt)
         self._released_periods = 0  # periods with a released robot: the time of paths
+        self._command_time = math.inf  # time of the call with the current command; none yet
         self._reset_reason = ""  # reason for a reset of the memory, or ""
+        self._rests_first = False  # whether the robot comes to rest before that reset
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
 
@@ -148,7 +153,9 @@ class Controller:
 
         Calls may be early, late or missing: periods begin at fixed times, and the command does not
         change within a period. After a pause of more than 0.25 s and five periods, the robot
-        is assumed to stand still, and the memory of the scheme is reset. The time of a path or a
+        is assumed to stand still, and the memory of the scheme is reset; with `driver_holds` of the
+        safety the robot first brakes to rest. If a command acted longer than `call_interval` of the
+        safety allows, the robot brakes for a period. The time of a path or a
         prescribed motion counts the periods with a released robot.
 
         True depths of a scheme are computed from the scene at the coordinates at the capture time.
@@ -183,16 +190,20 @@ class Controller:
         self._images.clear_new()
         try:
             passed = self._clock.advance(t)
-        except InputError as error:
+        except Exception as error:  # of the time, or of its conversion
             if self._last is None:
                 raise
             if self._clock.turned_back:
+                self._command_time = self._clock.now
                 self._images.forget_times()
-            return self._brake(str(error), self._clock.begins_without_time())
+            begins = self._clock.begins_without_time()
+            return self._brake(str(error) or type(error).__name__, begins)
         if self._last is None:
             return self._begin(pixels, q, run)
-        if passed * self.dt > max(PAUSE, PERIODS * self.dt):
-            self._standalone.rest(self._blocks)
+        if passed * self.dt > self._longest_pause:
+            self._rests_first = self._safety.driver_holds
+            if not self._rests_first:
+                self._standalone.rest(self._blocks)
             self._reset_reason = (
                 f"no call for {passed * self.dt:.3g} s: the memory of the scheme is reset"
             )
@@ -201,15 +212,18 @@ class Controller:
         except Exception as error:  # noqa: BLE001  errors of the data or of a user's law
             return self._brake(str(error) or type(error).__name__, passed > 0)
 
-    def row(self) -> dict[str, float]:
+    def row(self) -> dict[str, float | str]:
         """Return the measurements and the command of the last call, with the names of `to_table`.
 
         A list of rows is a log: `read_log(rows, experiment)` converts it to a run.
 
         Returns
         -------
-        dict of str to float
-            Time, coordinates, velocities and pixels.
+        dict of str to float or str
+            `time` in seconds; `phase`, `limits` (separated by semicolons) and `fault` of the
+            command; coordinates `q[...]`, velocities `qd[...]`, and for each new image its capture
+            time `image_time[camera,target]` in seconds and its `pixels[...]`; NaN without a new
+            image.
 
         Raises
         ------
@@ -221,9 +235,17 @@ class Controller:
         qd = np.zeros(self.scene.nv)
         qd[self._standalone.controller.columns] = self._last.velocities
         parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
-        row = {"time": self._clock.now}
+        health = self._last.health
+        row: dict[str, float | str] = {
+            "time": self._clock.now,
+            "phase": self._last.phase,
+            "limits": "; ".join(health.limits),
+            "fault": health.fault,
+        }
         for of, names, values in parts:
             row |= {f"{of}[{name}]": x for name, x in zip(names, values.tolist(), strict=True)}
+        for (camera, target), seconds in self._images.list_new_image_times().items():
+            row[f"image_time[{camera},{target}]"] = seconds
         for i, pair in enumerate(self._images.collect_new_pixels().tolist()):
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
@@ -255,15 +277,14 @@ class Controller:
 
     def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
         """Store the measurements, and decide once in a period, at its start."""
-        released = not self._hold_to_run if run is None else as_bool(run, "run")
+        released = not self._safety.hold_to_run if run is None else as_bool(run, "run")
         joints, now = self._joints(q), self._clock.now
         if begins:
             self._images.store_joints(joints, now)
         unused = self._images.take(pixels, joints, now)
         self._q = joints
         if self._last is not None and not begins:
-            health = self._last.health._replace(unused=unused, fault="")
-            return self._last._replace(health=health)
+            return self._repeat_command(unused, "")
         if not self._images.are_known:
             return self._make_stop("waiting", unused)
         return self._command(released, unused)
@@ -291,19 +312,32 @@ class Controller:
     def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
         """Return the command of the period, computed by the stages of the loop.
 
-        In a period that resets the memory the robot may not move.
+        In a period that resets the memory the robot may not move. A robot that continued its last
+        command in a pause brakes to rest, and the memory is reset in each of these periods.
         """
         age, step = self._images.age(self._clock.now), self._released_periods
-        if self._reset_reason:
-            released, step, fault = False, 0, "; ".join(filter(None, (fault, self._reset_reason)))
+        reset_reason = self._reset_reason
+        if reset_reason:
+            released, step, fault = False, 0, "; ".join(filter(None, (fault, reset_reason)))
         images = self._images.each.items()
-        self._standalone.take(self._blocks, self._q, images, age, float(released))
+        permission = -1.0 if released and self._is_late() else float(released)
+        self._standalone.take(self._blocks, self._q, images, age, permission)
         self._standalone.perform(self._blocks, step)
-        self._released_periods, self._reset_reason = self._released_periods + released, ""
-        return self._make_command(unused, age, fault)
+        self._released_periods, self._reset_reason = self._released_periods + (permission > 0), ""
+        command = self._make_command(unused, age, fault)
+        self._rests_first = self._rests_first and bool(command.velocities.any())
+        if self._rests_first:
+            self._reset_reason = reset_reason
+        return command
+
+    def _is_late(self) -> bool:
+        """Return whether the last command acted longer than the safety allows."""
+        excess = self._clock.now - self._command_time - self._longest_hold
+        return self._safety.call_interval is not None and excess > LATENESS * self.dt
 
     def _make_command(self, unused: tuple[str, ...], age: float, fault: str) -> DriveCommand:
         """Return the command and the health that the stages of the period have computed."""
+        self._command_time = self._clock.now
         why, at_limit, error, qd, busy = self._standalone.read(self._blocks)
         if why & command_limits.NOT_FINITE:
             self._reset_reason = "not finite before: the memory of the scheme is reset"
@@ -324,16 +358,23 @@ class Controller:
         """Return a command that stops the robot, without the stages of the loop."""
         age = self._images.age(self._clock.now)
         health = Health(lost=self._images.list_lost_marks(), age=age, unused=unused, fault=fault)
+        self._command_time = self._clock.now
         qd = self._standalone.compute_braking(self._blocks)
         self._last = DriveCommand(make_read_only(qd), EMPTY, phase, health)
+        return self._last
+
+    def _repeat_command(self, unused: tuple[str, ...], fault: str) -> DriveCommand:
+        """Return the command of the period again, with the state of the data of this call."""
+        assert self._last is not None
+        health = self._last.health._replace(unused=unused, fault=fault)
+        self._last = self._last._replace(health=health)
         return self._last
 
     def _brake(self, fault: str, begins: bool) -> DriveCommand:
         """Return a braking command, because the data of this call cannot be used."""
         assert self._last is not None
         if not begins:
-            health = self._last.health._replace(unused=(), fault=fault)
-            return self._last._replace(health=health)
+            return self._repeat_command((), fault)
         if not self._images.are_known:
             return self._make_stop("waiting", (), fault)
         try:

@@ -15,22 +15,26 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.integration_stages import add_integration
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.frame_rows import add_body_poses
-from robsim.servo.safety.safety import Safety
+from robsim.servo.safety.safety import Fence, Safety
 from robsim.servo.shaping.command_shaper import find_coordinates
 from robsim.servo.task_controller import TaskController
 from robsim.servo.weight_stages import scale_entries
 from robsim.world.scene import Scene
 
 BRAKE_ATTEMPTS = 3  # commands that are tried before a frame near its fence is braked
-BRAKE_FRACTIONS = 0.25, 0.5, 0.75, 1.0  # checked fractions of the braking motion
+BRAKE_PLACES = 6  # checked poses of the braking motion, at equal distances
 
 
 @dataclass(frozen=True)
 class SafetyGuard:
-    """A safety with the believed scene, which defines its limits."""
+    """A safety with the believed scene, which defines its limits.
+
+    `hold` is the longest time in seconds that a command may act.
+    """
 
     safety: Safety
     believed: Scene
+    hold: float
 
     def stages(self, controller: TaskController, inputs: ControllerInputs) -> SafetyStages:
         """Add the stages of a controller, and then the stages that limit its command."""
@@ -49,6 +53,7 @@ class SafetyStages:
         self.n, self.program, self.scale, self.busy = n, program, program.rows(), program.rows()
         self.last = program.rows(n)  # last command
         self.growth_time = program.rows()  # time since the command began to grow
+        self.hold = program.constant(guard.hold)
         self.accelerations = program.constant(self._velocity_limits("acceleration"))
         self.reasons = program.rows()  # active limits, as the bits of `command_limits`
         self.at_limit = program.rows(n)  # 1 for a joint that is kept from its limit
@@ -72,6 +77,7 @@ class SafetyStages:
             shares=self.scale,
             reason=self.reasons,
             duration=self.inputs.dt,
+            hold=self.hold,
             accelerations=self.accelerations,
             low=low,
             high=high,
@@ -79,7 +85,12 @@ class SafetyStages:
             at_limit=self.at_limit,
             places=coordinates,
         )
-        qd = command if self.safety.fence is None else self._add_fence(command, brake)
+        qd = command
+        if self.safety.fence is not None:
+            attempts = self._add_attempts(command, brake)
+            if self.safety.margin is not None:
+                self._limit_attempts(*attempts, coordinates, low, high)
+            qd = self._add_fence(self.safety.fence, *attempts, brake)
         program.add(
             command_limits.store_command,
             out=qd,
@@ -129,21 +140,53 @@ class SafetyStages:
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
         return coordinates.tolist(), (low, high)
 
-    def _add_fence(self, command: BlockRows, brake: BlockRows) -> BlockRows:
-        """Add the stages that keep a frame in its box; return the rows of the command."""
-        fence, program, n = self.safety.fence, self.program, self.n
-        assert fence is not None
-        qd, seconds = program.rows(BRAKE_ATTEMPTS, n), program.rows(BRAKE_ATTEMPTS)
+    def _add_attempts(self, command: BlockRows, brake: BlockRows) -> tuple[BlockRows, BlockRows]:
+        """Add the stage that computes attempts; return the rows of velocities and seconds."""
+        program = self.program
+        qd, seconds = program.rows(BRAKE_ATTEMPTS, self.n), program.rows(BRAKE_ATTEMPTS)
         program.add(
             command_limits.compute_attempts,
             command=command,
             brake=brake,
             duration=self.inputs.dt,
+            hold=self.hold,
             accelerations=self.accelerations,
             velocities=qd,
             seconds=seconds,
         )
-        shares = [program.constant([fraction]) for fraction in BRAKE_FRACTIONS]
+        return qd, seconds
+
+    def _limit_attempts(
+        self,
+        qd: BlockRows,
+        seconds: BlockRows,
+        coordinates: list[int],
+        low: BlockRows,
+        high: BlockRows,
+    ) -> None:
+        """Add the stage that keeps the joints of all attempts within their limits."""
+        self.program.add(
+            command_limits.limit_attempts,
+            velocities=qd,
+            seconds=seconds,
+            last=self.last,
+            duration=self.inputs.dt,
+            hold=self.hold,
+            accelerations=self.accelerations,
+            low=low,
+            high=high,
+            q=self.inputs.q,
+            reason=self.reasons,
+            at_limit=self.at_limit,
+            places=coordinates,
+        )
+
+    def _add_fence(
+        self, fence: Fence, qd: BlockRows, seconds: BlockRows, brake: BlockRows
+    ) -> BlockRows:
+        """Add the stages that keep a frame in its box; return the rows of the command."""
+        program, n = self.program, self.n
+        shares = [program.constant([i / BRAKE_PLACES]) for i in range(1, BRAKE_PLACES + 1)]
         poses = [
             self._predict_pose(
                 fence.frame, qd[k], scale_entries(program, seconds[k].flat, share)[0]
@@ -160,7 +203,7 @@ class SafetyStages:
             reason=self.reasons,
             box=program.constant([fence.low, fence.high]),
             current_pose=self._add_pose(fence.frame, self.inputs.q),
-            places=len(BRAKE_FRACTIONS),
+            bernstein=program.constant(compute_bernstein_matrix(BRAKE_PLACES)),
             poses=poses,
         )
 
@@ -181,3 +224,15 @@ class SafetyStages:
     def _velocity_limits(self, which: str) -> Array:
         """Return a limit of each commanded velocity (n,)."""
         return self.safety.limits(which, self.scene.nv)[self.controller.columns]
+
+
+def compute_bernstein_matrix(degree: int) -> Array:
+    """Return the matrix (degree, degree) from values of a polynomial to Bernstein coefficients.
+
+    The values are at the shares 1/degree, 2/degree, ..., 1 of the interval, relative to the value
+    at its start. The first coefficient, which is the value at the start, is left out.
+    """
+    t, k = np.arange(1, degree + 1)[:, None] / degree, np.arange(1, degree + 1)
+    binomials = np.array([math.comb(degree, i) for i in range(1, degree + 1)])
+    basis = binomials * t**k * (1.0 - t) ** (degree - k)
+    return np.asarray(np.linalg.inv(basis), dtype=np.float64)

@@ -30,9 +30,15 @@ LimitValue = float | Sequence[float]  # one number for all joints, or one for ea
 class Fence(FrameBox):
     """Box in the world that the origin of a frame must not leave.
 
-    The guard predicts the frame along the braking motion of the joints, at four points up to rest,
-    and brakes before the frame leaves the box. Outside the box, motions that lead farther out are
-    not commanded. Joints of a user's own kind count as standing still.
+    The guard predicts the frame along the braking motion of the joints, at six poses up to rest,
+    and brakes before the frame leaves the box. It bounds the path between the poses by the control
+    points of the polynomial through them. If the joints move by at most 4 rad together until they
+    rest, the frame leaves the box by less than 0.1 mm.
+
+    This holds while calls of the controller are at most `Safety.call_interval` apart. A later call
+    brakes, and the frame leaves the box by at most its own motion in the time by which commands
+    acted too long. Outside the box, motions that lead farther out are not commanded. Joints of a
+    user's own kind count as standing still.
 
     Raises
     ------
@@ -104,8 +110,12 @@ class Safety(DeclaredValue):
     4. Each joint is slow enough to brake at a distance `margin` in front of its limit.
     5. The whole motion is slow enough for the frame of `fence` to brake inside its box.
 
-    A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. Without
-    `acceleration` a velocity can change at once.
+    A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. If a
+    command acts longer than planned, `acceleration` still holds, and limits 4 and 5 may be
+    exceeded. Without `acceleration` a velocity can change at once.
+
+    Each command of a `Controller` acts until the next period begins: for `dt` if each call is on
+    time, and for less than `dt` + `call_interval` in general. Limits 4 and 5 plan for this time.
 
     Limits are one number for all velocities or coordinates of the scene, or one number for each;
     numbers of joints that the task does not command are ignored. Joints that lag behind their
@@ -157,6 +167,20 @@ class Safety(DeclaredValue):
         Role.ROBOT,
         "Whether `Controller.step` moves the robot only while its argument `run` is true.",
     ] = False
+    driver_holds: Annotated[
+        bool,
+        Flag(),
+        Role.ROBOT,
+        "Whether the robot continues its last command while no call comes: after a pause "
+        "`Controller.step` then brakes it within `acceleration`. False: it stands still after a "
+        "pause.",
+    ] = False
+    call_interval: Annotated[
+        float | None,
+        Time(above=0),
+        "Longest time between two calls of `Controller.step`, for which `fence` and `margin` plan; "
+        "None: each call is on time.",
+    ] = None
 
     def check(self, scene: Scene) -> None:
         """Check that the limits fit a scene.
