@@ -95,7 +95,12 @@ WRONG = {
     "no file": (["--task", "no.py:Scheme"], "--task: no.py: no such file"),
     "a folder": (["--task", ".:Scheme"], "--task: .: no such file"),
     "no Python": (["--task", "text.txt:Scheme"], "text.txt: not a Python file"),
-    "no such name": (["--task", "mine.py:Schem"], "no 'Schem' in mine.py; did you mean 'Scheme'?"),
+    "no such name": (
+        ["--task", "mine.py:Schem"],
+        "no 'Schem' in mine.py; did you mean 'Scheme'? there are: Scheme, function, Late, task, "
+        "raising",
+    ),
+    "no such task": (["--task", "mine.py:tusk"], "no 'tusk' in mine.py; did you mean 'task'?"),
     "twice": (["--task", "mine.py:task"] * 2, "two schemes have the name mine:task"),
     "raises": (["--task", "boom.py:x"], "boom.py raised ZeroDivisionError: division by zero"),
     "leaves": (["--task", "exit.py:x"], "exit.py raised SystemExit: 3"),
