@@ -83,7 +83,7 @@ def test_a_sobol_axis_keeps_its_points_when_another_is_added_after_it():
         np.testing.assert_array_equal(few[names], more[names])
     every = [name for name in tables[-1] if name.startswith(tuple(axes)) and "latency" not in name]
     ranks = tables[-1][every].rank().to_numpy()  # each number has one point in each sixteenth
-    assert ranks.shape == (16, 7) and (np.sort(ranks, axis=0).T == np.arange(1, 17)).all()
+    assert ranks.shape == (16, 7) and (np.arange(1, 17) == np.sort(ranks, axis=0).T).all()
     assert len({tuple(column) for column in ranks.T}) == 7
 
 
