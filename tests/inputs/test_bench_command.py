@@ -1,8 +1,10 @@
 """`robsim bench` and `rs.bench`: the files that they write, and the input that they refuse."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from stopping import stop_at_the_second
@@ -82,7 +84,8 @@ def test_the_list_has_every_suite_with_its_title(robsim):
     status, out, _ = robsim("bench", "--list")
     assert status == 0 and files(".") == ["beside.py", "mine.py"]
     names = [line.split()[0] for line in out.splitlines()]
-    assert names == ["calibration", "cns_150", "gallery", "shift_lag", "vit_500", "vit_500_poster"]
+    known = "calibration", "cns_150", "gallery", "oblique_pairs", "shift_lag"
+    assert names == [*known, "vit_500", "vit_500_poster"]
 
 
 WRONG = {
@@ -92,7 +95,12 @@ WRONG = {
     "no file": (["--task", "no.py:Scheme"], "--task: no.py: no such file"),
     "a folder": (["--task", ".:Scheme"], "--task: .: no such file"),
     "no Python": (["--task", "text.txt:Scheme"], "text.txt: not a Python file"),
-    "no such name": (["--task", "mine.py:Schem"], "no 'Schem' in mine.py; did you mean 'Scheme'?"),
+    "no such name": (
+        ["--task", "mine.py:Schem"],
+        "no 'Schem' in mine.py; did you mean 'Scheme'? there are: Scheme, function, Late, task, "
+        "raising",
+    ),
+    "no such task": (["--task", "mine.py:tusk"], "no 'tusk' in mine.py; did you mean 'task'?"),
     "twice": (["--task", "mine.py:task"] * 2, "two schemes have the name mine:task"),
     "raises": (["--task", "boom.py:x"], "boom.py raised ZeroDivisionError: division by zero"),
     "leaves": (["--task", "exit.py:x"], "exit.py raised SystemExit: 3"),
@@ -178,6 +186,15 @@ def test_an_invalid_suite_or_scheme_is_refused(case):
         ({"groups": {"side": ["left"]}}, "side: 1 values for 500 starts"),
         ({"varied": {"task.gain": 3}}, "varied: expected a list for each name"),
         ({"crossed": True}, "two groups are needed"),
+        ({"draws": [1, 2]}, r"draws: expected one number for each of 500 starts, got .* \(2,\)"),
+        ({"draws": np.linspace(0, 1, 500)}, "draws: expected integers"),
+        ({"draws": ["a"] * 500}, "draws"),
+        ({"draws": 3}, "draws"),
+        ({"columns": {"size": [1.0]}}, "size: 1 values for 500 starts"),
+        ({"columns": {"size": [math.nan] * 500}}, r"size: nan at index \(0,\)"),
+        ({"columns": {"size": np.ones((500, 2))}}, r"size: expected one number .* \(500, 2\)"),
+        ({"columns": {"time": np.ones(500)}}, "the column 'time' would occur twice"),
+        ({"groups": {"draw": ["a"] * 500}}, "the column 'draw' would occur twice"),
         ({"version": 0}, "version"),
         ({"duration": -1.0}, "duration"),
         ({"scene": rs.Scene()}, "camera"),

@@ -28,7 +28,7 @@ REFUSED = {
     "no time": (dict(weighting=lambda: rs.weights.Fade(time=0)), "Fade.time"),
     "no noise": (dict(weighting=lambda: rs.weights.Tukey(noise=0)), "Tukey.noise must be"),
     "no image of the goal": (
-        dict(goal=rs.GoalFeatures(np.zeros(80)), weighting="huber"),
+        dict(goal=rs.GoalFeatures(np.zeros(80)), weighting="huber", features="polar"),
         "Huber needs the image of the marks at the goal",
     ),
     "no object": (dict(weighting=[3]), "expected a weighting"),

@@ -52,6 +52,92 @@ def test_the_command_agrees_with_numpys_weighted_least_squares(kind, seed):
     np.testing.assert_allclose(run.camera_velocity, V, rtol=1e-7, atol=1e-9)
 
 
+WIDE = rs.Camera(
+    [[500, 2, 320], [0, 480, 240], [0, 0, 1]], (640, 480), distortion=(-0.2, 0.05, 1e-3, -5e-4)
+)
+
+
+@pytest.mark.parametrize("camera", [SCENE.camera().camera, WIDE], ids=["plain", "wide"])
+@pytest.mark.parametrize("features", ["points", "pixels"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_goal_of_image_points_has_the_weights_of_its_pose(camera, features, kind):
+    """`GoalFeatures` was refused; its image points are those of the pose at the goal."""
+    scene = SCENE.replacing(replace(SCENE.camera(), camera=camera))
+    how = {"features": features, "gain": 0.7, "weighting": kind}
+    sensing = rs.Sensing(noise=1.0, outliers=0.3, outlier_size=60.0)
+    settings = {"dt": 0.02, "duration": 0.4, "sensing": sensing, "seed": 2}
+    posed = rs.simulate(scene, rs.IBVS(GOAL, **how), BESIDE, **settings)
+    numbers = rs.GoalFeatures(posed.s_goal.values)
+    given = rs.simulate(scene, rs.IBVS(numbers, **how), BESIDE, **settings)
+    assert (posed.weight.min() < 0.5).item()
+    np.testing.assert_allclose(given.weight, posed.weight, atol=1e-9)
+    np.testing.assert_allclose(given.q, posed.q, atol=1e-9)
+    assert np.isnan(given.pixels_goal).all()  # no camera has seen it
+
+
+def test_a_goal_of_pixels_follows_the_believed_camera_of_each_run():
+    task = rs.IBVS(rs.GoalFeatures([220, 140, 420, 140, 420, 340, 220, 340.0]), features="pixels")
+    one = rs.Experiment(SCENE, replace(task, weighting="tukey"), BESIDE, dt=0.04, duration=0.4)
+    one = one.with_(sensing=rs.Sensing(outliers=0.4))
+    focal = np.array([450.0, 520.0])
+    both = one.vary({"belief.cameras.eye.focal": focal}).run()
+    for i in range(2):
+        own = one.at("belief.cameras.eye.focal", focal[i]).with_(first_run=i).run()
+        np.testing.assert_array_equal(both.q[i], own.q)
+
+
+def test_blocks_of_image_points_determine_the_goal_together():
+    """Two marks in pixels and two as points: the same weights as all in pixels."""
+    pixels = np.array([[220, 140], [420, 140], [420, 340], [220, 340.0]])
+    points = (pixels - [319.5, 239.5]) / FOCAL
+    block = rs.features.FeatureBlock
+    blocks = [block("pixels", marks=[0, 3]), block("points", marks=[2, 1])]
+    s = np.concatenate([pixels[[0, 3]].ravel(), points[[2, 1]].ravel()])
+    scene = SCENE
+    whole = rs.IBVS(rs.GoalFeatures(pixels.ravel()), features="pixels", weighting="huber")
+    parts = rs.IBVS(rs.GoalFeatures(s), features=blocks, weighting="huber")
+    lying = rs.Sensing(outliers=0.5, outlier_size=200.0)
+    how = {"dt": 0.04, "duration": 0.04, "sensing": lying, "seed": 3}
+    a, b = (rs.simulate(scene, each, BESIDE, **how).isel(time=0) for each in (whole, parts))
+    weights = a.weight.values.reshape(4, 2)
+    assert weights.min() < 0.9
+    np.testing.assert_allclose(b.weight.values.reshape(4, 2), weights[[0, 3, 2, 1]], rtol=1e-12)
+
+
+LINES = rs.IBVS(rs.GoalFeatures(np.zeros(4)), features="lines", weighting="huber")
+UNKNOWN = {
+    "lines": (LINES, "Huber needs the image .* for mark 0 of 'square'"),
+    "one mark": (
+        rs.IBVS(
+            rs.GoalFeatures(np.zeros(6)),
+            features=rs.features.FeatureBlock("pixels", marks=[0, 1, 3]),
+            weighting="tukey",
+        ),
+        "for mark 2 of 'square'",
+    ),
+    "one number": (
+        rs.IBVS(
+            rs.GoalFeatures(np.zeros(3)),
+            features=rs.features.FeatureBlock("points", components=[0, 1, 2]),
+            weighting="cauchy",
+        ),
+        "for mark 0 of 'square'",
+    ),
+    "too few": (
+        rs.IBVS(rs.GoalFeatures(np.zeros(6)), weighting="cauchy"),
+        "goal s: expected 8 numbers",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", UNKNOWN)
+def test_a_goal_of_other_numbers_has_no_image(case):
+    task, words = UNKNOWN[case]
+    with pytest.raises(rs.errors.InputError, match=words) as error:
+        rs.simulate(SCENE, task, BESIDE, duration=0.1)
+    assert "\n" not in str(error.value)
+
+
 def interaction_of(run):
     """L (8, 6) in pixels of the measurement of a run at an instant, at the true depths."""
     points = (run.s.values.reshape(4, 2) - [319.5, 239.5]) / FOCAL

@@ -1,7 +1,10 @@
 """Samples: moments of distributions, positions of starts, and independence of other settings."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import robsim as rs
 from robsim.starts.start_kinematics import StartKinematics
@@ -30,7 +33,7 @@ def sample(sampler, count=MANY, shape=()):
     ],
 )
 def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, std):
-    source = RandomNumbers(3, "x", MANY, evenly=(1, 0))
+    source = RandomNumbers(3, "x", MANY)
     values = sampler.sample_values(source, ())
     assert abs(values.mean() - mean) < 4 * std / np.sqrt(MANY.size)
     assert abs(values.std() - std) < 0.01 * std
@@ -38,14 +41,50 @@ def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, s
 
 def test_evenly_drawn_numbers_miss_no_cell():
     points = rs.samplers.Sobol([0, 0], [1, 1]).sample_values(
-        RandomNumbers(1, "x", np.arange(256), evenly=(2, 0)), (2,)
+        RandomNumbers(1, "x", np.arange(256)), (2,)
     )
     cells = np.floor(points * 16).astype(int)
     assert len({tuple(each) for each in cells}) == 256  # a net: one point in each of 16 x 16
     two = rs.samplers.Sobol(0, 1).sample_values(
-        RandomNumbers(1, "y", np.array([5, 200]), evenly=(2, 1)), ()
+        RandomNumbers(1, "y", np.array([5, 200]), dimension=1), ()
     )
     np.testing.assert_array_equal(two, points[[5, 200], 1])
+
+
+def test_sobol_points_agree_with_scipys_sequence_up_to_their_scrambling():
+    """A scrambling maps intervals of 2^-k onto each other: pairs of points share as many digits."""
+    points = RandomNumbers(5, "x", np.arange(64)).sample_sobol_points(4)
+    plain = qmc.Sobol(4, scramble=False).random(64)
+    for k in range(1, 7):
+        own, other = (np.floor(each * 2**k)[:, None] for each in (points, plain))
+        same = [each == np.swapaxes(each, 0, 1) for each in (own, other)]
+        np.testing.assert_array_equal(*same)
+    correlations = np.corrcoef(RandomNumbers(5, "x", MANY).sample_sobol_points(4).T)
+    np.testing.assert_allclose(correlations, np.eye(4), atol=1e-3)
+
+
+def test_a_sobol_axis_keeps_its_points_when_another_is_added_after_it():
+    """Before, the points of the first axis changed with the number of Sobol axes."""
+    one = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.04)
+    axes = {
+        "task.gain": rs.samplers.Sobol(1.0, 2.0),
+        "cameras.camera.center": rs.samplers.Sum(rs.samplers.Sobol([-5.0, -5], [5.0, 5])),
+        "sensing.latency": rs.samplers.Uniform(0.0, 0.04),
+        "objects.square.position": rs.samplers.Sobol([-0.01] * 3, [0.01] * 3),
+        "task.depth_scale": rs.samplers.Product(rs.samplers.Sobol(0.9, 1.1)),
+    }
+    tables = [
+        rs.study(one, 16, seed=4, vary=dict(list(axes.items())[:count])).table
+        for count in range(1, 6)
+    ]
+    for few, more in pairwise(tables):
+        names = [name for name in few if name.startswith(tuple(axes))]
+        assert names
+        np.testing.assert_array_equal(few[names], more[names])
+    every = [name for name in tables[-1] if name.startswith(tuple(axes)) and "latency" not in name]
+    ranks = tables[-1][every].rank().to_numpy()  # each number has one point in each sixteenth
+    assert ranks.shape == (16, 7) and (np.arange(1, 17) == np.sort(ranks, axis=0).T).all()
+    assert len({tuple(column) for column in ranks.T}) == 7
 
 
 def test_a_sample_depends_on_seed_name_and_number_alone():

@@ -1,11 +1,15 @@
 """The figures of studies show each run, share and interval at its place, and count them."""
 
+from itertools import combinations
+
 import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.colors import to_hex
+from scipy import stats
 
 import robsim as rs
 from robsim import plot
@@ -198,6 +202,45 @@ def test_a_distribution_rises_to_all_runs_and_has_its_median_at_the_half():
     assert texts(figure.legends[0]) == [f"{task} ({counts[task]})" for task in ("IBVS", "PBVS")]
     every = plot.study_distributions(TABLE, ["path_length"], among="began").axes[0]
     assert every.get_title(loc="right") == f"n {len(BEGAN)}"
+
+
+def find_overlaps(axes, renderer):
+    """Pairs of texts below a panel that overlap by more than a pixel."""
+    ticks = [t for t in axes.get_xticklabels(which="both") if t.get_text()]
+    boxes = [(each.get_text(), each.get_window_extent(renderer)) for each in ticks]
+    boxes = [
+        (text, box) for text, box in boxes if axes.bbox.x0 <= box.x1 and box.x0 <= axes.bbox.x1
+    ]
+    for each in (axes.xaxis.get_offset_text(), axes.xaxis.label):
+        if each.get_text() and each.get_visible():
+            boxes.append((each.get_text(), each.get_window_extent(renderer)))
+    return [
+        (a, b)
+        for (a, x), (b, y) in combinations(boxes, 2)
+        if min(x.x1, y.x1) - max(x.x0, y.x0) > 1 and min(x.y1, y.y1) - max(x.y0, y.y0) > 1
+    ]
+
+
+@pytest.mark.parametrize("size", [1e-5, 2.7e-4, 1.0, 3e4])
+def test_ticks_of_small_and_of_narrow_distributions_do_not_overlap(size):
+    """Before, 0.00002 met 0.00004, and the power of ten met the label."""
+    u = np.random.default_rng(1).random(300)
+    columns = {
+        "distance_to_goal": size * u,
+        "path_length": size * (1 - 1e-3 * u),
+        "error_norm": size * (1 + 0.2 * u),
+        "end_time": size * np.exp(2 * stats.norm.ppf(u)),
+    }
+    figure = plot.study_distributions(
+        pd.DataFrame({**columns, "outcome": "CONVERGED", "began": True})
+    )
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for axes in figure.axes:
+        assert find_overlaps(axes, canvas.get_renderer()) == []
+    [axes] = [each for each in figure.axes if each.get_xlabel().startswith("distance")]
+    unit = {1e-5: "$10^{-5}$ m", 3e4: "$10^{4}$ m", 1.0: "m", 2.7e-4: "$10^{-4}$ m"}[size]
+    assert axes.get_xlabel() == f"distance to the goal at the end ({unit})"
 
 
 def test_bars_are_the_correlation_ratios_with_their_intervals():

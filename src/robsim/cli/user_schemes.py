@@ -57,9 +57,16 @@ def _find_in_module(module: ModuleType, name: str, path: str) -> Any:
     """Return an object of a module; raise InputError with the nearest name if it is missing."""
     if hasattr(module, name):
         return getattr(module, name)
-    own = [
-        key
-        for key, value in vars(module).items()
-        if not key.startswith("_") and getattr(value, "__module__", None) == module.__name__
-    ]
+    own = [key for key, value in vars(module).items() if _is_own_scheme(key, value, module)]
     raise InputError(f"--task: no {name!r} in {path}; {suggest_names(name, own, 'there are')}")
+
+
+def _is_own_scheme(name: str, value: Any, module: ModuleType) -> bool:
+    """Return whether a module defines a task, or a class or function that may return one."""
+    from robsim.servo.tasks.task import Task
+
+    if name.startswith("_"):
+        return False
+    if not isinstance(value, type) and isinstance(value, Task):
+        return True
+    return callable(value) and getattr(value, "__module__", None) == module.__name__

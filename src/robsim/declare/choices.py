@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.protocols import format_members, implements
 from robsim.declare.dotted_paths import find_field_parts
-from robsim.declare.error_phrases import join_alternatives
+from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.fields import DeclaredField, fields_of
-from robsim.declare.kind_families import KindFamily, pluralize
+from robsim.declare.kind_families import KindFamily
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
@@ -110,12 +110,8 @@ class KindOf(Spec):
         hint = suggest_names(value, [*self.plain, *self.names], pluralize(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
         more += f", or an object with {format_members(self.protocol)}" if self.protocol else ""
-        is_text = isinstance(value, str)
-        wrong = (
-            f"no {self.family.noun} {format_value(value)}"
-            if is_text
-            else self._describe_mismatch(value)
-        )
+        unknown = f"no {self.family.noun} {format_value(value)}"
+        wrong = unknown if isinstance(value, str) else self._describe_mismatch(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
@@ -136,10 +132,8 @@ class KindOf(Spec):
             c.at("kind").report(f"{LACKING}; kinds: {', '.join(map(repr, self.names))}")
             raise UnreadableValue
         if not isinstance(kind, str) or kind not in self._find_names(kind):
-            c.at("kind").report(
-                f"no kind {format_value(kind)}; "
-                f"{suggest_names(str(kind)[:64], self.names, 'kinds')}"
-            )
+            near = suggest_names(str(kind)[:64], self.names, "kinds")
+            c.at("kind").report(f"no kind {format_value(kind)}; {near}")
             raise UnreadableValue
         return read_table(
             self.family.find(kind), raw, c if old else c.with_old_value(MISSING), "kind"

@@ -48,9 +48,7 @@ class PerRun:
     def __init__(
         self, *shapes: tuple[int | str, ...], rows: bool = False, above: float | None = None
     ):
-        object.__setattr__(self, "shapes", shapes)
-        object.__setattr__(self, "rows", rows)
-        object.__setattr__(self, "above", above)
+        vars(self).update(shapes=shapes, rows=rows, above=above)
 
     def bound(self, values: Array) -> Array:
         """Return numbers (runs, ...) in the shape for a stage, read-only."""
@@ -110,6 +108,8 @@ _FOUND: dict[DeclaredClass, tuple[DeclaredField, ...]] = {}
 
 
 def _collect_fields(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
+    if not dataclasses.is_dataclass(kind):
+        return ()
     hints = get_type_hints(kind, include_extras=True)
     declared = []
     for each in dataclasses.fields(kind):
@@ -120,7 +120,7 @@ def _collect_fields(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
             stacked = next((part for part in metadata if isinstance(part, PerRun)), None)
             role = next((part for part in metadata if isinstance(part, Role)), Role.RUN)
             declared.append(
-                DeclaredField(each.name, specs[0], meaning, _get_default(each), stacked, role)
+                DeclaredField(each.name, specs[0], meaning, get_default(each), stacked, role)
             )
     return tuple(declared)
 
@@ -163,12 +163,11 @@ def check_fields(value: object) -> None:
             object.__setattr__(value, each.name, checked)
 
 
-def _get_default(each: dataclasses.Field[Any]) -> Any:
-    if each.default is not dataclasses.MISSING:
-        return each.default
+def get_default(each: dataclasses.Field[Any]) -> Any:
+    """Return the default of a field; MISSING if it has none."""
     if each.default_factory is not dataclasses.MISSING:
         return each.default_factory()
-    return MISSING
+    return MISSING if each.default is dataclasses.MISSING else each.default
 
 
 def is_identical(a: Any, b: Any) -> bool:

@@ -7,6 +7,8 @@ registered classes as entry points of the group "robsim".
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import re
 import tomllib
 from collections.abc import Callable
@@ -14,14 +16,18 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.name_check import check_name
+from robsim.declare.error_phrases import pluralize
 from robsim.declare.parameter_docs import described
+from robsim.declare.scalars import Flag, Integer, Number
+from robsim.declare.texts import Text
 
 K = TypeVar("K", bound=type[Any])
 PACKAGE = Path(__file__).parents[1]
+PLAIN_FIELDS = {"float": Number(), "int": Integer(-(2**53)), "bool": Flag(), "str": Text()}
 _REGISTERED = re.compile(r'^@register\("([^"]+)", "(\w+)"\)$.*?^class (\w+)', re.M | re.S)
 
 
@@ -97,17 +103,6 @@ def _read_shipped_families() -> dict[str, KindFamily]:
 _FAMILIES = _read_shipped_families()
 
 
-def pluralize(noun: str) -> str:
-    """Return the plural of the noun of a family.
-
-    >>> pluralize("law"), pluralize("trajectory"), pluralize("kind of moments")
-    ('laws', 'trajectories', 'kinds of moments')
-    """
-    head, of, tail = noun.partition(" of ")
-    many = f"{head[:-1]}ies" if head.endswith("y") else f"{head}s"
-    return many.replace("matrixs", "matrices") + of + tail
-
-
 def family(noun: str) -> KindFamily:
     """Return the family with a noun, such as "law"; a new family if there is none.
 
@@ -130,6 +125,7 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
     """Return a decorator that registers a class as a kind of a family.
 
     A registered class can be used by its name in Python, scenario files, changes and saved runs.
+    Fields with the plain types float, int, bool and str are declared without bounds and meaning.
     The decorator also adds the declared fields to the docstring, as `described` does.
 
     Parameters
@@ -147,7 +143,8 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
     Raises
     ------
     InputError
-        If the family does not exist, if the name is not valid, or if another class has it.
+        If the family does not exist, if the name is not valid, if another class has it, or if a
+        dataclass has an `__init__` that does not take its fields.
 
     Examples
     --------
@@ -168,10 +165,28 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
         known = _FAMILIES[noun].get(own)
         if known is not None and known.__qualname__ != kind.__qualname__:
             raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")
+        if dataclasses.is_dataclass(kind) and not kind.__module__.startswith(f"{PACKAGE.name}."):
+            _declare_plain_fields(kind)
         _FAMILIES[noun].loaded[own] = kind
         return described(kind)
 
     return named
+
+
+def _declare_plain_fields(kind: type[Any]) -> None:
+    """Declare the fields of a user's dataclass with a plain type; InputError if it takes no fields.
+
+    An object that is read from a text is made from its fields.
+    """
+    every = [each for each in dataclasses.fields(kind) if each.init]
+    try:
+        inspect.signature(kind).bind_partial(**{each.name: None for each in every})
+    except TypeError as error:
+        raise InputError(f"{kind.__name__}.__init__ does not take its fields: {error}") from None
+    for each in every:
+        spec = PLAIN_FIELDS.get(getattr(each.type, "__name__", str(each.type)))
+        if spec and each.name in kind.__annotations__:
+            kind.__annotations__[each.name] = Annotated[each.type, spec]
 
 
 def make_kind_getattr(noun: str) -> Callable[[str], type[Any]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.value import make_hashable
 from robsim.declare.dotted_paths import find_field_parts, get_inner_context
-from robsim.declare.fields import DeclaredField, fields_of, is_default, is_identical
+from robsim.declare.fields import DeclaredField, fields_of, get_default, is_default, is_identical
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
@@ -228,11 +228,16 @@ def _report_unknown_keys(
 
 def _check_undeclared_fields(source: Any, own: Fields) -> None:
     """Raise NoTextError if an object has values outside its declared fields."""
-    for each in dataclasses.fields(source):
-        if each.init and each.compare and each.name not in own:
-            plain, value = each.default, getattr(source, each.name)
-            if type(plain) is not type(value) or make_hashable(plain) != make_hashable(value):
-                raise NoTextError(f"{type(source).__name__} has a {each.name} of its own")
+    if not dataclasses.is_dataclass(source):
+        undeclared = dict.fromkeys(getattr(source, "__dict__", ()), MISSING)
+    else:
+        listed = [each for each in dataclasses.fields(source) if each.init and each.compare]
+        undeclared = {each.name: get_default(each) for each in listed if each.name not in own}
+    for name, plain in undeclared.items():
+        value = getattr(source, name)
+        if type(plain) is not type(value) or make_hashable(plain) != make_hashable(value):
+            form = "a text has the declared fields of a frozen dataclass"
+            raise NoTextError(f"{type(source).__name__} has a {name} of its own; {form}")
 
 
 def yield_controls(

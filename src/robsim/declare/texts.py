@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
-from robsim.declare.error_phrases import join_alternatives
-from robsim.declare.kind_families import pluralize
+from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.scalars import PlainValue
 from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw
 

@@ -17,6 +17,7 @@ from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.camera_target import CameraTarget, PairKey, adjoint, compute_relative_pose
+from robsim.servo.goals.goal_marks import locate_goal_marks
 from robsim.servo.laws.broyden_rule import Interaction
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.inverse import multiply_batches
@@ -118,6 +119,12 @@ class BoundFeatures:
         last = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])
         pixels = move_runs_first(last) if self.runs > 1 else last[..., 0]
         return pixels if self.goal_values is None else np.full(pixels.shape, np.nan)
+
+    def locate_marks(self, sight: CameraTarget) -> Array:
+        """Return the pixels (N, 2, runs) of the marks of a pair at the goal; NaN if unknown."""
+        if self.goal_values is None:
+            return self.goals[sight.key].pixels_last
+        return locate_goal_marks(sight, self.parts, self.s_goal[:, 0])
 
     @property
     def motions(self) -> int:

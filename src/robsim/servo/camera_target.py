@@ -142,11 +142,17 @@ class CameraTarget:
         return Observation.of_last(pixels, depth, self.eye.camera, **more)
 
     def observe_from_front(self) -> Observation:
-        """Return the observation of the slightly rotated target by a camera well in front of it."""
+        """Return the observation of the slightly rotated target by a camera well in front of it.
+
+        Camera and marks of the first run stand for all runs.
+        """
         distance = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
         T_c_o = Pose.at(0.0, 0.0, distance, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()
-        depth, pixels, _ = self.image(np.eye(3, 4)[..., None], T_c_o, np.zeros(1, dtype=np.int64))
-        return self.observation(pixels, depth, T_c_o)
+        first = np.zeros(1, dtype=np.int64)
+        depth, pixels, _ = self.image(np.eye(3, 4)[..., None], T_c_o, first)
+        marks, camera = np.asarray(self.target.marks), self.eye.camera.of_runs(first)
+        model = marks if marks.ndim == 2 else marks[..., :1]
+        return Observation.of_last(pixels, depth, camera, model=model, guess_last=T_c_o)
 
     def moves(self, columns: NDArray[np.int64]) -> jacobians.BodyMoves:
         """Return the motions by some velocities in the form of the kernels, read-only."""

@@ -115,7 +115,7 @@ class BoundFeatureRows:
         depth = self._add_depths(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
         if self.weightings:
-            goal = self.bound_features.goals[sight.key].pixels_last
+            goal = self.bound_features.locate_marks(sight)
             arguments = view, points, camera, goal
             self.weights[sight.key] = add_mark_weights(self.weightings, self.inputs, *arguments)
         weights = self.weights.get(sight.key)

@@ -39,15 +39,15 @@ def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: i
 class RandomNumbers:
     """The random numbers of one name in some draws of a study.
 
-    `numbers` are the numbers of the draws, and `attempt` counts the repetitions of a draw. `evenly`
-    holds the dimension of the study's Sobol sequence, and the first dimension of this name.
+    `numbers` are the numbers of the draws, and `attempt` counts the repetitions of a draw.
+    `dimension` is the first dimension of this name in the Sobol sequence of the study.
     """
 
     seed: int
     name: str
     numbers: NDArray[np.int64]
     attempt: int = 0
-    evenly: tuple[int, int] = (0, 0)
+    dimension: int = 0
 
     def uniform(self, count: int) -> Array:
         """Return `count` uniform numbers in (0, 1) for each draw, (draws, count)."""
@@ -61,21 +61,30 @@ class RandomNumbers:
         return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
 
     def sample_sobol_points(self, count: int) -> Array:
-        """Return `count` coordinates in (0, 1) of each point of a scrambled Sobol sequence."""
+        """Return `count` coordinates in (0, 1) of each point of a scrambled Sobol sequence.
+
+        Each dimension has a scrambling of its own, so its coordinates are independent of the number
+        of dimensions.
+        """
+        first = self.dimension
+        columns = [self._sample_sobol_dimension(i) for i in range(first, first + count)]
+        points = np.stack(columns, axis=-1) if count else np.empty((len(self.numbers), 0))
+        return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
+
+    def _sample_sobol_dimension(self, i: int) -> Array:
+        """Return the coordinates (draws,) of the i-th dimension of the Sobol sequence."""
         try:
             from scipy.stats import qmc
         except ImportError:
             raise InputError("Sobol's sequence needs SciPy: pip install 'robsim[store]'") from None
-        dimensions, first = self.evenly
-        engine = qmc.Sobol(dimensions, rng=np.random.default_rng(self.seed))
+        engine = qmc.Sobol(i + 1, rng=np.random.default_rng([self.seed, i]))
         low, high = int(self.numbers.min()), int(self.numbers.max())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # the count may be no power of two
             if low:
                 engine.fast_forward(low)
             points = engine.random(high - low + 1)
-        chosen = points[self.numbers - low, first : first + count]
-        return np.asarray(np.clip(chosen, 2.0**-53, 1.0 - 2.0**-53))
+        return np.asarray(points[self.numbers - low, i])
 
     @property
     def _key(self) -> int:

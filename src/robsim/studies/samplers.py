@@ -150,8 +150,9 @@ class Sobol(RangeSampler):
     """Evenly distributed numbers between low and high, from a scrambled Sobol sequence.
 
     All numbers of a study with this sampler are coordinates of one point of the Sobol sequence,
-    scrambled by the seed. Means over the runs converge faster than with `Uniform`. The sampler
-    needs SciPy, which `pip install 'robsim[store]'` installs.
+    scrambled by the seed. The names take the dimensions of the sequence in their order: a name
+    keeps its values if names are added after it. Means over the runs converge faster than with
+    `Uniform`. The sampler needs SciPy, which `pip install 'robsim[store]'` installs.
 
     References
     ----------

@@ -22,7 +22,8 @@ from robsim.studies import table_columns
 from robsim.studies.table_columns import Among, StudyData
 
 FEWEST_RUNS = 20  # least number of runs
-MOST_BINS, RUNS_PER_BIN = 10, 10  # most bins of a number, and least runs in each
+RUNS_PER_BIN = 10  # least number of runs in each bin of a number
+FEW_VALUES = 10  # a number with so few values has a bin for each value
 
 
 @dataclass(frozen=True)
@@ -233,13 +234,14 @@ def _check_variation(numbers: NDArray[Any], values: Array, name: str) -> None:
 def _assign_bins(numbers: Array) -> NDArray[np.intp]:
     """Return the bin of each number: its value if there are few values, else bins of equal counts.
 
-    Equal numbers share a bin.
+    Equal numbers share a bin. Wide bins hide a dependence that waves, and narrow bins widen the
+    interval of a number without effect. n runs have up to n / 10 bins and 2 sqrt(n) bins.
     """
     values, index = np.unique(numbers, return_inverse=True)
-    if len(values) <= MOST_BINS:
-        return np.asarray(index, np.intp)
     n = len(numbers)
-    many = max(2, min(MOST_BINS, n // RUNS_PER_BIN))
+    many = max(2, min(n // RUNS_PER_BIN, 2 * math.isqrt(n)))
+    if len(values) <= max(FEW_VALUES, many):
+        return np.asarray(index, np.intp)
     bins = np.unique(((ranks(numbers) - 0.5) / n * many).astype(np.intp), return_inverse=True)[1]
     return np.asarray(bins if bins.any() else numbers > numbers.min(), np.intp)
 

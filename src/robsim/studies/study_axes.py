@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -155,8 +154,8 @@ def _is_real_number(value: Any) -> bool:
 def _draws_factors(sampler: Any) -> bool:
     """Return whether samples of a focal length are factors: they are too small for pixels."""
     shape = tuple(sampler.shape)
-    probe = RandomNumbers(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
-    return bool(np.abs(sampler.sample_values(probe, shape)).max() < FOCAL_FACTOR)
+    values = sampler.sample_values(RandomNumbers(0, "focal", np.arange(64)), shape)
+    return bool(np.abs(values).max() < FOCAL_FACTOR)
 
 
 def _shape_of_number(experiment: Experiment, name: str) -> tuple[int, ...]:

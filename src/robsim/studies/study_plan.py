@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import permutations
+from itertools import permutations, takewhile
 from typing import Any
 
 import numpy as np
@@ -87,10 +87,9 @@ class Plan:
 
     def source(self, name: str, draws: Codes, attempt: int = 0) -> RandomNumbers:
         """Return the random numbers of a name for some draws."""
-        even = {a.name: math.prod(a.shape) for a in self.axes if is_sobol(a.sampler)}
-        before = list(even).index(name) if name in even else 0
-        evenly = sum(even.values()), sum(list(even.values())[:before])
-        return RandomNumbers(self.seed, name, draws, attempt, evenly)
+        before = takewhile(lambda axis: axis.name != name, self.axes)
+        dimension = sum(math.prod(axis.shape) for axis in before if is_sobol(axis.sampler))
+        return RandomNumbers(self.seed, name, draws, attempt, dimension)
 
     def codes(self, axis: StudyAxis, runs: Codes) -> Codes:
         """Return the index of the value of an axis in some runs, (runs,)."""

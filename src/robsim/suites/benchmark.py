@@ -22,10 +22,10 @@ class Benchmark:
     suites : tuple of Suite
         The simulated suites.
     data : DataFrame
-        A row for each run: suite, version, scheme, run, groups, outcome, began, success, time (s),
-        path_length and distances (m), angles (rad); for suites of published numbers also value,
-        expected and within. Runs with `began` false are not counted: their start does not see the
-        marks.
+        A row for each run: suite, version, scheme, run, draw, groups and columns of the suite,
+        outcome, began, success, time (s), path_length and distances (m), angles (rad); for suites
+        of published numbers also value, expected and within. Runs of one `draw` are not
+        independent. Runs with `began` false are not counted: their start does not see the marks.
 
     Examples
     --------
@@ -42,7 +42,9 @@ class Benchmark:
     def table(self) -> pd.DataFrame:
         """A table with a row for each suite, group and scheme.
 
-        `successes` among the `runs` that began have a Wilson interval from `low` to `high`.
+        `successes` among the `runs` that began have a Wilson interval from `low` to `high`, of the
+        effective number of independent runs if some runs have the same draw (see
+        `robsim.statistics.proportions.estimate_clustered_share`).
         `not_begun` counts the other runs. The medians `time` (s) and `path_length` (m) are over
         successful runs, and `distance_to_goal` (m) and `angle_to_goal` (rad) over runs that began.
         """

@@ -79,6 +79,7 @@ def _make_number_row(
         "version": suite.version,
         "scheme": number.case,
         "run": i,
+        "draw": i,
         "outcome": Outcome(int(of_case["outcome"])).words,
         "began": bool(of_case["began"]),
         "success": abs(value - number.expected) <= number.within,

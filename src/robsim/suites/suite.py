@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEXT_FIELDS = "name", "title", "source", "criterion"
+ROW_COLUMNS = (  # columns of the rows of every suite
+    *("suite", "version", "scheme", "run", "draw", "outcome", "began", "success", "time"),
+    *("path_length", "distance_at_start", "angle_at_start", "distance_to_goal", "angle_to_goal"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +69,13 @@ class Suite:
         Further values that differ from run to run, {name: (runs, ...)}, as in `Experiment.vary`.
     groups : mapping of str to sequence of str, optional
         Labels (runs,) of the groups of runs, by the name of the grouping.
+    draws : array_like of int of shape (runs,), optional
+        Number of the draw of each run. Runs of one draw are not independent, as the same start in
+        several sizes of the world, and the intervals account for it. Default: every run is a draw,
+        except that equal runs are one draw.
+    columns : mapping of str to array_like, optional
+        Further numbers (runs,) of the runs, for the criterion of success, by the name of their
+        column in `Benchmark.data`.
     crossed : bool, default False
         Whether to count every pair of labels of two groupings, instead of each label alone.
     computed : bool, default False
@@ -106,6 +117,8 @@ class Suite:
     duration: float = 10.0
     varied: Mapping[str, ArrayLike] = field(default_factory=dict)
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    draws: ArrayLike | None = None
+    columns: Mapping[str, ArrayLike] = field(default_factory=dict)
     crossed: bool = False
     computed: bool = False
     sensing: Sensing = field(default_factory=Sensing)
@@ -153,21 +166,43 @@ class Suite:
 
     def _put_lists(self) -> None:
         """Check that lists have one value for each run, and store them as immutable arrays."""
-        for field_name in ("varied", "groups"):
-            values_by_name = getattr(self, field_name)
-            lists = isinstance(values_by_name, Mapping) and all(
-                map(has_items, values_by_name.values())
-            )
-            if not lists or not all(isinstance(each, Sized) for each in values_by_name.values()):
-                got = format_value(values_by_name)
-                raise InputError(f"{field_name}: expected a list for each name, got {got}")
-            for name, values in values_by_name.items():
-                if len(values) != self.runs:
-                    raise InputError(f"{name}: {len(values)} values for {self.runs} starts")
+        for field_name in ("varied", "groups", "columns"):
+            self._check_lists(field_name, getattr(self, field_name))
+        taken = [*ROW_COLUMNS, *self.groups, *self.columns]
+        for name in (*self.groups, *self.columns):
+            if taken.count(name) > 1:
+                raise InputError(f"groups and columns: the column {name!r} would occur twice")
         varied = {name: make_read_only(as_floats(x, name, ())) for name, x in self.varied.items()}
         object.__setattr__(self, "varied", varied)
-        labels = {field_name: tuple(map(str, each)) for field_name, each in self.groups.items()}
+        labels = {name: tuple(map(str, each)) for name, each in self.groups.items()}
         object.__setattr__(self, "groups", labels)
+        numbers = {name: self._as_column(x, name) for name, x in self.columns.items()}
+        object.__setattr__(self, "columns", numbers)
+        if self.draws is not None:
+            draws = self._as_column(self.draws, "draws")
+            if (draws != np.round(draws)).any():
+                raise InputError(f"draws: expected integers, got {format_value(self.draws)}")
+            object.__setattr__(self, "draws", make_read_only(draws.astype(np.int64)))
+
+    def _check_lists(self, field_name: str, values_by_name: Any) -> None:
+        """Raise InputError unless a field has a list with a value for each run, by name."""
+        lists = isinstance(values_by_name, Mapping) and all(map(has_items, values_by_name.values()))
+        if not lists or not all(isinstance(each, Sized) for each in values_by_name.values()):
+            got = format_value(values_by_name)
+            raise InputError(f"{field_name}: expected a list for each name, got {got}")
+        for name, values in values_by_name.items():
+            if len(values) != self.runs:
+                raise InputError(f"{name}: {len(values)} values for {self.runs} starts")
+
+    def _as_column(self, values: ArrayLike, name: str) -> Array:
+        """Return one number for each run (runs,); raise InputError for other values."""
+        numbers = as_floats(values, name, ("runs",))
+        if numbers.shape != (self.runs,):
+            raise InputError(
+                f"{name}: expected one number for each of {self.runs} starts, got an array of "
+                f"shape {numbers.shape}"
+            )
+        return make_read_only(numbers)
 
     @property
     def runs(self) -> int:

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from robsim.base.text_tables import TabularValue, format_digits
-from robsim.statistics.proportions import estimate_share
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import estimate_clustered_share
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
 
@@ -74,7 +75,7 @@ def _select_members(rows: pd.DataFrame, scheme: str, members: Any) -> pd.DataFra
 def _count_scheme(scheme: str, rows: pd.DataFrame) -> dict[str, Any]:
     """Return the success rate of the runs of a scheme, and medians."""
     began, success = (rows[key].to_numpy(dtype=bool) for key in ("began", "success"))
-    estimate = estimate_share(int(success.sum()), int(began.sum()))
+    estimate = estimate_clustered_share(success[began], rows["draw"].to_numpy()[began])
     row = {
         "scheme": scheme,
         "successes": estimate.count,
@@ -113,7 +114,7 @@ def _group_columns(table: pd.DataFrame) -> list[list[str]]:
     columns = [
         ["group", *shown_groups],
         ["scheme", *table["scheme"]],
-        ["success", *_format_shares(table)],
+        ["success", *map(str, _read_shares(table))],
     ]
     columns.append(["of", *map(str, table["runs"])])
     if table["not_begun"].any():
@@ -127,7 +128,8 @@ def _crossed_columns(suite: Suite, table: pd.DataFrame) -> list[list[str]]:
     """Return a column for each label of the second group; rows are schemes and first labels."""
     first, second = (list(dict.fromkeys(each)) for each in suite.groups.values())
     schemes = list(dict.fromkeys(table["scheme"]))
-    cells = table.assign(text=_format_cells(table)).set_index(["scheme", "group"])["text"]
+    texts = [*map(_format_cell, _read_shares(table), table["time"])]
+    cells = table.assign(text=texts).set_index(["scheme", "group"])["text"]
     pairs = [(scheme, label) for scheme in schemes for label in first]
     names = [scheme if label == first[0] else "" for scheme, label in pairs]
     columns = [["scheme", *names], [" x ".join(suite.groups), *(label for _, label in pairs)]]
@@ -136,22 +138,18 @@ def _crossed_columns(suite: Suite, table: pd.DataFrame) -> list[list[str]]:
     return columns
 
 
-def _format_shares(table: pd.DataFrame) -> list[str]:
-    """Return the success rates as texts."""
-    counts = zip(table["successes"], table["runs"], strict=True)
-    return [str(estimate_share(int(count), int(of))) for count, of in counts]
+def _read_shares(table: pd.DataFrame) -> list[Estimate]:
+    """Return the success rates with their intervals."""
+    columns = (table[each] for each in ("successes", "runs", "low", "high"))
+    return [
+        Estimate(count / of if of else np.nan, low, high, of, "%")
+        for count, of, low, high in zip(*columns, strict=True)
+    ]
 
 
-def _format_cells(table: pd.DataFrame) -> list[str]:
-    """Return success rates in whole percent, with intervals and median times in seconds."""
-    names = "successes", "runs", "time"
-    return [_format_cell(*row) for row in zip(*(table[each] for each in names), strict=True)]
-
-
-def _format_cell(count: int, of: int, time: float) -> str:
+def _format_cell(share: Estimate, time: float) -> str:
     """Return a success rate in whole percent, its interval, and a time."""
-    estimate = estimate_share(int(count), int(of))
-    value, low, high = (100 * each for each in (estimate.value, estimate.low, estimate.high))
+    value, low, high = (100 * each for each in share.numbers)
     return f"{value:.0f} [{low:.0f}, {high:.0f}]  {format_digits(time)}"
 
 
@@ -161,6 +159,8 @@ def _suite_notes(suite: Suite | Reproduction, rows: pd.DataFrame) -> Iterator[st
     if isinstance(suite, Reproduction):
         return
     yield "intervals: Wilson, 95 %; time and path: medians of the runs that succeed"
+    if rows.duplicated(["scheme", "draw"]).any():
+        yield "runs of one draw are not independent: intervals use the effective number of runs"
     if suite.crossed:
         yield "cells: percent that succeed [interval]  seconds"
     else:

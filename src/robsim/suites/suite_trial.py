@@ -93,8 +93,10 @@ class Trial:
         suite, runs = self.suite, np.arange(len(ends["outcome"]))
         rows = pd.DataFrame({"suite": suite.name, "version": suite.version, "run": runs})
         rows.insert(2, "scheme", self.scheme)
-        for name, labels in suite.groups.items():
-            rows[name] = list(labels)[: len(rows)]
+        draws = _number_equal_runs(ends) if suite.draws is None else np.asarray(suite.draws)[runs]
+        rows["draw"] = draws
+        for name, values in {**suite.groups, **suite.columns}.items():
+            rows[name] = np.asarray(values)[: len(rows)]
         rows["outcome"] = [Outcome(int(each)).words for each in ends["outcome"]]
         rows["began"] = ends["began"]
         rows["time"], rows["path_length"] = ends["end_time"], ends["path_length"]
@@ -114,6 +116,13 @@ class Trial:
                 f"({len(rows)},), got {succeeded.dtype} of shape {succeeded.shape}"
             )
         return np.asarray(succeeded & rows["began"].to_numpy())
+
+
+def _number_equal_runs(ends: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
+    """Return for each run (runs,) the first run that has the same start, end and time."""
+    table = np.column_stack([ends["q0"], ends["q_end"], ends["end_time"], ends["outcome"]])
+    first: dict[bytes, int] = {}
+    return np.array([first.setdefault((row + 0.0).tobytes(), i) for i, row in enumerate(table)])
 
 
 def _select_kept(run: xr.Dataset) -> dict[str, Any]:

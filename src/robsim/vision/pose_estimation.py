@@ -277,10 +277,10 @@ def _nonlinear_covariance(
     S = to_z[:, :, order] * length[:, None]  # twist = S z
     back = np.swapaxes(to_z[:, :, order], 1, 2) @ M / to_twist[:, order, None]
 
-    def residuals(z: Array) -> Array:
-        pixels = project_marks(p, _perturb_poses(T, z @ np.swapaxes(S, 1, 2)), camera)
-        away = (pixels - u[:, None]) * roots[:, None, :, None]
-        return np.asarray(away.reshape(*z.shape[:2], -1) / sigma[:, None, None])
+    def residuals(rows: NDArray[np.intp], z: Array) -> Array:
+        poses = _perturb_poses(T[rows], z @ np.swapaxes(S[rows], 1, 2))
+        away = (project_marks(p, poses, camera) - u[rows, None]) * roots[rows, None, :, None]
+        return np.asarray(away.reshape(*z.shape[:2], -1) / sigma[rows, None, None])
 
     with np.errstate(all="ignore"):  # marks of distant nodes may be behind the camera
         return np.asarray(S @ second_moment(residuals, back) @ np.swapaxes(S, 1, 2))

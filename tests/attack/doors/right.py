@@ -153,6 +153,7 @@ OWN = {  # arguments with another meaning than their name has elsewhere
     "Suite.succeeds": lambda: len, "Suite.goal": lambda: scenario().task.goal.q,
     "Suite.starts": lambda: scenario().start[None], "Suite.varied": lambda: {},
     "Suite.groups": lambda: {"side": ["left"]}, "Suite.sensing": rs.Sensing,
+    "Suite.draws": lambda: [0], "Suite.columns": lambda: {},
     "Tag.family": "tag36h11", "Tag.id": 3, "Tag.size": 0.1, "Board.family": "DICT_4X4_50",
     "Board.columns": 5, "Board.rows": 4, "Board.square": 0.03, "Board.tag": 0.02,
     "Camera.from_ros.message": lambda: {"k": CAMERA.K, "width": 640, "height": 480},

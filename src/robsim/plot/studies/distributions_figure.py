@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 MOST_LINES, IN_A_ROW, MOST_PANELS = 7, 4, 24
 LEGEND = 1.6  # width of a legend entry, inches
+MOST_TICKS = 4  # most intervals between the ticks of a panel
+PLAIN_EXPONENTS = -2, 3  # powers of ten of numbers that are written in full
 STEPS = 2000  # points of a line; more are not visible
 WIDE = 10.0  # ratio of the largest value to the median; above it the axis is logarithmic
 
@@ -163,11 +166,32 @@ def _draw_distributions(
         if ordered.size:
             _draw_step_curve(axes, ordered, i)
     least, most = values[valid].min(), values[valid].max()
+    label = format_column_label(table, name)
     if least > 0 and most > WIDE * np.median(values[valid]):  # long tail
         axes.set_xscale("log")
-    axes.set(xlabel=format_column_label(table, name), ylim=(0, 100))
+    else:
+        label = _set_short_ticks(axes, label)
+    axes.set(xlabel=label, ylim=(0, 100))
     axes.set_title(f"n {format_thousands(int(valid.sum()))}", fontsize=8, loc="right")
     replace_frame_by_grid(axes)
+
+
+def _set_short_ticks(axes: Axes, label: str) -> str:
+    """Set few ticks with short numbers; return the label with the power of ten that they lack.
+
+    Matplotlib writes small numbers in full, which overlap, or their power of ten over the label.
+    """
+    formatter = ScalarFormatter(useOffset=False)
+    exponent = math.floor(math.log10(np.abs(axes.get_xlim()).max()))
+    if not PLAIN_EXPONENTS[0] <= exponent <= PLAIN_EXPONENTS[1]:
+        formatter.set_powerlimits((exponent, exponent))
+        words, _, unit = label.partition(" (")
+        factor = f"$10^{{{exponent}}}$ {unit.removesuffix(')')}"
+        label = f"{words} ({factor.strip()})"
+    axes.xaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
+    axes.xaxis.set_major_formatter(formatter)
+    axes.xaxis.get_offset_text().set_visible(False)
+    return label
 
 
 def _draw_step_curve(axes: Axes, ordered: Array, i: int) -> None:

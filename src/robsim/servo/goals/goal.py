@@ -112,9 +112,10 @@ class GoalPose:
 class GoalFeatures(Value):
     """Goal given as numbers: the desired features s, without an image.
 
-    No camera has measured these values, so they may be unreachable, and options that need an image
-    of the goal are not available (interaction "desired" and "mean", depth "goal", robust
-    weightings). Use it for a point in the image, such as its centre.
+    No camera has measured these values, so they may be unreachable, and options that need a view of
+    the goal are not available (interaction "desired" and "mean", depth "goal"). Robust weightings
+    need the features "points" or "pixels" of every mark. Use it for a point in the image, such as
+    its centre.
 
     Parameters
     ----------

@@ -81,12 +81,6 @@ def _check_goal_fields(task: Any) -> None:
             "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
             "goal that is shown or computed"
         )
-    for each in task.weighting:
-        if getattr(each, "by_goal", False):
-            raise InputError(
-                f"weighting: {type(each).__name__} needs the image of the marks at the goal, and "
-                "a goal of numbers has none: use a q or a GoalPose"
-            )
 
 
 def _check_weighting_fields(task: Any) -> None:

@@ -81,6 +81,8 @@ def check_weighting(
         for each in weighting:
             for sight in regulated.sights:
                 _check_weighting_target(each, sight)
+                if getattr(each, "by_goal", False):
+                    _check_goal_image(each, sight, regulated)
 
 
 def _check_weighting_target(weighting: Weighting | MarkWeighting, sight: CameraTarget) -> None:
@@ -93,3 +95,17 @@ def _check_weighting_target(weighting: Weighting | MarkWeighting, sight: CameraT
         )
     if getattr(weighting, "excuses", False) and sight.eye.camera.size is None:
         raise InputError(f"camera '{sight.eye.name}' has no image size, and therefore no border")
+
+
+def _check_goal_image(
+    weighting: Weighting | MarkWeighting, sight: CameraTarget, regulated: BoundFeatures
+) -> None:
+    """Raise InputError unless the goal determines the image of every mark."""
+    unknown = np.isnan(regulated.locate_marks(sight)).any(axis=(1, 2))
+    if unknown.any():
+        raise InputError(
+            f"{type(weighting).__name__} needs the image of the marks at the goal, and the numbers "
+            f"of this goal do not give it for mark {np.flatnonzero(unknown)[0]} of "
+            f"'{sight.target.name}': use a q, a GoalPose, or features 'points' or 'pixels' of "
+            "every mark"
+        )

@@ -65,7 +65,8 @@ class Huber(_RobustWeighting, DeclaredValue):
     Raises
     ------
     InputError
-        By `simulate`, if the target has fewer than four marks, or if the goal has no image.
+        By `simulate`, if the target has fewer than four marks, or if the numbers of a goal are no
+        image points.
 
     Examples
     --------
@@ -101,7 +102,8 @@ class Tukey(_RobustWeighting, DeclaredValue):
     Raises
     ------
     InputError
-        By `simulate`, if the target has fewer than four marks, or if the goal has no image.
+        By `simulate`, if the target has fewer than four marks, or if the numbers of a goal are no
+        image points.
 
     Examples
     --------
@@ -135,7 +137,8 @@ class Cauchy(_RobustWeighting, DeclaredValue):
     Raises
     ------
     InputError
-        By `simulate`, if the target has fewer than four marks, or if the goal has no image.
+        By `simulate`, if the target has fewer than four marks, or if the numbers of a goal are no
+        image points.
 
     Examples
     --------

@@ -69,6 +69,7 @@ def suite() -> Suite:
         duration=15.0,
         varied=_sample_calibration_errors(uniform(SEED + 1, SUITES, runs, 10)),
         groups={"error": [text for text in KINDS.values() for _ in range(STARTS)]},
+        draws=np.tile(np.arange(STARTS), len(KINDS)),
         computed=True,
         seed=SEED,
         schemes={**BUILT_IN, **ROBUST},

@@ -53,6 +53,7 @@ def suite() -> Suite:
             "jump": [f"{100 * each:g} cm" for each in jump],
             "latency": [f"{1000 * each:g} ms" for each in latency],
         },
+        draws=np.where(jump > 0, which, DIRECTIONS),  # without a jump there is no direction
         crossed=True,
     )
 
