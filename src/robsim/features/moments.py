@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, make_read_only
+from robsim.base.arrays import Array, euclidean_length, make_read_only
 from robsim.base.value import replace_unchecked
 from robsim.declare import DeclaredValue, Word, register
 from robsim.features.compiled_feature import CompiledFeature
@@ -20,9 +20,10 @@ from robsim.kernels.formulas.image_moments import ORDER_3, ORDER_4
 from robsim.kernels.machine.block_rows import BlockRows
 
 MOMENT_KINDS = ("points", "region")
-# third moments determine the head above this rho; a tilt of 0.6 rad causes up to 0.05
-SKEW_THRESHOLD = 0.1
-DEFAULT_GOAL = make_read_only(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # used without a goal
+# least length of the vector of third moments that determines the head, and its least ratio to the
+# radius of gyration in the image; the tilt of a rectangle by 0.45 rad causes as much
+LEAST_SKEW, LEAST_SKEW_RATIO = 0.05, 0.9
+DEFAULT_GOAL = make_read_only(np.array([[1.0]] * 2 + [[0.0]] * 5))  # used without a goal
 
 
 def _measure_goal_moments(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
@@ -226,7 +227,7 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
     ] = "points"
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
-    # (5, B): a*, Z*, alpha and head at the goal
+    # (7, B): a*, Z*, alpha and head at the goal
     goal: Array | None = field(default=None, init=False, repr=False)
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
@@ -279,7 +280,10 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
 
 
 def _measure_head(mu: Array, alpha: Array) -> Array:
-    """Return the heads (2, B), or zeros if a tilt could explain them."""
-    h = np.empty((2, mu.shape[1]))
+    """Return the heads (4, B), or zeros if a tilt could explain them."""
+    h = np.empty((4, mu.shape[1]))
     features.head_vector(mu, alpha, h)
-    return np.where(np.hypot(*h) > SKEW_THRESHOLD, h, 0.0)
+    with np.errstate(invalid="ignore"):  # the moments of a border that crosses itself
+        radius = np.sqrt((mu[3] + mu[5]) / mu[0])
+    least = np.maximum(LEAST_SKEW, LEAST_SKEW_RATIO * radius)
+    return np.where(euclidean_length(h) > least, h, 0.0)
