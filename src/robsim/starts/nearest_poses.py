@@ -49,7 +49,7 @@ class NearestPoseSearch:
     limits: Array
 
     def run(self, q: Array, drawn: Array) -> Array:
-        """Return coordinates (n, nq) near to drawn poses (n, 4, 4), from first guesses q (n, nq)."""
+        """Return coordinates (n, nq) near to drawn poses (n, 4, 4), from guesses q (n, nq)."""
         q, moving = q.copy(), np.arange(len(q))
         low, high = self.limits[self.columns].T
         for i in range(STEPS):
@@ -65,7 +65,7 @@ class NearestPoseSearch:
         return make_read_only(q)
 
     def is_stationary(self, q: Array, drawn: Array) -> NDArray[np.bool_]:
-        """Return whether no small motion from q (n, nq) reduces the errors of the first priority."""
+        """Return whether no small motion from q (n, nq) reduces the first errors."""
         errors, rates = self._linearise(q, drawn)
         slopes = _multiply(np.swapaxes(rates[0], 1, 2), errors[0])
         return np.asarray(np.abs(slopes).max(axis=1) < LEAST_SLOPE)

@@ -35,9 +35,13 @@ class Start(DeclaredValue):
     """Base class of samplers of starts.
 
     `numbers` is the count of uniform random numbers for one pose, and 0 for samplers of
-    coordinates. `advice` names values to change if no start is accepted. With `visible` a start is sampled
-    again until the cameras see the marks that the task needs and all joints are within their
-    limits. Rejected attempts are counted.
+    coordinates. `advice` names values to change if no start is accepted. With `visible` a start is
+    sampled again until the cameras see the marks that the task needs and all joints are within
+    their limits. Rejected attempts are counted.
+
+    A robot whose frame has fewer than six motions, or a vehicle, does not reach every pose. Its
+    starts are the nearest poses within the bounds of the sampler. The bounds hold for them, and the
+    drawn distance is kept if the joints allow it.
     """
 
     numbers: ClassVar[int] = 0
@@ -103,6 +107,10 @@ class LookAt(Start):
     default axis points to the camera at its goal. At zero `roll` the image columns are as close as
     possible to their direction at the goal; `roll` rotates the camera about its optical axis. With
     `aside` the camera looks at a random point within this radius of the middle.
+
+    A robot with few joints keeps the optical axis and the distance first, then the direction, then
+    the roll. If it cannot point the axis at the middle, as a vehicle with a level camera, the axis
+    passes as near to the middle as the joints allow.
 
     Raises
     ------

@@ -36,8 +36,8 @@ def find_visible_start(experiment: Experiment) -> Array | None:
     Returns
     -------
     ndarray of shape (nq,) or None
-        The start with the smallest of the largest differences from the given coordinates. None if no
-        start is found, or for a mission.
+        The start with the smallest of the largest differences from the given coordinates; None if
+        no start is found, or for a mission.
 
     Examples
     --------

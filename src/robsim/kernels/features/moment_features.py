@@ -241,8 +241,8 @@ def decoupled_stage(
 ):
     """Compute s and L of the decoupled moments.
 
-    The seven rows of the goal are size, depth, angle and the vector of `head_vector`. `has_angle` is
-    nonzero if the goal has an angle, and `has_heading` if it has this vector.
+    The seven rows of the goal are size, depth, angle and the vector of `head_vector`. `has_angle`
+    is nonzero if the goal has an angle, and `has_heading` if it has this vector.
     """
     of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
     goal, s = vector(w, goal, 7), vector(w, s, 6)
