@@ -67,17 +67,17 @@ class LookRegion:
         The optical axis is to pass through the point of the drawn axis that is nearest to the
         middle.
         """
-        offset, wanted = T[:, :3, 3] - self.middle, drawn[:, :3, 3] - self.middle
-        distance, wanted_distance = euclidean_length(offset.T), euclidean_length(wanted.T)
+        offset, drawn_offset = T[:, :3, 3] - self.middle, drawn[:, :3, 3] - self.middle
+        distance, drawn_distance = euclidean_length(offset.T), euclidean_length(drawn_offset.T)
         z = drawn[:, :3, 2]
-        view = wanted - _dot(wanted, z)[:, None] * z
+        view = drawn_offset - _dot(drawn_offset, z)[:, None] * z
         x, y, depth = (_dot(view - offset, T[:, :3, i]) for i in range(3))
         aside = np.hypot(x, y)
         scale = np.arctan2(aside, depth) / np.where(aside > 0, aside, 1.0)
-        closeness = np.log(distance / wanted_distance)
-        direction = offset / distance[:, None] - wanted / wanted_distance[:, None]
+        ratio = np.log(distance / drawn_distance)
+        direction = offset / distance[:, None] - drawn_offset / drawn_distance[:, None]
         turn = _rotation_difference(T, drawn)
-        return [np.stack([scale * x, scale * y, closeness], axis=1), direction, turn]
+        return [np.stack([scale * x, scale * y, ratio], axis=1), direction, turn]
 
     def quantities(self, T: Array) -> list[BoundedQuantity]:
         """Return distance, angle from the axis, roll, and distance of the optical axis."""
@@ -112,30 +112,27 @@ class ShellRegion:
 
     def errors(self, T: Array, drawn: Array) -> list[Array]:
         """Return the errors of distance and angle, and of the pose."""
-        length, angle = (high or 1.0 for _, high in (self.distance, self.angle))
-        reference = np.broadcast_to(self.reference.matrix, T.shape)
-        offset, wanted = (
-            (each[:, :3, 3] - self.reference.position) / length for each in (T, drawn)
-        )
-        turn, wanted_turn = (_rotation_difference(each, reference) for each in (T, drawn))
+        length, largest_angle = (bounds[1] or 1.0 for bounds in (self.distance, self.angle))
+        offset, turn = self._displacement(T, length)
+        drawn_offset, drawn_turn = self._displacement(drawn, length)
         first = [
-            _length_error(*pair, bounds[1] > 0)
-            for pair, bounds in (
-                ((offset, wanted), self.distance),
-                ((turn, wanted_turn), self.angle),
-            )
+            _length_error(offset, drawn_offset, self.distance[1] > 0),
+            _length_error(turn, drawn_turn, self.angle[1] > 0),
         ]
-        pose = [offset - wanted, _rotation_difference(T, drawn) / angle]
+        pose = [offset - drawn_offset, _rotation_difference(T, drawn) / largest_angle]
         return [np.concatenate(first, axis=1), np.concatenate(pose, axis=1)]
+
+    def _displacement(self, T: Array, length: float) -> tuple[Array, Array]:
+        """Return offsets in units of a length, and rotation vectors, from the reference pose."""
+        reference = np.broadcast_to(self.reference.matrix, T.shape)
+        return (T - reference)[:, :3, 3] / length, _rotation_difference(T, reference)
 
     def quantities(self, T: Array) -> list[BoundedQuantity]:
         """Return the distance and the angle from the reference pose."""
-        offset = euclidean_length((T[:, :3, 3] - self.reference.position).T)
-        reference = np.broadcast_to(self.reference.matrix, T.shape)
-        angle = euclidean_length(_rotation_difference(T, reference).T)
+        offset, turn = (euclidean_length(each.T) for each in self._displacement(T, 1.0))
         return [
             BoundedQuantity("distance", "m", offset, *self.distance),
-            BoundedQuantity("angle", "rad", angle, *self.angle),
+            BoundedQuantity("angle", "rad", turn, *self.angle),
         ]
 
 
@@ -202,8 +199,8 @@ def _rotation_difference(T: Array, reference: Array) -> Array:
     return Pose(R).rotvec
 
 
-def _length_error(vector: Array, wanted: Array, has_length: bool) -> Array:
+def _length_error(vector: Array, drawn: Array, has_length: bool) -> Array:
     """Return the error (n, 1) of a length, or the vectors (n, 3) if the length is to be zero."""
     if not has_length:
         return vector
-    return np.asarray(euclidean_length(vector.T) - euclidean_length(wanted.T))[:, None]
+    return np.asarray(euclidean_length(vector.T) - euclidean_length(drawn.T))[:, None]

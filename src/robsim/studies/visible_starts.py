@@ -68,8 +68,8 @@ def _list_samplers(experiment: Experiment) -> Iterator[Start]:
     if sight is not None:
         offset = reach.goal.position - reach.middle(sight.target.name)
         distance = float(np.linalg.norm(offset)) or 1.0
-        limits = {"distance": (NEAR * distance, FAR * distance), "roll": (-SPREAD, SPREAD)}
-        yield LookAt(sight.target.name, cone=SPREAD, **limits)
+        bounds = NEAR * distance, FAR * distance
+        yield LookAt(sight.target.name, distance=bounds, roll=(-SPREAD, SPREAD), cone=SPREAD)
     yield Within(0.5 * distance, SPREAD)
     yield Anywhere()
 

@@ -111,9 +111,9 @@ def _error_and_rates(analysis: RunAnalysis, q: Array) -> tuple[Array, Array]:
     controller, case = analysis.controller, analysis.case
     truth = compute_true_error(case.task, remove_image_borders(case.scene), q)
     assert truth is not None
-    scale = controller.tolerance / controller.tolerances
+    scale = np.asarray(controller.tolerance / controller.tolerances)
     e, A = truth.error * scale, truth.rates[..., controller.columns] * scale[:, None]
-    usable = np.isfinite(e).all(axis=1) & np.isfinite(A).all(axis=(1, 2))
+    usable = np.asarray(np.isfinite(e).all(axis=1) & np.isfinite(A).all(axis=(1, 2)))
     return np.where(usable[:, None], e, np.inf), np.where(usable[:, None, None], A, 0.0)
 
 
