@@ -2,6 +2,7 @@
 
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -121,6 +122,22 @@ def test_a_start_has_the_same_bits_in_every_batch(model):
                 np.testing.assert_array_equal(again[1], fits[some])
 
 
+def test_an_arm_on_another_robot_looks_from_drawn_distances():
+    """The base of the arm is where the vehicle carries it at home; before, it was the origin."""
+    vehicle = replace(rs.robots.load("holonomic_base"), home=[0.5, 0.2, 0.4])
+    arm = rs.robots.load("puma560").at(rs.Pose.at(0.1, 0, 0.3), on="holonomic_base.body")
+    tip = f"puma560.{arm.tip}"
+    place = rs.Scene([vehicle, arm]).pose(tip) @ rs.Pose.at(0, 0, 0.5)
+    plate = rs.Object("plate", marks=MARKS, pose=place)
+    camera = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], size=(640, 480))
+    scene = rs.Scene([vehicle, arm], [plate], [rs.MountedCamera("eye", camera, on=tip)])
+    q = accepted(rs.Experiment(scene, rs.IBVS(joints="puma560")), LOOK)
+    distance = np.linalg.norm(
+        scene.pose("eye", q).position - place @ np.mean(MARKS, axis=0), axis=1
+    )
+    assert len(q) == 24 and distance.min() > 0.42 - 1e-6 and distance.max() < 0.78 + 1e-6
+
+
 def test_arms_with_six_motions_keep_their_draws():
     """The bits of inverse kinematics: the same coordinates as a solution of the sampled poses."""
     for model in ("puma560", "panda"):
@@ -181,6 +198,13 @@ def test_a_message_names_the_bound_that_the_joints_violate(reason):
     experiment = experiment_with(model, FEW.get(model))
     with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         rs.study(experiment, 4, start=start)
+
+
+def test_samples_for_a_message_may_outnumber_the_given_values():
+    start = rs.starts.Shell((5, 6), about=rs.Pose.at(50, 0, 0))
+    vary = {"task.gain": rs.samplers.TabulatedValues([1.0, 2.0, 3.0])}
+    with pytest.raises(rs.errors.InputError, match="200 samples, 200 are within reach"):
+        rs.study(experiment_with("free_camera"), 3, start=start, vary=vary)
 
 
 def test_a_study_with_one_start_only_is_refused():

@@ -45,7 +45,6 @@ def _check_scenario(scenario: Experiment) -> None:
     try:
         scenario.check()
     except InputError as error:
-        scenario.check(view=False)
         from robsim.studies.visible_starts import find_visible_start
 
         start = find_visible_start(scenario)

@@ -87,8 +87,8 @@ class StartKinematics:
             return True
         tree = self.scene.tree
         kinds = tree.kinds(np.flatnonzero(tree.flag_velocities(self.frame)))
-        if any("1" in kind.units for kind in kinds):
-            return True  # a floating joint carries the frame
+        if any("1" in kind.units for kind in kinds) or not self.moving_columns.size:
+            return True  # a floating joint carries the frame, or inverse kinematics raises an error
         sigma = np.linalg.svd(self._probe_rates(self.moving_columns), compute_uv=False)
         rank = int((sigma > LEAST_RATE * sigma[:, :1]).sum(axis=1).max(initial=0))
         return rank == 6 and not any(kind.wheeled for kind in kinds)
@@ -183,7 +183,8 @@ class StartKinematics:
         robot = self.scene.robot(body[0])
         on = Pose(self.scene.tree.find(self.frame)[1])
         link = Pose(self.scene.tree.find(".".join(body))[1])
-        link_poses = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
+        base = robot.base if robot.on == "world" else self.scene.pose(robot.on) @ robot.base
+        link_poses = base.inv() @ Pose(T) @ (link.inv() @ on).inv()
         solution = robot.ik(link_poses, link=body[1], restarts=RESTARTS)
         q = self.scene.coordinates({robot.name: solution.q}, limits=False)
         return q, np.asarray(solution.success)

@@ -143,8 +143,12 @@ class RowSimulator:
     def describe_rejections(self) -> str:
         """Return the reasons why no start of the plan is accepted, and advice."""
         assert self.plan.start is not None
-        source = partial(self.plan.source, START_NAME)
-        return describe_rejections(self.plan.start, self.reach, source, self.begin)
+        source, count = partial(self.plan.source, START_NAME), self.plan.draws
+
+        def judge(draws: Codes, q0: Array) -> NDArray[np.bool_]:  # samples may outnumber the draws
+            return self.begin(draws % count, q0)
+
+        return describe_rejections(self.plan.start, self.reach, source, judge)
 
     @cached_property
     def reach(self) -> StartKinematics:

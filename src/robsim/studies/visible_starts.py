@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, RankWarning
 from robsim.run.experiment import Experiment
 from robsim.run.mission_protocol import SelfSimulatingTask
-from robsim.starts.start_kinematics import StartKinematics
 from robsim.starts.start_samplers import Anywhere, LookAt, Start, Within
 from robsim.studies.row_simulator import RowSimulator
 from robsim.studies.study_plan import make_plan
@@ -37,7 +37,7 @@ def find_visible_start(experiment: Experiment) -> Array | None:
     -------
     ndarray of shape (nq,) or None
         The start with the smallest of the largest differences from the given coordinates; None if
-        no start is found, or for a mission.
+        no start is found, if the experiment has other errors, or for a mission.
 
     Examples
     --------
@@ -46,8 +46,15 @@ def find_visible_start(experiment: Experiment) -> Array | None:
     >>> q = find_visible_start(blind)
     >>> blind.with_(start=q).check()
     """
-    if isinstance(experiment.task, SelfSimulatingTask):
-        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RankWarning)  # the check of the experiment gives it
+        if isinstance(experiment.task, SelfSimulatingTask) or not _is_valid(experiment, view=False):
+            return None
+        return _find_nearest_start(experiment)
+
+
+def _find_nearest_start(experiment: Experiment) -> Array | None:
+    """Return the nearest of the sampled starts that see the target; None if there is none."""
     scene = experiment.scene
     given = scene.home if experiment.start is None else np.atleast_2d(experiment.start)[0]
     has_decimals = np.array([unit != "1" for unit in scene.coordinate_units])
@@ -62,7 +69,7 @@ def find_visible_start(experiment: Experiment) -> Array | None:
 
 def _list_samplers(experiment: Experiment) -> Iterator[Start]:
     """Yield samplers of starts, those near to the goal first."""
-    reach = StartKinematics(experiment.loop().controller)
+    reach = RowSimulator(make_plan(experiment, 1, 0, Anywhere())).reach
     sight = reach.controller.sights[0] if reach.controller.sights else None
     distance = 1.0
     if sight is not None:
@@ -84,10 +91,10 @@ def _draw_starts(experiment: Experiment, sampler: Start) -> Array:
     return q[accepted]
 
 
-def _is_valid(experiment: Experiment) -> bool:
-    """Return whether a run can begin at the start of an experiment."""
+def _is_valid(experiment: Experiment, view: bool = True) -> bool:
+    """Return whether an experiment has no errors, with `view` also at its start."""
     try:
-        experiment.check()
+        experiment.check(view=view)
     except InputError:
         return False
     return True
