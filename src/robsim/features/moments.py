@@ -242,11 +242,16 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         """Whether the moments belong to the marks, and not to the region within them."""
         return self.of == "points"
 
+    @property
+    def has_head(self) -> bool:
+        """Whether the third moments at the goal decide between alpha and alpha + pi."""
+        return self.goal is not None and bool(self.goal[3:].any())
+
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         goal = DEFAULT_GOAL if self.goal is None else self.goal
         arguments = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
-        options = {"has_angle": self.goal is not None, "has_heading": bool(goal[3:].any())}
+        options = {"has_angle": self.goal is not None, "has_heading": self.has_head}
         return seen.computed(
             features.decoupled_stage, 6, of_marks=self.of_marks, **arguments, **options
         )

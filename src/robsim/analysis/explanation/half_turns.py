@@ -18,7 +18,7 @@ from robsim.run.end_variables import UPSIDE_DOWN
 from robsim.run.experiment import Experiment
 from robsim.servo.tasks.schemes import PBVS
 
-MOMENTS = RegionMoments, PointMoments, DecoupledMoments
+Moments = RegionMoments | PointMoments | DecoupledMoments
 
 
 def report_half_turn(analysis: RunAnalysis, offset: tuple[float, float]) -> Finding | None:
@@ -26,23 +26,27 @@ def report_half_turn(analysis: RunAnalysis, offset: tuple[float, float]) -> Find
 
     `offset` is the distance (m) and the angle (rad) of the camera from its goal at the end.
     """
-    kinds = _list_moments(analysis)
-    if not kinds or not offset[1] > UPSIDE_DOWN:
+    moments = _list_moments(analysis)
+    if not moments or not offset[1] > UPSIDE_DOWN:
         return None
-    if all(kind is DecoupledMoments for kind in kinds):
-        reason = (
-            "the third moments of the target at the goal are so small that a tilt could explain "
-            "them, and do not decide between an angle and the angle half a turn further"
-        )
-    else:
-        reason = (
-            "their angle belongs to an axis without a head, and is determined up to half a turn"
-        )
     sentence = (
         f"It converged upside down, turned by {format_angle(offset[1])}: the features are moments, "
-        f"and {reason}."
+        f"and {_describe_ambiguity(moments)}."
     )
     return Finding("upside down", sentence, {"angle_deg": math.degrees(offset[1])})
+
+
+def _describe_ambiguity(moments: list[Moments]) -> str:
+    """Return a clause on the reason why moments are at their goal upside down."""
+    decoupled = [each for each in moments if isinstance(each, DecoupledMoments)]
+    if len(decoupled) < len(moments):
+        return "their angle belongs to an axis without a head, and is determined up to half a turn"
+    if any(each.has_head for each in decoupled):
+        return "they have the same values at both poses"
+    return (
+        "the third moments of the target at the goal are so small that a tilt could explain them, "
+        "and do not decide between an angle and the angle half a turn further"
+    )
 
 
 def find_upright_schemes(analysis: RunAnalysis, is_nearer: SuccessTest) -> Iterator[Finding]:
@@ -58,7 +62,7 @@ def _propose_schemes(analysis: RunAnalysis) -> Iterator[tuple[str, Experiment]]:
     """Yield cases with features that distinguish the ends of a target."""
     case, task = extend_duration(analysis.case), analysis.case.task
     decoupled = None
-    if set(_list_moments(analysis)) & {RegionMoments, PointMoments}:
+    if not any(isinstance(each, DecoupledMoments) for each in _list_moments(analysis)):
         decoupled = replace_task_fields(case, features=DecoupledMoments())
     if decoupled is not None:
         yield "With DecoupledMoments as features", decoupled
@@ -71,8 +75,7 @@ def _propose_schemes(analysis: RunAnalysis) -> Iterator[tuple[str, Experiment]]:
         yield "With PBVS", case.with_(task=scheme)
 
 
-def _list_moments(analysis: RunAnalysis) -> list[type]:
-    """Return the kinds of the moments among the features of a single servo task."""
+def _list_moments(analysis: RunAnalysis) -> list[Moments]:
+    """Return the moments among the features of a single servo task."""
     parts = analysis.servo.bound_features.parts if analysis.servo else ()
-    kinds = (type(part.feature) for part in parts)
-    return [kind for kind in kinds if kind in MOMENTS]
+    return [part.feature for part in parts if isinstance(part.feature, Moments)]
