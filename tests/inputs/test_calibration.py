@@ -175,7 +175,7 @@ def seeing(views, marks):
             lambda b, q: rs.calibration.sample_viewpoints(
                 b, 2, rs.starts.LookAt("board", distance=(0.01, 0.02))
             ),
-            "viewpoints: none of 2 samples sees the whole target: widen start",
+            "viewpoints: none of 2 samples sees the whole target: of 200 samples, ",
         ),
     ],
 )

@@ -46,7 +46,8 @@ BAD = {
     },
     "start: expected starts .* got <class": {"start": rs.starts.LookAt},
     "start: expected starts .* got Normal": {"start": rs.samplers.Normal(0, 1)},
-    "start: none of 5000 random starts is reachable, sees": {
+    "start: none of 5000 random starts is accepted: of 200 samples, 200 are within reach of the "
+    "robot that carries 'eye' and 0 see their target; try another distance or angle, a larger": {
         "start": rs.starts.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
     },
     "no object 'plate' in the scene; objects: square": {

@@ -78,11 +78,6 @@ class _JointSpaceStart(Start):
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (draws, nq), all of them reachable."""
-        scene, tree = reach.scene, reach.scene.tree
-        q, share = np.tile(scene.home, (len(draws.numbers), 1)), draws.uniform(scene.nq)
-        bodies = np.unique(tree.owners[reach.controller.columns])
-        for member in tree.members:
-            if member.body in bodies:
-                at = member.q
-                q[:, at] = member.kind.sample(share[:, at], scene.home[at], scene.limits[at])
+        bodies = np.unique(reach.scene.tree.owners[reach.controller.columns])
+        q = reach.sample_coordinates(draws, bodies)
         return q, np.ones(len(q), dtype=bool)

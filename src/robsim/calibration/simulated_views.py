@@ -149,9 +149,11 @@ def sample_viewpoints(
         raise InputError(
             f"{START_NAME}: expected a sampler of configurations such as rs.starts.LookAt(...)"
         )
-    q, _, usable = RowSimulator(plan).starts(np.arange(plan.draws))
+    rows = RowSimulator(plan)
+    q, _, usable = rows.starts(np.arange(plan.draws))
     if not usable.any():
         raise InputError(
-            f"viewpoints: none of {plan.draws} samples sees the whole target: widen {START_NAME}"
+            f"viewpoints: none of {plan.draws} samples sees the whole target: "
+            f"{rows.describe_rejections()}"
         )
     return make_read_only(np.ascontiguousarray(q[usable]))

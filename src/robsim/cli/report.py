@@ -70,7 +70,7 @@ def print_mission_report(result: MissionRun, folder: Path) -> None:
 def _print_final_pose(result: xr.Dataset, folder: Path) -> None:
     """Print the distance of the final pose from the goal, with a note if it is large."""
     from robsim.analysis.explanation.text_format import format_offset
-    from robsim.run.end_variables import find_converged_elsewhere
+    from robsim.run.end_variables import UPSIDE_DOWN, find_converged_elsewhere
 
     metres, radians = float(result.distance_to_goal), float(result.angle_to_goal)
     if math.isnan(metres):  # the goal is not a pose
@@ -78,4 +78,6 @@ def _print_final_pose(result: xr.Dataset, folder: Path) -> None:
     frame = result.goal_pose.attrs["frame"]
     print_text(f"final pose   {frame} {format_offset(metres, radians)} from its goal")
     if find_converged_elsewhere(result):
-        print_text(f"note         it converged at another pose: robsim explain {folder}")
+        turned = radians > UPSIDE_DOWN
+        where = "upside down, turned by half a turn" if turned else "at another pose"
+        print_text(f"note         it converged {where}: robsim explain {folder}")

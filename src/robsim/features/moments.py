@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, make_read_only
+from robsim.base.arrays import Array, euclidean_length, make_read_only
 from robsim.base.value import replace_unchecked
 from robsim.declare import DeclaredValue, Word, register
 from robsim.features.compiled_feature import CompiledFeature
@@ -20,9 +20,10 @@ from robsim.kernels.formulas.image_moments import ORDER_3, ORDER_4
 from robsim.kernels.machine.block_rows import BlockRows
 
 MOMENT_KINDS = ("points", "region")
-# third moments determine the head above this rho; a tilt of 0.6 rad causes up to 0.05
-SKEW_THRESHOLD = 0.1
-DEFAULT_GOAL = make_read_only(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # used without a goal
+# least length of the vector of third moments that determines the head, and its least ratio to the
+# radius of gyration in the image; the tilt of a rectangle by 0.45 rad causes as much
+LEAST_SKEW, LEAST_SKEW_RATIO = 0.05, 0.9
+DEFAULT_GOAL = make_read_only(np.array([[1.0]] * 2 + [[0.0]] * 5))  # used without a goal
 
 
 def _measure_goal_moments(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
@@ -191,7 +192,12 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
     phi is the angle of p from the principal axis alpha. Up to the factor |p| (mu20 - mu02, 2
     mu11) they are the sixth invariant of Hu (1962), "Visual pattern recognition by moment
     invariants", IRE Trans. IT 8, and its counterpart in Flusser (2000), "On the independence of
-    rotation moment invariants", Pattern Recognition 33. alpha controls the roll.
+    rotation moment invariants", Pattern Recognition 33.
+
+    alpha controls the roll. It is the angle of an axis; all four third moments, which change their
+    signs if the image turns by half a turn, decide between alpha and alpha + pi. They do so if they
+    are larger at the goal than those that a tilt of 0.45 rad causes in the image of a rectangle.
+    For a target with smaller third moments, a roll above a quarter turn ends upside down.
 
     Near a parallel goal each error excites its own motion, and the camera moves nearly straight
     even with a large roll. Objects with one axis of symmetry are allowed.
@@ -226,7 +232,7 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
     ] = "points"
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
-    # (5, B): a*, Z*, alpha and head at the goal
+    # (7, B): a*, Z*, alpha and head at the goal
     goal: Array | None = field(default=None, init=False, repr=False)
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
@@ -236,11 +242,16 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         """Whether the moments belong to the marks, and not to the region within them."""
         return self.of == "points"
 
+    @property
+    def has_head(self) -> bool:
+        """Whether the third moments at the goal decide between alpha and alpha + pi."""
+        return self.goal is not None and bool(self.goal[3:].any())
+
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         goal = DEFAULT_GOAL if self.goal is None else self.goal
         arguments = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
-        options = {"has_angle": self.goal is not None, "has_heading": bool(goal[3:].any())}
+        options = {"has_angle": self.goal is not None, "has_heading": self.has_head}
         return seen.computed(
             features.decoupled_stage, 6, of_marks=self.of_marks, **arguments, **options
         )
@@ -279,7 +290,10 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
 
 
 def _measure_head(mu: Array, alpha: Array) -> Array:
-    """Return the heads (2, B), or zeros if a tilt could explain them."""
-    h = np.empty((2, mu.shape[1]))
+    """Return the heads (4, B), or zeros if a tilt could explain them."""
+    h = np.empty((4, mu.shape[1]))
     features.head_vector(mu, alpha, h)
-    return np.where(np.hypot(*h) > SKEW_THRESHOLD, h, 0.0)
+    with np.errstate(invalid="ignore"):  # the moments of a border that crosses itself
+        radius = np.sqrt((mu[3] + mu[5]) / mu[0])
+    least = np.maximum(LEAST_SKEW, LEAST_SKEW_RATIO * radius)
+    return np.where(euclidean_length(h) > least, h, 0.0)

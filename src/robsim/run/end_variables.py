@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from robsim.engine.loop import Loop
 
 FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians; poses farther apart are different
+UPSIDE_DOWN = math.radians(170.0)  # larger angles are half a turn
 NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
 UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
 DESCRIPTIONS = {

@@ -13,6 +13,7 @@ from robsim.starts.start_samplers import Start
 from robsim.statistics.random_numbers import RandomNumbers
 
 ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts for a start that are checked together
+MOST_UNREACHED = 64  # attempts after which a robot with few joints gives up out of its reach
 
 Codes = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -30,7 +31,8 @@ def draw_starts(
 ) -> tuple[Array, Codes, Flags]:
     """Return starts (draws, nq), their attempts (draws,), and whether they are accepted (draws,).
 
-    If no attempt is accepted, the start is the last attempt.
+    If no attempt is accepted, the start is the last attempt. A robot that does not reach every pose
+    makes fewer attempts for a start if none of the first ones is within its reach.
 
     Parameters
     ----------
@@ -50,6 +52,7 @@ def draw_starts(
     """
     q0 = np.empty((len(draws), reach.scene.nq))
     tries, accepted = np.ones(len(draws), dtype=np.int64), np.zeros(len(draws), dtype=bool)
+    reached = np.zeros(len(draws), dtype=bool)
     open_draws, first = np.arange(len(draws)), 0
     for count in rounds if judge else rounds[:1]:
         attempts = range(first, first + count)
@@ -57,6 +60,7 @@ def draw_starts(
             start.coordinates(reach, source(draws[open_draws], attempt)) for attempt in attempts
         ]
         q, fits = (np.stack(each, axis=1) for each in zip(*samples, strict=True))
+        reached[open_draws] |= fits.any(axis=1)
         if judge and fits.any():
             fits[fits] = judge(np.repeat(draws[open_draws], count)[fits.reshape(-1)], q[fits])
         accepted[open_draws] = fits.any(axis=1)
@@ -64,6 +68,8 @@ def draw_starts(
         q0[open_draws] = q[np.arange(len(open_draws)), chosen]
         tries[open_draws] = first + chosen + 1
         open_draws, first = open_draws[~accepted[open_draws]], first + count
+        if first >= MOST_UNREACHED and start.numbers and not reach.reaches_every_pose:
+            open_draws = open_draws[reached[open_draws]]
         if not open_draws.size:
             break
     return q0, tries, accepted

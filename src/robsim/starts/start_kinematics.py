@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, move_runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous_matrix
+from robsim.robot.frame_evaluator import FrameEvaluator
+from robsim.robot.independent_joint import IndependentJoint
 from robsim.run.end_variables import (
     compute_goal_pose,
     compute_moving_pose,
@@ -19,9 +21,15 @@ from robsim.run.end_variables import (
     select_goal_controller,
 )
 from robsim.servo.task_controller import TaskController
+from robsim.starts.nearest_poses import NearestPoseSearch
+from robsim.starts.pose_regions import PoseRegion
+from robsim.statistics.random_numbers import RandomNumbers
 from robsim.world.scene import Scene
 
 RESTARTS = 10  # restarts of inverse kinematics
+PROBES = 8  # random configurations that decide the motions of the frame
+PROBE_STEP = 1e-4  # metres and radians
+LEAST_RATE = 1e-6  # relative; slower motions of the frame count as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +68,110 @@ class StartKinematics:
         marks = self.scene.object(target).marks
         return np.asarray(self.scene.pose(target) @ marks.mean(axis=0))
 
+    @cached_property
+    def moving_columns(self) -> NDArray[np.int64]:
+        """The coordinates of the carrying robot that move the frame, without quaternions."""
+        robots = [robot.name for robot in self.scene.robots]
+        place = robots.index(self._carrier()[0])
+        first = sum(robot.nq for robot in self.scene.robots[:place])
+        units = self.scene.coordinate_units
+        columns = np.arange(first, first + self.scene.robots[place].nq)
+        columns = columns[[units[i] != "1" for i in columns]]
+        moves = np.abs(self._probe_rates(columns)).max(axis=(0, 1)) > LEAST_RATE
+        return np.asarray(columns[moves])
+
+    @cached_property
+    def reaches_every_pose(self) -> bool:
+        """Whether the frame has six motions, and inverse kinematics can place it."""
+        if is_floating(self.controller, self.frame):
+            return True
+        tree = self.scene.tree
+        kinds = tree.kinds(np.flatnonzero(tree.flag_velocities(self.frame)))
+        if any("1" in kind.units for kind in kinds) or not self.moving_columns.size:
+            return True  # a floating joint carries the frame, or inverse kinematics raises an error
+        sigma = np.linalg.svd(self._probe_rates(self.moving_columns), compute_uv=False)
+        rank = int((sigma > LEAST_RATE * sigma[:, :1]).sum(axis=1).max(initial=0))
+        return rank == 6 and not any(kind.wheeled for kind in kinds)
+
+    @property
+    def joints_text(self) -> str:
+        """The robot that moves the frame, with the number of its joints if they are too few."""
+        if self.reaches_every_pose:
+            return f"the robot that carries '{self.frame}'"
+        tree, count = self.scene.tree, len(self.moving_columns)
+        owners = [each for each in tree.members if self._moves_frame(each)]
+        noun = "joint" if len(owners) == count else "coordinate"
+        return f"the {count} {noun}{'s' * (count != 1)} that move '{self.frame}'"
+
+    def _moves_frame(self, joint: IndependentJoint) -> bool:
+        """Return whether a coordinate of a joint moves the frame."""
+        return any(joint.q.start <= i < joint.q.stop for i in self.moving_columns.tolist())
+
+    def _probe_rates(self, columns: NDArray[np.int64]) -> Array:
+        """Return the rates (probes, 12, columns) of poses at random coordinates."""
+        q = np.repeat(self._probes[:, None], 2 * len(columns), axis=1)
+        for j, column in enumerate(columns.tolist()):
+            q[:, 2 * j, column] += PROBE_STEP
+            q[:, 2 * j + 1, column] -= PROBE_STEP
+        T = self.poses(q.reshape(-1, self.scene.nq))[:, :3].reshape(PROBES, -1, 12)
+        return np.swapaxes(T[:, ::2] - T[:, 1::2], 1, 2) / (2.0 * PROBE_STEP)
+
+    @cached_property
+    def _probes(self) -> Array:
+        """Random coordinates (probes, nq)."""
+        return self.sample_coordinates(RandomNumbers(0, "probes", np.arange(PROBES)))
+
+    def sample_coordinates(
+        self, draws: RandomNumbers, bodies: NDArray[np.int64] | None = None
+    ) -> Array:
+        """Return coordinates (draws, nq), uniform within their limits, for the joints of bodies.
+
+        Other coordinates are at home. Default: all joints.
+        """
+        scene = self.scene
+        q, share = np.tile(scene.home, (len(draws.numbers), 1)), draws.uniform(scene.nq)
+        for member in scene.tree.members:
+            if bodies is None or member.body in bodies:
+                at = member.q
+                q[:, at] = member.kind.sample(share[:, at], scene.home[at], scene.limits[at])
+        return q
+
+    def poses(self, q: Array) -> Array:
+        """Return the poses (n, 4, 4) of the frame in the world at coordinates (n, nq)."""
+        T = np.empty((len(q), 1, 4, 4))
+        self._evaluator.poses(np.ascontiguousarray(q), T)
+        return T[:, 0]
+
+    @cached_property
+    def _evaluator(self) -> FrameEvaluator:
+        """The compiled kinematics of the frame."""
+        return FrameEvaluator(self.scene.tree, [self.frame])
+
+    def nearest_coordinates(
+        self, region: PoseRegion, drawn: Array, draws: RandomNumbers
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return coordinates (n, nq) near to drawn poses (n, 4, 4), and which are in the region.
+
+        The search starts at home in even attempts, and at random coordinates in odd ones. If the
+        robot has too few motions for the errors of the first priority, poses may violate excused
+        bounds where no small motion reduces these errors.
+        """
+        q = np.tile(self.scene.home, (len(drawn), 1))
+        if draws.attempt % 2:
+            columns = self.moving_columns
+            guess = replace(draws, name=f"{draws.name}.guess")
+            q[:, columns] = self.sample_coordinates(guess)[:, columns]
+        search = NearestPoseSearch(self.poses, region, self.moving_columns, self.scene.limits)
+        q = search.run(q, drawn)
+        quantities = region.quantities(self.poses(q))
+        fits = np.all([each.within for each in quantities if not each.excused], axis=0)
+        aimed = np.all([each.within for each in quantities], axis=0)
+        if (fits & ~aimed).any():
+            goal = np.repeat(self.goal.matrix[None], PROBES, axis=0)
+            if search.lacks_motions(self._probes, goal):
+                aimed |= search.is_stationary(q, drawn)
+        return q, fits & aimed
+
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (n, nq) for poses (n, 4, 4) of the moving frame, and which were found.
 
@@ -71,7 +183,8 @@ class StartKinematics:
         robot = self.scene.robot(body[0])
         on = Pose(self.scene.tree.find(self.frame)[1])
         link = Pose(self.scene.tree.find(".".join(body))[1])
-        link_poses = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
+        base = robot.base if robot.on == "world" else self.scene.pose(robot.on) @ robot.base
+        link_poses = base.inv() @ Pose(T) @ (link.inv() @ on).inv()
         solution = robot.ik(link_poses, link=body[1], restarts=RESTARTS)
         q = self.scene.coordinates({robot.name: solution.q}, limits=False)
         return q, np.asarray(solution.success)

@@ -18,6 +18,7 @@ from robsim.declare.texts import FrameReference
 from robsim.geometry.look_at import look_at_rotation, sample_cone_directions
 from robsim.geometry.pose import Pose, PoseLike
 from robsim.geometry.pose_table import POSE
+from robsim.starts.pose_regions import BoxRegion, LookRegion, PoseRegion, ShellRegion
 from robsim.starts.start_kinematics import StartKinematics
 from robsim.statistics.random_numbers import RandomNumbers
 
@@ -33,12 +34,18 @@ FULL_TURN = (-np.pi, np.pi)
 class Start(DeclaredValue):
     """Base class of samplers of starts.
 
-    `numbers` is the count of uniform random numbers for one pose. With `visible` a start is sampled
-    again until the cameras see the marks that the task needs and all joints are within their
-    limits. Rejected attempts are counted.
+    `numbers` is the count of uniform random numbers for one pose, and 0 for samplers of
+    coordinates. `advice` names values to change if no start is accepted. With `visible` a start is
+    sampled again until the cameras see the marks that the task needs and all joints are within
+    their limits. Rejected attempts are counted.
+
+    A robot whose frame has fewer than six motions, or a vehicle, does not reach every pose. Its
+    starts are the nearest poses within the bounds of the sampler. The bounds hold for them, and the
+    drawn distance is kept if the joints allow it.
     """
 
     numbers: ClassVar[int] = 0
+    advice: ClassVar[str] = "another sampler"
 
     visible: Annotated[bool, Flag(), "Whether every start must see its target."] = field(
         default=True, kw_only=True
@@ -47,8 +54,19 @@ class Start(DeclaredValue):
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), and whether the robot reaches each start."""
-        return reach.coordinates(self.poses(reach, draws.uniform(self.numbers)))
+        """Return coordinates (draws, nq), and whether the robot reaches each start.
+
+        A robot that does not reach every pose takes the nearest poses of the region instead.
+        """
+        poses = self.poses(reach, draws.uniform(self.numbers))
+        region = None if reach.reaches_every_pose else self.region(reach)
+        if region is None:
+            return reach.coordinates(poses)
+        return reach.nearest_coordinates(region, poses, draws)
+
+    def region(self, reach: StartKinematics) -> PoseRegion | None:
+        """Return the region of the poses; None if only the sampled poses count."""
+        return None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world.
@@ -90,6 +108,10 @@ class LookAt(Start):
     possible to their direction at the goal; `roll` rotates the camera about its optical axis. With
     `aside` the camera looks at a random point within this radius of the middle.
 
+    A robot with few joints keeps the optical axis and the distance first, then the direction, then
+    the roll. If it cannot point the axis at the middle, as a vehicle with a level camera, the axis
+    passes as near to the middle as the joints allow.
+
     Raises
     ------
     InputError
@@ -103,6 +125,7 @@ class LookAt(Start):
     """
 
     numbers: ClassVar[int] = 7
+    advice: ClassVar[str] = "another distance, roll, cone or axis"
 
     target: Annotated[
         str | None, FrameReference, "Target object; None: the target of the task."
@@ -149,6 +172,12 @@ class LookAt(Start):
         )
         return T
 
+    def region(self, reach: StartKinematics) -> LookRegion:
+        """Return the region of the poses."""
+        middle, axis = self._middle_and_axis(reach)
+        bounds = cast(Array, self.distance), self.cone, cast(Array, self.roll), self.aside
+        return LookRegion(middle, axis, reach.goal.rotation[:, 1], *bounds)
+
     def _middle_and_axis(self, reach: StartKinematics) -> tuple[Array, Array]:
         """Return the middle (3,) of the marks, and the unit axis (3,) of the cone."""
         if reach.frame not in [eye.name for eye in reach.scene.cameras]:
@@ -187,6 +216,7 @@ class Shell(Start):
     """
 
     numbers: ClassVar[int] = 6
+    advice: ClassVar[str] = "another distance or angle"
 
     distance: Annotated[ArrayLike, DISTANCES, "Least and largest distance in metres."]
     angle: Annotated[ArrayLike, ANGLES, "Least and largest angle in radians."] = (0, 0)
@@ -205,6 +235,11 @@ class Shell(Start):
         distance, angle = cast(Array, self.distance), cast(Array, self.angle)
         return _sample_about_pose(_get_reference(self.about, reach), distance, angle, share)
 
+    def region(self, reach: StartKinematics) -> ShellRegion:
+        """Return the region of the poses."""
+        distance, angle = cast(Array, self.distance), cast(Array, self.angle)
+        return ShellRegion(_get_reference(self.about, reach), distance, angle)
+
 
 @register("start", "within")
 @dataclass(frozen=True, eq=False)
@@ -221,6 +256,7 @@ class Within(Start):
     """
 
     numbers: ClassVar[int] = 6
+    advice: ClassVar[str] = "another radius or angle"
 
     radius: Annotated[float, Length(least=0), "Largest distance in metres."]
     angle: Annotated[float, Angle(least=0, most=np.pi), "Largest angle in radians."] = 0.0
@@ -230,6 +266,11 @@ class Within(Start):
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         distances, angles = np.array([0.0, self.radius]), np.array([0.0, self.angle])
         return _sample_about_pose(_get_reference(self.about, reach), distances, angles, share)
+
+    def region(self, reach: StartKinematics) -> ShellRegion:
+        """Return the region of the poses."""
+        distances, angles = np.array([0.0, self.radius]), np.array([0.0, self.angle])
+        return ShellRegion(_get_reference(self.about, reach), distances, angles)
 
 
 @register("start", "about")
@@ -247,6 +288,7 @@ class About(Start):
     """
 
     numbers: ClassVar[int] = 6
+    advice: ClassVar[str] = "another position or rpy"
 
     position: Annotated[
         ArrayLike,
@@ -267,6 +309,11 @@ class About(Start):
         offsets = Pose.at(*(signed[:, :3] * position).T, rpy=signed[:, 3:] * rpy)
         return np.asarray((_get_reference(self.pose, reach) @ offsets).matrix)
 
+    def region(self, reach: StartKinematics) -> BoxRegion:
+        """Return the region of the poses."""
+        bounds = np.concatenate([cast(Array, self.position), cast(Array, self.rpy)])
+        return BoxRegion(_get_reference(self.pose, reach), bounds)
+
 
 @register("start", "anywhere")
 @dataclass(frozen=True, eq=False)
@@ -282,13 +329,18 @@ class Anywhere(Start):
     True
     """
 
+    advice: ClassVar[str] = "low and high around coordinates that see the target"
+
     low: Annotated[ArrayLike | None, COORDINATES, "Lowest coordinates, (nq,)."] = None
     high: Annotated[ArrayLike | None, COORDINATES, "Highest coordinates, (nq,)."] = None
 
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), which the robot always reaches."""
+        """Return coordinates (draws, nq), and which are within the joint limits.
+
+        Coordinates outside the limits are returned at the limits.
+        """
         scene = reach.scene
         low, high = (
             limits if own is None else np.asarray(own)
@@ -304,7 +356,8 @@ class Anywhere(Start):
         if (low > high).any():
             raise InputError(f"Anywhere: low {format_value(low.tolist())} is above high")
         q = low + (high - low) * draws.uniform(scene.nq)
-        return q, np.ones(len(q), dtype=bool)
+        least, most = scene.limits.T
+        return np.clip(q, least, most), ((q >= least) & (q <= most)).all(axis=1)
 
 
 def _sample_about_pose(pose: Pose, distance: Array, angle: Array, share: Array) -> Array:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base import interrupt
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
 from robsim.base.free_memory import get_free_memory
 from robsim.studies.result_columns import MEASURE_BYTES, RUN_BYTES, Columns, empty_columns
 from robsim.studies.row_simulator import ChunkResult, RowSimulator, StopRequest
@@ -17,6 +18,7 @@ from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_store import StudyStore
 
 Progress = Callable[[float], None]
+SAME_START = 1e-6  # metres and radians; nearer starts are the same
 CHECKED_STARTS = 32  # draws and combinations of values that are checked before the simulation
 Chunk = tuple[int, int]  # first run, and last run (exclusive)
 
@@ -103,10 +105,20 @@ def check_plan(plan: Plan) -> None:
     if plan.start is None:
         return
     draws = np.arange(min(plan.draws, CHECKED_STARTS))
-    _, tries, accepted = rows.starts(draws)
+    q, tries, accepted = rows.starts(draws)
+    if plan.start.numbers and not rows.reach.reaches_every_pose:
+        _check_variety(rows, q[accepted])
     if not accepted.any() and plan.start.visible:
         raise InputError(
-            f"start: none of {tries.sum()} random starts is reachable, sees its target and is "
-            "within the joint limits; try another distance or cone, a larger image, or "
-            "visible=False to see why"
+            f"start: none of {tries.sum()} random starts is accepted: {rows.describe_rejections()}"
+        )
+
+
+def _check_variety(rows: RowSimulator, q: Array) -> None:
+    """Raise InputError if several starts (n, nq) of a robot with few joints are the same."""
+    if len(q) > 1 and np.ptp(q, axis=0).max() < SAME_START:
+        raise InputError(
+            f"start: {rows.reach.joints_text} leave one start, {format_value(q[0].tolist())}: give "
+            "it as an array, or sample coordinates by rs.samplers.Uniform(low, high); LookAt(..., "
+            "aside=) looks beside the target"
         )

@@ -18,6 +18,7 @@ from robsim.engine.workers import advance_loop
 from robsim.run.batch_numbers import BatchTemplate, is_batchable
 from robsim.run.experiment import Experiment
 from robsim.starts.rejection_sampler import draw_starts
+from robsim.starts.rejections import describe_rejections
 from robsim.starts.start_kinematics import StartKinematics
 from robsim.studies.result_columns import (
     Columns,
@@ -27,7 +28,7 @@ from robsim.studies.result_columns import (
     collect_trajectories,
 )
 from robsim.studies.study_axes import StudyAxis
-from robsim.studies.study_plan import Codes, Plan
+from robsim.studies.study_plan import START_NAME, Codes, Plan
 
 T = TypeVar("T")
 CACHE_SIZE = 100  # most cached variants
@@ -136,8 +137,18 @@ class RowSimulator:
         if start is None:
             own = experiment.scene.home if experiment.start is None else experiment.start
             return np.tile(own, (len(draws), 1)), tries, tries > 0
-        source = partial(self.plan.source, "start")
+        source = partial(self.plan.source, START_NAME)
         return draw_starts(start, self.reach, source, draws, self.begin if start.visible else None)
+
+    def describe_rejections(self) -> str:
+        """Return the reasons why no start of the plan is accepted, and advice."""
+        assert self.plan.start is not None
+        source, count = partial(self.plan.source, START_NAME), self.plan.draws
+
+        def judge(draws: Codes, q0: Array) -> NDArray[np.bool_]:  # samples may outnumber the draws
+            return self.begin(draws % count, q0)
+
+        return describe_rejections(self.plan.start, self.reach, source, judge)
 
     @cached_property
     def reach(self) -> StartKinematics:

@@ -13,7 +13,7 @@ from robsim.analysis.explanation.ablation import (
     run_trial,
 )
 from robsim.analysis.explanation.attribution import Attribution, SuccessCriterion
-from robsim.analysis.explanation.final_pose import report_final_pose
+from robsim.analysis.explanation.final_pose import advise_final_pose, report_final_pose
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.imperfections import list_imperfections
 from robsim.analysis.explanation.log_comparison import LogComparison
@@ -155,7 +155,8 @@ def _explain_success(analysis: RunAnalysis, run: xr.Dataset) -> ExplanationParts
     """Return the notable facts of a run that converged, or that was ended on purpose."""
     converged = analysis.outcome is Outcome.CONVERGED
     notable = (*report_final_pose(analysis), *generate_reasons(analysis)) if converged else ()
-    return notable, (), _describe_unstopped_run(analysis, run)
+    advice = advise_final_pose(analysis) if converged else ()
+    return notable, advice, _describe_unstopped_run(analysis, run)
 
 
 def _explain_failure(analysis: RunAnalysis) -> ExplanationParts:

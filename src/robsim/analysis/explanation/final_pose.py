@@ -15,6 +15,7 @@ from robsim.analysis.explanation.ablation import (
 from robsim.analysis.explanation.attribution import SuccessCriterion, SuccessTest
 from robsim.analysis.explanation.counterfactuals import replace_task_fields
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.half_turns import find_upright_schemes, report_half_turn
 from robsim.analysis.explanation.imperfections import list_imperfections
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_count, format_offset
@@ -40,15 +41,26 @@ def report_final_pose(analysis: RunAnalysis) -> list[Finding]:
     if not (offset[0] > far_metres or offset[1] > far_radians):
         return []
     wrong = list_imperfections(analysis)
-    first = _report_displacement(loop.controller, offset, bool(wrong))
+    first = [_report_displacement(loop.controller, offset, bool(wrong))]
+    half_turn = report_half_turn(analysis, offset)
+    first += [half_turn] if half_turn else []
     if not is_determined:
-        return [first, _report_free_motions(analysis)]
-    if not analysis.trials:
-        return [first]
+        return [*first, _report_free_motions(analysis)]
+    if half_turn or not analysis.trials:
+        return first
     test = _make_nearness_test(offset, float(analysis.depths[-1]))
     criterion = SuccessCriterion(test, lambda _: "the camera reaches its goal pose")
     causes = criterion.attribute(analysis.case, wrong).causes
-    return [first, *(causes or _explain_displacement(analysis, test, bool(wrong)))]
+    return [*first, *(causes or _explain_displacement(analysis, test, bool(wrong)))]
+
+
+def advise_final_pose(analysis: RunAnalysis) -> tuple[Finding, ...]:
+    """Return the schemes that end a converged run at its goal pose, not upside down."""
+    offset = measure_final_offset(analysis.loop)
+    if not analysis.trials or not report_half_turn(analysis, offset):
+        return ()
+    test = _make_nearness_test(offset, float(analysis.depths[-1]))
+    return tuple(find_upright_schemes(analysis, test))
 
 
 def _is_pose_determined(controller: TaskController) -> bool:

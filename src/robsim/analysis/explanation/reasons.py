@@ -36,6 +36,7 @@ from robsim.analysis.explanation.standstill import (
     report_null_space,
     report_own_law,
 )
+from robsim.analysis.explanation.workspace_search import report_out_of_reach
 from robsim.engine.outcome import Outcome
 
 ReasonReporter = Callable[[RunAnalysis], Finding | None]
@@ -51,6 +52,11 @@ def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
     if unreachable:
         yield unreachable
         return
+    distant = report_out_of_reach(analysis) if analysis.outcome in _OUT_OF_REACH else None
+    if distant:
+        yield distant
+        if analysis.outcome is not Outcome.LOCAL_MINIMUM:
+            return
     for reason in _REASONS[analysis.outcome]:
         finding = reason(analysis)
         if finding:
@@ -60,6 +66,8 @@ def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
 
 
 _UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # outcomes of runs to an unreachable goal
+# outcomes of runs to a goal beyond the workspace
+_OUT_OF_REACH = (*_UNREACHED, Outcome.JOINT_LIMIT, Outcome.SINGULAR, Outcome.DIVERGED)
 _TARGET_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
 _COMMON_REASONS = (
     report_loop_gain,

@@ -22,6 +22,7 @@ from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.stages import stage
 
 ANGLE_VOTE = 0.8  # weight of a small rotation against contradicting third moments
+ROOT_3 = math.sqrt(3.0)
 
 
 @part
@@ -60,16 +61,24 @@ def within_quarter_turn(goal, alpha):
 
 @kernel
 def head_vector(mu, alpha, out):
-    """Compute out[2, b], the dimensionless third moments along and across the axis alpha[b].
+    """Compute out[4, b], the dimensionless third moments in axes of alpha[b].
 
-    The vector is p = (mu30 + mu12, mu21 + mu03) in axes of alpha. Its length is the rho of
-    `decoupled_moments`. For alpha + pi it changes its sign, so it has a direction, unlike the axis.
+    With the complex moments p = mu30 + mu12 + i (mu21 + mu03) and t = mu30 - 3 mu12 + i (3 mu21 -
+    mu03), the vector is sqrt(mu00 / spread) / spread times (sqrt(3) p exp(-i alpha),
+    t exp(-3 i alpha)), with the spread mu20 + mu02. Its length is twice the length of the tensor of
+    third moments and does not change if the image rotates (Flusser 2000, "On the independence of
+    rotation moment invariants", Pattern Recognition 33). For alpha + pi it changes its sign, so it
+    has a direction, unlike the axis.
     """
     for b in range(alpha.shape[0]):
-        px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
+        spread = mu[3, b] + mu[5, b]
         scale = math.sqrt(mu[0, b] / spread) / spread
+        px, py = ROOT_3 * (mu[6, b] + mu[8, b]), ROOT_3 * (mu[7, b] + mu[9, b])
+        tx, ty = mu[6, b] - 3.0 * mu[8, b], 3.0 * mu[7, b] - mu[9, b]
         c, s = math.cos(alpha[b]), math.sin(alpha[b])
+        c3, s3 = math.cos(3.0 * alpha[b]), math.sin(3.0 * alpha[b])
         out[0, b], out[1, b] = scale * (c * px + s * py), scale * (c * py - s * px)
+        out[2, b], out[3, b] = scale * (c3 * tx + s3 * ty), scale * (c3 * ty - s3 * tx)
 
 
 @kernel
@@ -82,12 +91,15 @@ def resolve_half_turn(goal, head_goal, mu, alpha):
     h.h* / max(|h|, |h*|)^2 + ANGLE_VOTE cos(alpha - goal) >= 0. Both terms change their signs with
     alpha + pi, so the result does not jump at a quarter turn.
     """
-    h = np.empty((2, alpha.shape[0]))
+    h = np.empty((4, alpha.shape[0]))
     head_vector(mu, alpha, h)
     for b in range(alpha.shape[0]):
-        x, y = head_goal[0, b], head_goal[1, b]
-        square, along = x * x + y * y, h[0, b] * x + h[1, b] * y
-        share = along / max(square, h[0, b] * h[0, b] + h[1, b] * h[1, b])
+        square, own_square, along = 0.0, 0.0, 0.0
+        for i in range(4):
+            square += head_goal[i, b] * head_goal[i, b]
+            own_square += h[i, b] * h[i, b]
+            along += h[i, b] * head_goal[i, b]
+        share = along / max(square, own_square)
         if share + ANGLE_VOTE * math.cos(alpha[b] - goal[b]) < 0.0:
             alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
 
@@ -219,7 +231,7 @@ def decoupled_stage(
     centre="2",
     mu="o",
     R="m, 6",
-    goal="5",
+    goal="7",
     has_angle="whole",
     has_heading="whole",
     s="6",
@@ -229,11 +241,11 @@ def decoupled_stage(
 ):
     """Compute s and L of the decoupled moments.
 
-    The five rows of the goal are size, depth, angle and the vector of `head_vector`. `has_angle` is
-    nonzero if the goal has an angle, and `has_heading` if it has this vector.
+    The seven rows of the goal are size, depth, angle and the vector of `head_vector`. `has_angle`
+    is nonzero if the goal has an angle, and `has_heading` if it has this vector.
     """
     of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
-    goal, s = vector(w, goal, 5), vector(w, s, 6)
+    goal, s = vector(w, goal, 7), vector(w, s, 6)
     decoupled_moments(of_marks, goal[0], goal[1], centre, mu, s)
     if has_angle:
         within_quarter_turn(goal[2], s[5])
