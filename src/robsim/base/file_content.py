@@ -30,3 +30,13 @@ def read_bytes(path: str | os.PathLike[str], expected: str, largest: int) -> byt
     if len(data) > largest:
         raise FileError(f"{path}: larger than {largest // 1_000_000} MB")
     return data
+
+
+def format_relative_path(path: Path, folder: Path) -> str:
+    """Return a path relative to a folder that contains it, or else the absolute path.
+
+    >>> format_relative_path(Path("cell/robots/arm.urdf").absolute(), Path("cell"))
+    'robots/arm.urdf'
+    """
+    inside = path.is_relative_to(folder.absolute())
+    return path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()
