@@ -38,7 +38,7 @@ class CalibrationPath(Text):
 
 @described
 @dataclass(frozen=True)
-class Calibration:
+class CalibrationFile:
     """The calibration file of a camera, and in a stored run the camera of the file.
 
     Without `K` the file is read. With `K` the file is not needed: the numbers are the content of
@@ -51,7 +51,7 @@ class Calibration:
 
     Examples
     --------
-    >>> Calibration("camchain.yaml", camera="cam1").K is None
+    >>> CalibrationFile("camchain.yaml", camera="cam1").K is None
     True
     """
 
@@ -77,7 +77,7 @@ class Calibration:
 
 CALIBRATION = OneOf(
     CalibrationPath(),
-    Table(Calibration),
+    Table(CalibrationFile),
     words='the path of a calibration file, or a table: { file = "camchain.yaml", camera = "cam0" }',
 )
 
@@ -93,7 +93,7 @@ def build_camera(table: Any, c: Context) -> Camera:
         camera = _build_from_numbers(table)
         return camera.read_from(given.origin) if given and is_identical(camera, given) else camera
     with prefix_path("calibration"):
-        camera = _read_calibration(Calibration(given) if isinstance(given, str) else given, c)
+        camera = _read_calibration(CalibrationFile(given) if isinstance(given, str) else given, c)
         if table.size is not None and camera.size not in (None, table.size):
             sizes = f"size {list(table.size)}, but the calibration is for {list(camera.size or ())}"
             raise InputError(sizes)
@@ -101,7 +101,7 @@ def build_camera(table: Any, c: Context) -> Camera:
     return whole.read_from(camera.origin)
 
 
-def _read_calibration(calibration: Calibration, c: Context) -> Camera:
+def _read_calibration(calibration: CalibrationFile, c: Context) -> Camera:
     """Return the camera of a calibration, from its numbers or from its file."""
     path = Path(c.facts.get("folder", "")) / calibration.file
     if calibration.K is not None:
@@ -138,7 +138,7 @@ def describe_lens(camera: Camera, c: Context) -> dict[str, Any]:
     if origin is None or c.facts.get("by_hand") or c.facts.get("changes"):
         return numbers
     values = {"size": camera.size, "K": camera.K.tolist(), "distortion": camera.distortion}
-    stored = Calibration(origin.file, origin.camera, origin.sha256, **values)
+    stored = CalibrationFile(origin.file, origin.camera, origin.sha256, **values)
     if "read_origin" in c.facts:  # a short text, which may refer to files
         return _refer_to_file(camera, origin, c.facts["folder"]) or {"calibration": stored}
     if c.facts.get("short"):  # the old value of a change: each number may be replaced
@@ -158,7 +158,7 @@ def _refer_to_file(
     if now.sha256 != origin.sha256 or not is_identical(whole, camera):
         return None
     reference = format_relative_path(Path(origin.path), folder)
-    given = reference if origin.camera is None else Calibration(reference, origin.camera)
+    given = reference if origin.camera is None else CalibrationFile(reference, origin.camera)
     return {"calibration": given, "size": None if plain.size else camera.size}
 
 

@@ -127,7 +127,7 @@ class Board(PlanarTarget):
         middle = Pose.at((left + right) / 2, (top + bottom) / 2, 1.5 * thick)
         paper = Block(right - left, bottom - top, thick, "w", pose=middle)
         squares = [
-            Block(*[self.square] * 2, thick, "k", pose=Pose.at(x, y, thick / 2))
+            Block(self.square, self.square, thick, "k", pose=Pose.at(x, y, thick / 2))
             for x, y in self.square * (np.argwhere(self._is_square_black) + 0.5)
         ]
         return (paper, *squares)

@@ -62,7 +62,8 @@ def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Arr
         fits = [fit for a, b, bow in sides if (fit := _fit_edge(image, a, b, bow, w, gap))]
         if len(fits) < 4:
             return None
-        trust = max(1 - SURE / max(np.mean([fit.certainty for fit in fits]), SURE), 0.0)
+        certainty = float(np.mean([fit.certainty for fit in fits]))
+        trust = 1 - SURE / max(certainty, SURE)
         bows = trust * np.array([fit.bow for fit in fits])
         now = now + _corner_shifts(now, np.array([fit.corner_offsets(trust) for fit in fits]))
         if not np.abs(now - corners).max() < max(cell, 2.0):
