@@ -72,6 +72,24 @@ def test_the_controller_may_believe_in_another_size():
     np.testing.assert_allclose(by_factor.marks, believed.marks, rtol=0, atol=1e-15)
 
 
+def test_its_size_may_differ_from_run_to_run():
+    """True or believed, each run to the bit as on its own.
+
+    A wrong belief scales the estimated motion; the true size alone does not change the path.
+    """
+    sizes = np.array([0.07, 0.08, 0.09])
+    experiment = load().with_(task=rs.PBVS())
+    for name, ends in (("objects.plate.tag.size", 1), ("belief.objects.plate.tag.size", 3)):
+        batch = experiment.vary({name: sizes})
+        runs = batch.run()
+        for i in range(3):
+            alone = batch.of_run(i)
+            scene = alone.task.belief if name.startswith("belief") else alone.scene
+            assert scene.object().tag.size == sizes[i]
+            np.testing.assert_array_equal(runs.q[i], alone.run().q)
+        assert len(np.unique(runs.q_end.values.round(9), axis=0)) == ends
+
+
 def test_a_moved_object_keeps_its_target():
     scene = load().scene
     assert scene.attached("plate", "free_camera.body").object().tag == TAG

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
-from robsim.base.value import Value
+from robsim.base.value import Value, replace_unchecked
 from robsim.declare import ListOf, Name, PerRun, Table, Vector, described, fields_of
 from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
@@ -165,6 +165,12 @@ class Object(Value):
         """
         kept = dict.fromkeys(RIVALS) if changes.keys() & set(RIVALS) else {}
         return replace(self, **{**kept, **changes})
+
+    def held(self, **changes: Any) -> Object:  # Any: values of the fields named
+        """Return the objects of a batch; the marks follow a tag that differs between runs."""
+        if "tag" in changes:
+            changes["marks"] = make_read_only(changes["tag"].marks)
+        return replace_unchecked(self, **changes)
 
 
 def _check_target_marks(marks: ArrayLike | None, target: Tag | Board) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.unit_warnings import warn_of_millimetres
-from robsim.declare import Integer, Length, described
+from robsim.declare import Integer, Length, PerRun, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
 from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
@@ -54,7 +54,7 @@ class Tag(PlanarTarget):
 
     family: Annotated[str, FAMILY, "Family of the tag."]
     id: Annotated[int, Integer(), "Number of the tag in its family."]
-    size: Annotated[float, Length(above=0), "Side of the black square, in metres."]
+    size: Annotated[float, Length(above=0), PerRun(()), "Side of the black square, in metres."]
 
     def __post_init__(self) -> None:
         as_integer(self.id, f"id of a tag of {self.family}", 0, find_tag_family(self.family).ids)
@@ -70,8 +70,11 @@ class Tag(PlanarTarget):
 
     @property
     def marks(self) -> Array:
-        """The corners (4, 3) of the black square in metres, clockwise from the upper left."""
-        return self.size * CORNERS
+        """The corners (4, 3) of the black square in metres, clockwise from the upper left.
+
+        In a batch with tags of different sizes (runs,) they are (4, 3, runs).
+        """
+        return np.asarray(np.multiply.outer(CORNERS, self.size))
 
     @property
     def pitch(self) -> float:
