@@ -79,3 +79,13 @@ def _check_kind(path: str | os.PathLike[str], found: os.stat_result, expected: s
 def _open_without_waiting(path: str, flags: int) -> int:
     """Open a file; a pipe that took the place of a regular file does not wait for a writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def format_relative_path(path: Path, folder: Path) -> str:
+    """Return a path relative to a folder that contains it, or else the absolute path.
+
+    >>> format_relative_path(Path("cell/robots/arm.urdf").absolute(), Path("cell"))
+    'robots/arm.urdf'
+    """
+    inside = path.is_relative_to(folder.absolute())
+    return path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()

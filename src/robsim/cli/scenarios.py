@@ -24,7 +24,7 @@ def check_colors(scenario: Experiment) -> None:
 
     scene = scenario.scene
     parts = [(f"robots.{r.name}.links.{k.name}", k.shapes) for r in scene.robots for k in r.links]
-    parts += [(f"objects.{obj.name}", obj.shapes) for obj in scene.objects]
+    parts += [(f"objects.{obj.name}", obj.solids) for obj in scene.objects]
     parts += [(f"cameras.{c.name}", (c.camera.body,)) for c in scene.cameras if c.camera.body]
     for owner, shapes in parts:
         for shape in shapes:

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from robsim.base.errors import FileError, FrameError, InputError, format_value
+from robsim.base.file_content import format_relative_path
 from robsim.declare.problems import Problems, prefix_path
 from robsim.declare.spec import Context, UnwritableChange
 from robsim.files import robots
@@ -51,8 +52,7 @@ def describe_origin(robot: Robot, folder: Path) -> tuple[Tables, Robot]:
             raise UnwritableChange
         return {"model": origin.model}, robots.load(str(origin.model))
     path = Path(origin.urdf)
-    inside = path.is_relative_to(folder.absolute())
-    reference = path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()
+    reference = format_relative_path(path, folder)
     try:
         plain = Robot.from_urdf(path, tip=robot.tip)
     except (InputError, OSError):

@@ -192,7 +192,7 @@ def _draw_target_edges(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
 def project_target_edges(scene: Scene, q: Array, camera: str, target: str) -> Array:
     """Return the edges (E, 2, 2) of a target in pixels that are in front of the camera."""
     T = Pose(scene.pose(target, q).matrix)
-    ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).shapes]
+    ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).solids]
     points = np.concatenate([np.empty((0, 2, 3)), *ends])
     if not len(points):
         return np.empty((0, 2, 2))

@@ -72,7 +72,7 @@ def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
     """
     every = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
     for obj in scene.objects:
-        shapes = list_drawable_shapes(obj.shapes)
+        shapes = list_drawable_shapes(obj.solids)
         every += [ScenePart(obj.name, build_shape_solid(obj.name, shape)) for shape in shapes]
     for eye in scene.cameras:
         wire = build_camera_solid(eye, depth)
@@ -160,7 +160,7 @@ def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
 def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     """Return the shapes of each link, object and camera of a scene, by frame."""
     links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
-    objects = [(obj.name, obj.shapes) for obj in scene.objects]
+    objects = [(obj.name, obj.solids) for obj in scene.objects]
     bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
     return dict([*links, *objects, *((name, (body,) if body else ()) for name, body in bodies)])
 

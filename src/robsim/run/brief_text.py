@@ -32,7 +32,7 @@ def make_brief_tables(experiment: Any, folder: Path) -> Tables:
     def origin(robot: Any) -> Any:
         return describe_origin(robot, folder)
 
-    return write_experiment(experiment, brief=True, short=True, read_origin=origin)
+    return write_experiment(experiment, brief=True, short=True, read_origin=origin, folder=folder)
 
 
 def _is_text_of(text: str, experiment: Any, folder: Path) -> bool:

@@ -161,9 +161,8 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     FileError lists all errors.
     """
     problems, folder = Problems(source), Path(source).parent
-    c = Context(
-        problems, facts={"library": partial(load_origin_robot, folder=folder), "belief": None}
-    )
+    library = partial(load_origin_robot, folder=folder)
+    c = Context(problems, facts={"library": library, "folder": folder, "belief": None})
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
     scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)

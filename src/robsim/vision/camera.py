@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
@@ -29,7 +29,7 @@ from robsim.kernels.images import projection
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.vision.camera_checks import check_distortion, check_focal, check_intrinsics
 from robsim.vision.camera_files import camera_info
-from robsim.vision.camera_files.calibration_files import load_camera, save_camera
+from robsim.vision.camera_files.calibration_files import CalibrationOrigin, load_camera, save_camera
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.crop_and_scale import crop_intrinsics, scale_intrinsics
 from robsim.vision.image_size import SIZE
@@ -79,6 +79,12 @@ class Camera(Value):
         (12 or 14 numbers in all) must be zero. The attribute is a flat tuple of at most eight
         numbers.
 
+    Attributes
+    ----------
+    origin : CalibrationOrigin or None
+        Calibration file that the camera was read from, with the SHA-256 of its content. A changed
+        copy has none.
+
     Raises
     ------
     InputError
@@ -98,6 +104,7 @@ class Camera(Value):
     _: KW_ONLY
     body: CameraBody | None = None
     distortion: tuple[float, ...] = ()
+    origin: CalibrationOrigin | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -232,7 +239,18 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        return load_camera(path, name, cls)
+        camera, origin = load_camera(path, name, cls)
+        return camera.read_from(origin)
+
+    def read_from(self, origin: CalibrationOrigin | None) -> Camera:
+        """Return the camera with the file that it was read from; it remains equal.
+
+        Examples
+        --------
+        >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).read_from(None).origin is None
+        True
+        """
+        return replace_unchecked(self, origin=origin)
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
         """Write a calibration file, which `from_file` reads without loss, and return its path.

@@ -111,8 +111,10 @@ def perturb_target(
             f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
         )
     with np.errstate(over="ignore"):  # Object rejects numbers that are not finite
-        believed = as_positive(size, "size (a factor)") * believed
-    return replace(thing, marks=believed, pose=_apply_pose_error(thing.pose, place, "place"))
+        factor = as_positive(size, "size (a factor)")
+        believed = believed if factor == 1 else factor * believed
+    changes = {} if believed is thing.marks else {"marks": believed}
+    return thing.revised(**changes, pose=_apply_pose_error(thing.pose, place, "place"))
 
 
 def _apply_pose_error(pose: Pose, error: PoseLike | None, what: str) -> Pose:

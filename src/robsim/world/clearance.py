@@ -198,7 +198,7 @@ def _shapes_by_frame(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     bodies = {eye.name: eye.camera.drawn(IDENTITY) for eye in scene.cameras}
     return {
         **{f"{robot.name}.{k.name}": k.shapes for robot in scene.robots for k in robot.links},
-        **{thing.name: thing.shapes for thing in scene.objects},
+        **{thing.name: thing.solids for thing in scene.objects},
         **{name: () if body is None else (body,) for name, body in bodies.items()},
     }
 

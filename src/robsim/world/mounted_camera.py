@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
-
-import numpy as np
 
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
-from robsim.declare import ListOf, Name, Number, PerRun, Role, Table
-from robsim.declare.fields import is_identical
-from robsim.declare.problems import prefix_path
+from robsim.declare import Name, PerRun, Role, Table
 from robsim.declare.spec import Context, NoTextError
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
@@ -22,15 +18,8 @@ from robsim.geometry.primitives import CameraBody
 from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import load_rig
 from robsim.vision.image_size import SIZE
-from robsim.vision.intrinsics import (
-    CENTER,
-    MATRIX,
-    PIXELS,
-    FocalLengths,
-    build_intrinsics,
-    image_center,
-    split_intrinsics,
-)
+from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, FocalLengths
+from robsim.world.calibrated_camera import CALIBRATION, LENS, build_camera, describe_lens
 
 
 @dataclass(frozen=True)
@@ -42,7 +31,10 @@ class CameraTable:
         **{key: f"camera.{key}" for key in ("size", "distortion", "body")},
         **{key: f"camera.{key}" for key in ("K", "focal", "center", "skew")},
     }
-    rivals: ClassVar[Any] = ((("K",), ("focal", "center", "skew")),)
+    rivals: ClassVar[Any] = (
+        (("K",), ("focal", "center", "skew"), ("calibration",)),
+        (("distortion",), ("calibration",)),
+    )
 
     name: Annotated[str, Name(), "Name of the camera."]
     on: Annotated[str, FrameReference, "Frame that carries the camera."] = "world"
@@ -65,7 +57,7 @@ class CameraTable:
     )
     distortion: Annotated[
         tuple[float, ...],
-        ListOf(Number(), most=14),
+        LENS,
         PerRun(("n",)),
         "Distortion coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV. The six coefficients "
         "after these must be zero.",
@@ -73,17 +65,13 @@ class CameraTable:
     body: Annotated[
         Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
     ] = None
+    calibration: Annotated[
+        Any, CALIBRATION, "Calibration file of the camera, instead of K and distortion."
+    ] = None
 
     def build_value(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""
-        K = self.K
-        if K is None:
-            K = build_intrinsics(self.focal, self.center, self.skew, self.size)
-        with prefix_path("K"):
-            lens = Camera(np.array(K), self.size, body=self.body)
-        with prefix_path("distortion"):
-            lens = replace(lens, distortion=self.distortion)
-        return MountedCamera(self.name, lens, self.on, self.pose)
+        return MountedCamera(self.name, build_camera(self, c), self.on, self.pose)
 
     @classmethod
     def of(cls, value: MountedCamera, c: Context) -> CameraTable:
@@ -91,24 +79,7 @@ class CameraTable:
         lens = value.camera
         if type(lens) is not Camera:
             raise NoTextError(f"{type(lens).__name__} is Python code")
-        fields = {key: getattr(lens, key) for key in ("size", "distortion", "body")}
-        return cls(value.name, value.on, value.pose, **fields, **_write_intrinsics(lens, c))
-
-
-def _write_intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
-    """Return the keys of the intrinsics: K, or in a short text its parts if they are exact."""
-    parts = split_intrinsics(lens.K)
-    if c.facts.get("by_hand"):
-        return parts
-    in_pixels = min(parts["focal"]) >= 1.0  # else the image has normalised coordinates
-    if not (c.facts.get("short") and in_pixels) or not is_identical(
-        lens.K, np.array(build_intrinsics(**parts, size=None))
-    ):
-        return {"K": lens.K.tolist()}
-    if c.facts.get("changes"):
-        return parts
-    defaults = {"center": image_center(lens.size), "skew": 0.0}
-    return {key: None if is_identical(x, defaults.get(key)) else x for key, x in parts.items()}
+        return cls(value.name, value.on, value.pose, body=lens.body, **describe_lens(lens, c))
 
 
 @dataclass(frozen=True)
@@ -189,6 +160,6 @@ class MountedCamera:
         """
         first = check_single_pose(pose, "pose of cam0")
         return tuple(
-            cls(name, camera, on, first @ T_first_camera)
-            for name, (camera, T_first_camera) in load_rig(path, Camera).items()
+            cls(name, camera.read_from(origin), on, first @ T_first_camera)
+            for name, (camera, origin, T_first_camera) in load_rig(path, Camera).items()
         )

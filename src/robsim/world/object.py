@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
-from robsim.base.value import Value
-from robsim.declare import ListOf, Name, PerRun, Vector, described
+from robsim.base.value import Value, replace_unchecked
+from robsim.declare import ListOf, Name, PerRun, Table, Vector, described, fields_of
 from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.texts import FrameReference
@@ -22,9 +23,12 @@ from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import Primitive
 from robsim.robot.link import check_shapes
 from robsim.robot.link_table import SHAPE_LIST
+from robsim.vision.tags.board import Board
+from robsim.vision.tags.tag import Tag
 
 MOST_MARKS = 10_000
 POSITION = Vector("length")
+RIVALS = "tag", "board", "marks"
 
 
 @dataclass(frozen=True)
@@ -38,8 +42,8 @@ class MarkList(ListOf):
         return np.array(super().read(raw, c)).reshape(-1, 3)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        shapes = c.facts["own"]["shapes"]
-        if not (c.facts.get("brief") and is_identical(value, collect_vertices(shapes))):
+        default = collect_vertices(c.facts["own"]["shapes"]) if c.facts.get("brief") else None
+        if value is not None and not is_identical(value, default):
             table[name] = self.write(value, c.at(name))  # also an empty list
 
 
@@ -58,18 +62,22 @@ class Object(Value):
 
     The object stands at `pose` on the frame `on`: "world", another object, or a link such as
     "rhino_xr4.tool". Its `marks` (N, 3) are points in its own axes, in metres; features of a task
-    are measured from their images. The default marks are the vertices of the shapes.
+    are measured from their images. The default marks are the points of its `tag` or `board` (with x
+    to the right, y down and z into the paper), or else the vertices of the shapes.
 
     Raises
     ------
     InputError
-        If the name is not valid, or the marks do not have the shape (N, 3).
+        If the name is not valid, the marks do not have the shape (N, 3), or two of marks, tag and
+        board are given.
 
     Examples
     --------
     >>> from robsim.geometry.primitives import Block
     >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
     (8, 3)
+    >>> Object("plate", tag=Tag("tag36h11", 7, size=0.08)).marks[0]
+    array([-0.04, -0.04,  0.  ])
     """
 
     name: Annotated[str, Name(), "Name of the object."]
@@ -89,6 +97,13 @@ class Object(Value):
         Pose, FLAT_POSE, PerRun(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
     on: Annotated[str, FrameReference, "Frame that carries the object."] = "world"
+    tag: Annotated[
+        Tag | None, Table(Tag), "Tag in the plane z = 0 of the object, instead of `marks`."
+    ] = None
+    board: Annotated[
+        Board | None, Table(Board), "Board in the plane z = 0 of the object, instead of `marks`."
+    ] = None
+    text_form: ClassVar[type[Object]]
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -99,13 +114,17 @@ class Object(Value):
             marks: ArrayLike | None = None,
             pose: PoseLike = IDENTITY,
             on: str = "world",
+            tag: Tag | None = None,
+            board: Board | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         check_name(self.name, "object")
         shapes = check_shapes(self.shapes, f"object '{self.name}'")
         marks = cast(ArrayLike | None, self.marks)  # before its conversion
-        if marks is None:
+        if (target := self._check_target()) is not None:
+            marks = _check_target_marks(marks, target)
+        elif marks is None:
             marks = collect_vertices(shapes)
         marks = as_floats(marks, f"marks of '{self.name}'", ("N", 3))
         if marks.ndim != 2:
@@ -113,3 +132,73 @@ class Object(Value):
         object.__setattr__(self, "shapes", shapes)
         object.__setattr__(self, "marks", make_read_only(marks))
         object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))
+
+    def _check_target(self) -> Tag | Board | None:
+        """Return the tag or board of the object; raise InputError if there are both."""
+        for name, kind in (("tag", Tag), ("board", Board)):
+            value = getattr(self, name)
+            if not isinstance(value, kind | None):
+                what = f"{name} of '{self.name}'"
+                raise InputError(f"{what}: expected a {kind.__name__}, got {format_value(value)}")
+        if self.tag is not None and self.board is not None:
+            raise InputError(f"object '{self.name}': give one of tag and board only")
+        return self.target
+
+    @property
+    def target(self) -> Tag | Board | None:
+        """The tag or board of the object, which a `TagDetector` takes; None without one."""
+        return self.board if self.tag is None else self.tag
+
+    @cached_property
+    def solids(self) -> tuple[Primitive, ...]:
+        """The shapes of the object and of its tag or board."""
+        return self.shapes if self.target is None else (*self.shapes, *self.target.shapes)
+
+    def revised(self, **changes: Any) -> Object:  # Any: values of the fields named
+        """Return a copy with other fields; marks, a tag and a board replace each other.
+
+        Examples
+        --------
+        >>> plate = Object("plate", tag=Tag("tag36h11", 7, size=0.08))
+        >>> plate.revised(tag=Tag("tag36h11", 7, size=0.1)).marks[0]
+        array([-0.05, -0.05,  0.  ])
+        """
+        kept = dict.fromkeys(RIVALS) if changes.keys() & set(RIVALS) else {}
+        return replace(self, **{**kept, **changes})
+
+    def held(self, **changes: Any) -> Object:  # Any: values of the fields named
+        """Return the objects of a batch; the marks follow a tag that differs between runs."""
+        if "tag" in changes:
+            changes["marks"] = make_read_only(changes["tag"].marks)
+        return replace_unchecked(self, **changes)
+
+
+def _check_target_marks(marks: ArrayLike | None, target: Tag | Board) -> Array:
+    """Return the marks of a target; raise InputError if other marks are given."""
+    if marks is not None and not np.array_equal(marks, target.marks):
+        raise InputError(f"marks and {target.name}, which has other marks: give one of them only")
+    return target.marks
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectText(Object):
+    """The text form of an object: marks, a tag or a board."""
+
+    rivals: ClassVar[Any] = (tuple((name,) for name in RIVALS),)
+    stands: ClassVar[Mapping[str, str]] = {name: name for name in ("shapes", "pose", "on", *RIVALS)}
+
+    def __post_init__(self) -> None:
+        """Check nothing: `build_value` does."""
+
+    def build_value(self, c: Context) -> Object:
+        """Return the object."""
+        return Object(**{each.name: getattr(self, each.name) for each in fields_of(Object)})
+
+    @classmethod
+    def of(cls, value: Object, c: Context) -> ObjectText:
+        """Return the text form of an object; its tag or board determines its marks."""
+        own = {each.name: getattr(value, each.name) for each in fields_of(Object)}
+        return cls(**(own if value.target is None else {**own, "marks": None}))
+
+
+Object.text_form = ObjectText

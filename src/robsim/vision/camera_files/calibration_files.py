@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,36 +24,83 @@ LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
 
 
-def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera[C]) -> C:
+@dataclass(frozen=True)
+class CalibrationOrigin:
+    """Calibration file that a camera was read from.
+
+    Attributes
+    ----------
+    file : str
+        Path of the file, as it was given.
+    camera : str or None
+        Name of the camera in the file, if it was given.
+    sha256 : str or None
+        SHA-256 of the content of the file, in hexadecimal digits.
+    path : str
+        Absolute path of the file. It has no effect on equality.
+    """
+
+    file: str
+    camera: str | None
+    sha256: str | None
+    path: str = field(default="", compare=False)
+
+
+def load_camera(
+    path: str | os.PathLike[str], name: str | None, make: MakeCamera[C]
+) -> tuple[C, CalibrationOrigin]:
     """Return the camera of a file with a name, or its only camera; see `Camera.from_file`."""
-    cameras, _ = _load_cameras(path, make)
-    if name is None and len(cameras) == 1:
-        return next(iter(cameras.values()))
-    if name is None:
+    data = read_bytes(path, EXPECTED, LARGEST_FILE)
+    cameras, _ = _parse_cameras(data, path, make)
+    if name is None and len(cameras) > 1:
         raise FileError(
-            f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one by name="
+            f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one by name=, "
+            "in a scenario file by camera="
         )
     with raise_file_errors(path):
-        check_known(name, cameras, "no camera {}", "cameras")
-        return cameras[name]
+        if name is not None:
+            check_known(name, cameras, "no camera {}", "cameras")
+        camera = _require_supported(cameras[next(iter(cameras)) if name is None else name])
+    return camera, _make_origin(data, path, name)
 
 
-def load_rig(path: str | os.PathLike[str], make: MakeCamera[C]) -> dict[str, tuple[C, Pose]]:
-    """Return the cameras of Kalibr's chain with their poses in axes of the first camera.
+def load_rig(
+    path: str | os.PathLike[str], make: MakeCamera[C]
+) -> dict[str, tuple[C, CalibrationOrigin, Pose]]:
+    """Return the cameras of Kalibr's chain, with their poses in axes of the first camera.
 
     FileError is raised for files of other programs, which do not store the poses of cameras.
     """
-    cameras, content = _load_cameras(path, make)
+    data = read_bytes(path, EXPECTED, LARGEST_FILE)
+    cameras, content = _parse_cameras(data, path, make)
     if not kalibr.is_camera_chain(content):
         raise FileError(f"{path}: no poses of cameras, as in Kalibr's camchain.yaml")
     with raise_file_errors(path):
         poses = kalibr.read_chain_poses(content)
-    return {name: (camera, poses[name]) for name, camera in cameras.items()}
+        return {
+            name: (_require_supported(each), _make_origin(data, path, name), poses[name])
+            for name, each in cameras.items()
+        }
 
 
-def _load_cameras(path: str | os.PathLike[str], make: MakeCamera[C]) -> tuple[dict[str, C], Any]:
+def _make_origin(data: bytes, path: str | os.PathLike[str], name: str | None) -> CalibrationOrigin:
+    """Return the origin of a camera in a file with this content."""
+    digest = hashlib.sha256(data).hexdigest()
+    return CalibrationOrigin(str(path), name, digest, os.path.abspath(path))
+
+
+def _require_supported(camera: C | InputError) -> C:
+    """Return the camera; raise the reason if it is not supported."""
+    if isinstance(camera, InputError):
+        raise camera
+    return camera
+
+
+def _parse_cameras(
+    data: bytes, path: str | os.PathLike[str], make: MakeCamera[C]
+) -> tuple[Mapping[str, C | InputError], Any]:
     """Return the cameras of a file by name, and its content as plain tables."""
-    data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
+    source = str(path)
     if data.lstrip().startswith(b"<"):
         content: Any = parse_xml_table(data, source)
     else:

@@ -37,6 +37,10 @@ PERSPECTIVE = (
 )
 
 
+class LensModelError(InputError):
+    """Error about a camera or lens model that is not supported, in a valid file."""
+
+
 def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
     """Return the cameras of a table by the number at the end of their keys, or "camera".
 
@@ -60,14 +64,14 @@ def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
 
 
 def check_camera_model(table: Mapping[str, Any]) -> None:
-    """Raise InputError for a camera or lens model that is not supported."""
+    """Raise LensModelError for a camera or lens model that is not supported."""
     for key in MODEL_KEYS:
         model = table.get(key)
         if model is not None and str(model).strip().lower() not in MODELLED:
-            raise InputError(f"{key} {format_value(model)} is not supported: {PERSPECTIVE}")
+            raise LensModelError(f"{key} {format_value(model)} is not supported: {PERSPECTIVE}")
     for key in FISHEYE_KEYS:
         if table.get(key) not in (None, 0.0, "false", "False", False):
-            raise InputError(
+            raise LensModelError(
                 f"{key}: fisheye and omnidirectional lenses are not supported: {PERSPECTIVE}"
             )
 

@@ -17,6 +17,7 @@ from robsim.vision.camera_files.camera_tables import (
     PERSPECTIVE,
     C,
     LensCoefficients,
+    LensModelError,
     MakeCamera,
     OptionalSize,
 )
@@ -35,6 +36,7 @@ EXACT = Context(prec=800)  # digits: enough for the exact sum of any float and a
 HEAD = (
     "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS"
 )
+_MODEL = re.compile("[A-Z][A-Z_]+")
 _LINE = re.compile(r"\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d+[ \t]+\d+([ \t]|$)")
 
 
@@ -47,18 +49,20 @@ def is_cameras_txt(text: str) -> bool:
     return any(map(_LINE.match, [line for _, line in _split_lines(text)][:1]))
 
 
-def read_colmap_cameras(text: str, source: str, make: MakeCamera[C]) -> dict[str, C]:
-    """Return the cameras of a text by their number.
+def read_colmap_cameras(text: str, source: str, make: MakeCamera[C]) -> dict[str, C | InputError]:
+    """Return the cameras of a text by number, or the reason why a camera is not supported.
 
-    FileError is raised for an invalid line, a number that occurs twice, or an unsupported model.
+    FileError is raised for an invalid line, or a number that occurs twice.
     """
-    cameras: dict[str, C] = {}
+    cameras: dict[str, C | InputError] = {}
     for at, line in _split_lines(text):
         try:
             name, model, *rest = line.split()
             if name in cameras:
                 raise InputError(f"camera {format_value(name)} occurs twice")
             cameras[name] = _build_colmap_camera(model, rest, make)
+        except LensModelError as reason:
+            cameras[name] = FileError(f"{source}:{at}: {reason}")
         except (InputError, ValueError) as error:
             raise FileError(f"{source}:{at}: {error}") from None
     return cameras
@@ -85,7 +89,8 @@ def _split_lines(text: str) -> list[tuple[int, str]]:
 def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera[C]) -> C:
     """Return the camera of a model from the further words of its line: size and parameters."""
     if model not in MODELS:
-        raise InputError(
+        kind = LensModelError if _MODEL.fullmatch(model) else InputError
+        raise kind(
             f"{format_value(model)} is not supported; choose {', '.join(MODELS)}; {PERSPECTIVE}"
         )
     places, lens = MODELS[model]

@@ -8,7 +8,12 @@ from typing import Any, TypeGuard
 from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.camera_tables import C, MakeCamera, check_camera_model
+from robsim.vision.camera_files.camera_tables import (
+    C,
+    LensModelError,
+    MakeCamera,
+    check_camera_model,
+)
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 
@@ -18,9 +23,17 @@ def is_camera_chain(table: object) -> TypeGuard[Mapping[str, Mapping[str, Any]]]
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
-def read_chain_cameras(chain: Mapping[str, Mapping[str, Any]], make: MakeCamera[C]) -> dict[str, C]:
-    """Return the cameras of a chain by name; raise InputError for an unsupported camera."""
-    return {name: _build_chain_camera(name, chain[name], make) for name in _chain_names(chain)}
+def read_chain_cameras(
+    chain: Mapping[str, Mapping[str, Any]], make: MakeCamera[C]
+) -> dict[str, C | LensModelError]:
+    """Return the cameras of a chain by name, or the reason why a camera is not supported."""
+    cameras: dict[str, C | LensModelError] = {}
+    for name in _chain_names(chain):
+        try:
+            cameras[name] = _build_chain_camera(name, chain[name], make)
+        except LensModelError as reason:
+            cameras[name] = reason
+    return cameras
 
 
 def read_chain_poses(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.errors import InputError
 from robsim.base.unit_warnings import warn_of_millimetres
-from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
+from robsim.declare import Integer, Length, described
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import Block
+from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
 from robsim.vision.tags.tag_families import (
+    FAMILY,
     black_cells,
     find_tag_family,
     import_opencv,
@@ -23,8 +27,10 @@ if TYPE_CHECKING:
     from cv2.aruco import CharucoBoard
 
 MOST_SQUARES = 100  # on a side
+SQUARES = Integer(2, MOST_SQUARES)
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Board(PlanarTarget):
     """A ChArUco board: a chessboard with tags in its white squares.
@@ -32,17 +38,6 @@ class Board(PlanarTarget):
     The origin is the upper left corner of the board, with x to the right, y down and z into the
     board. The upper left square is black, as in OpenCV since 4.6 (without its legacy pattern). Tags
     are numbered from 0, row by row. The marks are the inner corners of the chessboard, row by row.
-
-    Parameters
-    ----------
-    family : str
-        Family of the tags, such as "DICT_4X4_50".
-    columns, rows : int
-        Numbers of squares along x and y, at least 2.
-    square : float
-        Side of a square in metres.
-    tag : float
-        Side of the black square of a tag in metres.
 
     Raises
     ------
@@ -56,11 +51,11 @@ class Board(PlanarTarget):
     ((12, 3), array([0.03, 0.03, 0.  ]))
     """
 
-    family: str
-    columns: int
-    rows: int
-    square: float
-    tag: float
+    family: Annotated[str, FAMILY, 'Family of the tags, such as "DICT_4X4_50".']
+    columns: Annotated[int, SQUARES, "Number of squares along x."]
+    rows: Annotated[int, SQUARES, "Number of squares along y."]
+    square: Annotated[float, Length(above=0), "Side of a square, in metres."]
+    tag: Annotated[float, Length(above=0), "Side of the black square of a tag, in metres."]
 
     def __post_init__(self) -> None:
         count = find_tag_family(self.family).ids
@@ -124,6 +119,23 @@ class Board(PlanarTarget):
         number = np.clip((row * self.columns + column) // 2, 0, len(patterns) - 1)
         at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
         return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
+
+    @property
+    def shapes(self) -> tuple[Block, ...]:
+        """The shapes of the board for figures: white paper and black squares, without the tags."""
+        thick, ((left, top), (right, bottom)) = THICK * self.square, self.paper
+        middle = Pose.at((left + right) / 2, (top + bottom) / 2, 1.5 * thick)
+        paper = Block(right - left, bottom - top, thick, "w", pose=middle)
+        squares = [
+            Block(self.square, self.square, thick, "k", pose=Pose.at(x, y, thick / 2))
+            for x, y in self.square * (np.argwhere(self._is_square_black) + 0.5)
+        ]
+        return (paper, *squares)
+
+    @property
+    def _is_square_black(self) -> BoolArray:
+        """Whether the squares (columns, rows) are black."""
+        return np.asarray(np.add.outer(range(self.columns), range(self.rows)) % 2 == 0)
 
     def as_opencv(self) -> CharucoBoard:
         """Return the board as a `cv2.aruco.CharucoBoard`."""

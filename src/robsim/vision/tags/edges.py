@@ -1,14 +1,21 @@
-"""The corners of a tag from the edges of its black square, to a few hundredths of a pixel.
+"""The corners of a tag from the edges of its black square, to a few thousandths of a pixel.
 
-The corners of detectors have errors of a tenth of a pixel or more. Here each side is fitted again
-to the grey values across it. On a line across the side, from -w to w, let B (black) and W (white)
-be the grey values at the ends. An ideal edge at the offset e has the same sum of grey values as the
-image if (e + w) B + (w - e) W = sum (the first moment of Tabatabai and Mitchell 1984). Symmetric
-blur does not move this edge. A parabola is fitted to the offsets along a side, because lenses bend
-sides, and a corner is the intersection of the fits of its two sides.
+The corners of detectors have errors of a hundredth of a pixel or more. Here each side is fitted
+again to the grey values across it. On a line across the side, from -w to w, let B (black) and W
+(white) be the grey values at the ends. An ideal edge at the offset e has the same sum of grey
+values as the image if (e + w) B + (w - e) W = sum (the first moment of Tabatabai and Mitchell
+1984). Symmetric blur does not move this edge. Every grey value of the sum adds noise, so w is only
+as long as the blur requires.
+
+The offsets along a side are fitted by a straight line and by a bow, because lenses bend sides. A
+corner is the intersection of the fits of its two sides. The extrapolation to the corners multiplies
+the noise of the bows. They therefore count as far as they exceed their standard deviations on all
+four sides (the positive-part estimator of James and Stein 1961).
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +23,29 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 
 ROUNDS = 5
-REACH = 0.6, 1.5, 4.0  # half length w of a line: in cells, and its limits in pixels
+REACH = 0.4, 1.5, 4.0  # largest half length w of a line: in cells, and its limits in pixels
 STEP = 0.25  # pixels between the samples on a line
 FAINT = 5.0  # smallest difference of grey values between white and black at an edge
+BLURS = 2.0  # half length w of a line, in standard deviations of the blur
+CLEAR = 0.5  # pixels between the lines of a side and the blurred neighbouring sides
+LARGEST_GAP = 0.33  # largest share of the shortest side that has no lines, at each end
+CORRELATED = 0.9  # largest correlation that is assumed between neighbouring offsets
+TINY = 1e-20  # square pixels: an exact edge has no residual
+SURE = 2.0  # smallest mean square of bows that count, relative to their variance
+
+
+class EdgeFit(NamedTuple):
+    """The edge along a side, with the offsets e(t) = (1 - t) e(0) + t e(1) + bow t (1 - t)."""
+
+    straight: Array  # outward offsets (2,) of the corners without a bow, in pixels
+    bow: float  # outward, in pixels
+    per_bow: Array  # change (2,) of the offsets of the corners for each pixel of bow
+    certainty: float  # square of the bow relative to its variance
+    blur: float  # standard deviation of the blur of the edge, in pixels
+
+    def corner_offsets(self, share: float) -> Array:
+        """Return the outward offsets (2,) of the corners for a share of the bow, in pixels."""
+        return self.straight + share * self.bow * self.per_bow
 
 
 def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | None:
@@ -28,17 +55,22 @@ def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Arr
     move too far.
     """
     share, least, most = REACH
-    w = min(max(share * cell, least), most)
-    now = corners.copy()
+    widest = min(max(share * cell, least), most)
+    now, bows, w, gap = corners.copy(), np.zeros(4), widest, widest + 1
     for _ in range(ROUNDS):
-        offsets = [
-            _edge_offsets(image, a, b, w) for a, b in zip(now, np.roll(now, -1, 0), strict=True)
-        ]
-        if any(each is None for each in offsets):
+        sides = zip(now, np.roll(now, -1, 0), bows, strict=True)
+        fits = [fit for a, b, bow in sides if (fit := _fit_edge(image, a, b, bow, w, gap))]
+        if len(fits) < 4:
             return None
-        now = now + _corner_shifts(now, np.array(offsets, dtype=float))
+        certainty = float(np.mean([fit.certainty for fit in fits]))
+        trust = 1 - SURE / max(certainty, SURE)
+        bows = trust * np.array([fit.bow for fit in fits])
+        now = now + _corner_shifts(now, np.array([fit.corner_offsets(trust) for fit in fits]))
         if not np.abs(now - corners).max() < max(cell, 2.0):
             return None
+        blurred = BLURS * float(np.median([fit.blur for fit in fits]))
+        shortest = float(np.hypot(*(now - np.roll(now, 1, 0)).T).min())
+        w, gap = min(max(blurred, least), widest), min(blurred + CLEAR, LARGEST_GAP * shortest)
     return now
 
 
@@ -61,30 +93,51 @@ def _outward_normal(a: Array, b: Array) -> Array:
     return np.array([along[1], -along[0]])
 
 
-def _edge_offsets(
-    image: NDArray[np.uint8], a: Array, b: Array, w: float
-) -> tuple[float, float] | None:
-    """Return the outward offsets of the edge at the ends a and b of a side, in pixels, or None."""
+def _fit_edge(
+    image: NDArray[np.uint8], a: Array, b: Array, bow: float, w: float, gap: float
+) -> EdgeFit | None:
+    """Return the edge along the side from a to b, or None if there is no edge.
+
+    Lines of the half length w cross the side with a bow, except for a gap in pixels at its ends.
+    """
     length = float(np.hypot(*(b - a)))
-    margin = (w + 1) / length if length else 1.0  # stay away from the other sides
+    margin = gap / length if length else 1.0
     if not margin < 0.4:
         return None
     t = np.linspace(margin, 1 - margin, max(int(2 * length), 12))
     s = np.linspace(-w, w, 2 * round(w / STEP) + 1)
-    points = a + t[:, None, None] * (b - a) + s[:, None] * _outward_normal(a, b)
+    curve = bow * t * (1 - t)
+    points = (
+        a + t[:, None, None] * (b - a) + (curve[:, None] + s)[..., None] * _outward_normal(a, b)
+    )
     grey = sample_image(image, points)
     whole = np.isfinite(grey).all(axis=1)
     if whole.sum() < 8:
         return None
-    t, grey = t[whole], grey[whole]
+    t, grey, step = t[whole], grey[whole], s[1] - s[0]
     end = max(len(s) // 8, 1)
     dark, light = (_fit_line(t, part.mean(axis=1)) for part in (grey[:, :end], grey[:, -end:]))
     if not (light - dark).min() > FAINT:
         return None
-    total = (grey[:, 1:] + grey[:, :-1]).sum(axis=1) / 2 * (s[1] - s[0])
-    e = (w * (dark + light) - total) / (light - dark)
-    bend = np.polynomial.polynomial.polyfit(t, e, 2)
-    return float(bend[0]), float(bend.sum())
+    white = (grey - dark[:, None]) / (light - dark)[:, None]
+    offsets = w - (white[:, 1:] + white[:, :-1]).sum(axis=1) / 2 * step + curve[whole]
+    steepest = float(np.diff(white.mean(axis=0)).max()) / step
+    return _fit_bow(t, offsets, blur=1 / (np.sqrt(2 * np.pi) * steepest))
+
+
+def _fit_bow(t: Array, offsets: Array, blur: float) -> EdgeFit:
+    """Return the fit of a straight line and a bow to the offsets of an edge, at shares t."""
+    line, parabola = np.stack([1 - t, t], axis=1), t * (1 - t)
+    both = np.stack([offsets, parabola], axis=1)
+    straight, projected = np.linalg.lstsq(line, both, rcond=None)[0].T
+    rest, shape = offsets - line @ straight, parabola - line @ projected
+    bow = float(rest @ shape / (shape @ shape))
+    residual = rest - bow * shape
+    power = max(float(residual @ residual), TINY)
+    correlation = min(max(float(residual[1:] @ residual[:-1]) / power, 0.0), CORRELATED)
+    spread = power / len(t) * (1 + correlation) / (1 - correlation)  # neighbours share pixels
+    certainty = bow**2 * float(shape @ shape) / spread
+    return EdgeFit(straight, bow, -projected, certainty, blur)
 
 
 def _fit_line(t: Array, values: Array) -> Array:

@@ -11,6 +11,7 @@ from robsim.base.arrays import Array, as_integer
 from robsim.base.value import Value
 
 MOST_PIXELS = 10_000  # of a side of a picture
+THICK = 1e-3  # thickness of the plates of a target in figures, relative to its size
 BoolArray = NDArray[np.bool_]
 
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import groupby
+from typing import Annotated
 
 import numpy as np
 
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.unit_warnings import warn_of_millimetres
+from robsim.declare import Integer, Length, PerRun, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
-from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
-from robsim.vision.tags.tag_families import black_cells, find_tag_family
+from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
+from robsim.vision.tags.tag_families import FAMILY, black_cells, find_tag_family
 
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
-THICK = 1e-3  # relative to the size: thickness of the plates of a tag in figures
 
 
 def tag_name(family: str, number: int) -> str:
@@ -27,6 +29,7 @@ def tag_name(family: str, number: int) -> str:
     return f"{family}_{number}"
 
 
+@described
 @dataclass(frozen=True, eq=False)
 class Tag(PlanarTarget):
     """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
@@ -36,15 +39,6 @@ class Tag(PlanarTarget):
     corners of the black square: upper left, upper right, lower right, lower left. Upright is the
     orientation in the pictures of the authors of the family. OpenCV prints AprilTags upside down;
     rotate such prints by 180 degrees.
-
-    Parameters
-    ----------
-    family : str
-        Family of the tag.
-    id : int
-        Number of the tag in its family.
-    size : float
-        Side of the black square in metres.
 
     Raises
     ------
@@ -58,9 +52,9 @@ class Tag(PlanarTarget):
     ('tag36h11_7', array([-0.05, -0.05,  0.  ]))
     """
 
-    family: str
-    id: int
-    size: float
+    family: Annotated[str, FAMILY, "Family of the tag."]
+    id: Annotated[int, Integer(), "Number of the tag in its family."]
+    size: Annotated[float, Length(above=0), PerRun(()), "Side of the black square, in metres."]
 
     def __post_init__(self) -> None:
         as_integer(self.id, f"id of a tag of {self.family}", 0, find_tag_family(self.family).ids)
@@ -76,8 +70,11 @@ class Tag(PlanarTarget):
 
     @property
     def marks(self) -> Array:
-        """The corners (4, 3) of the black square in metres, clockwise from the upper left."""
-        return self.size * CORNERS
+        """The corners (4, 3) of the black square in metres, clockwise from the upper left.
+
+        In a batch with tags of different sizes (runs,) they are (4, 3, runs).
+        """
+        return np.asarray(np.multiply.outer(CORNERS, self.size))
 
     @property
     def pitch(self) -> float:
@@ -109,12 +106,14 @@ class Tag(PlanarTarget):
         """The shapes of the tag for a scene: white paper, and black plates for its cells.
 
         Consecutive black cells of a row share one plate. An object with these shapes also needs the
-        `marks` of the tag.
+        `marks` of the tag. Without the extra `vision`, all cells are black.
         """
         thick, step, (_, (edge, _)) = THICK * self.size, self.pitch, self.paper
         paper = Block(2 * edge, 2 * edge, thick, "w", pose=Pose.at(0, 0, 1.5 * thick))
         shapes = [paper]
-        for row, line in enumerate(self.cells):
+        n = find_tag_family(self.family).cells
+        cells = self.cells if find_spec("cv2") else np.full((n, n), True)
+        for row, line in enumerate(cells):
             for is_ink, run in groupby(range(len(line)), key=lambda i: bool(line[i])):
                 columns = list(run)
                 middle = (columns[0] + columns[-1] + 1 - len(line)) / 2 * step

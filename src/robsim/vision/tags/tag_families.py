@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import make_read_only
 from robsim.base.errors import InputError, check_known
+from robsim.declare import Word
 
 
 class TagFamily(NamedTuple):
@@ -32,6 +33,7 @@ TAG_FAMILIES = {
     },
     "DICT_ARUCO_ORIGINAL": TagFamily(7, 1024, "DICT_ARUCO_ORIGINAL"),
 }
+FAMILY = Word(tuple(TAG_FAMILIES), "family")
 
 
 def find_tag_family(name: str) -> TagFamily:
