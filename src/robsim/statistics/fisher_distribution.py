@@ -10,7 +10,7 @@ MOST_FREEDOM = 1e6  # larger denominators give chi square, to 1e-6
 TERMS = 10_000  # most terms of the continued fraction
 
 
-def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
+def fisher_quantile(level: float, numerator: float, denominator: float) -> float:
     """Return the quantile of F; an infinite denominator means a known variance.
 
     It is found by bisection of the distribution I_x(n/2, m/2), x = n F / (n F + m), the regularised
