@@ -8,8 +8,9 @@ Writes:   calibration_views_opencv.json, always the same numbers.
 The arm is a product of transforms by the Denavit-Hartenberg table that Universal Robots publishes
 for the UR5e. Each case has coordinates `q` (V, 6) in rad, `marks` (N, 3) in m, `pixels` (V, N, 2)
 by `cv2.projectPoints` plus normal noise of 0.15 px, and the true 4 x 4 poses `mount` T_flange_c and
-`place` T_base_o. `chi2` has quantiles [level, freedom, quantile] by `scipy.stats.chi2`, and `mount_forms`
-the mount as SciPy gives it: rpy in degrees (extrinsic x y z), quaternion (x, y, z, w), rotation vector.
+`place` T_base_o. `chi2` and `fisher` have quantiles of scipy.stats, [level, freedom, quantile] and
+[level, numerator, denominator, quantile]. `mount_forms` is the mount as SciPy gives it: rpy in
+degrees (extrinsic x y z), quaternion (x, y, z, w), and rotation vector in degrees.
 """
 
 import cv2

@@ -151,8 +151,10 @@ def _estimate_noise(squares: Array, freedom: Array) -> ResidualPart:
     if not used.any():
         return ResidualPart(math.nan, 0.0)
     each, own = squares[used], freedom[used]
-    middle = np.median(each / [n * fisher_quantile(0.5, n, math.inf) for n in own])
+    sizes, which = np.unique(own, return_inverse=True)
     level = 1.0 - CHANCE / len(each)
-    bounds = {n: fisher_quantile(level, n, EFFICIENCY * own.sum()) for n in set(own.tolist())}
-    near = each <= own * np.maximum([bounds[n] for n in own.tolist()], OUTLYING**2) * middle
+    medians = np.array([n * fisher_quantile(0.5, n, math.inf) for n in sizes])
+    bounds = np.array([fisher_quantile(level, n, EFFICIENCY * own.sum()) for n in sizes])
+    middle = np.median(each / medians[which])
+    near = each <= own * np.maximum(bounds[which], OUTLYING**2) * middle
     return ResidualPart.sum_of(each[near].sum(), own[near].sum())

@@ -32,8 +32,9 @@ EQUAL = 1e-2  # difference of BIC of causes with the same effect
 LIKELY = 6  # trials that are tested
 ROUNDS = 15  # most rounds of a trial: the fit of a true cause converges in fewer
 LEAST = 1e-6  # pixels: smallest rms error of the criterion
+UNIT_MARGIN = 0.1  # relative: sizes within this of a unit point to it
 FINALISTS = 3  # faults of each kind with the least errors in closed form, which are fitted
-UNITS = {1000: "millimetres", 100: "centimetres", 25.4: "inches"}  # factors of lengths given as m
+UNITS = {1000: "millimetres", 100: "centimetres", 39.37: "inches"}  # in a metre
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,17 +81,24 @@ class Trial(NamedTuple):
 
 
 def try_causes(fit: ModelFit, noise: float | None) -> tuple[MisfitTrial, ...]:
-    """Return the trials of all causes, the likeliest first."""
-    trials = [*_try_parameters(fit), *_try_faults(fit.views, fit.free.also)]
-    noisier = [] if noise is None else _try_noise(fit)
-    return _rank_trials([*noisier, *_judge_trials(trials, len(fit.residuals), noise)])
+    """Return the trials of causes, the likeliest first.
+
+    Faults of the data are tried if no additional parameter and no larger noise explains the misfit.
+    """
+    count = len(fit.residuals)
+    judged = [] if noise is None else list(_try_noise(fit))
+    judged += _judge_trials(list(_try_parameters(fit)), count, noise)
+    if not any(trial.explains for trial in judged):
+        judged += _judge_trials(list(_try_faults(fit.views, fit.free.also)), count, noise)
+    return _rank_trials(judged)
 
 
 def explain_failure(views: CalibrationViews, also: tuple[str, ...], noise: float | None) -> str:
-    """Return the causes that explain views without a fit as a clause, "" without such causes."""
+    """Return the causes that explain views without a fit, in brackets, "" without such causes."""
     count = 2 * int(views.seen.sum())
-    trials = _rank_trials(_judge_trials(list(_try_faults(views, also)), count, noise))
-    return f"; {describe_trials(trials)}" if list_explanations(trials) else ""
+    tried = [*_try_scale(views, also), *_try_faults(views, also)]
+    trials = _rank_trials(_judge_trials(tried, count, noise))
+    return f" ({describe_trials(trials)})" if list_explanations(trials) else ""
 
 
 def _judge_trials(trials: list[Trial], count: int, noise: float | None) -> Iterator[MisfitTrial]:
@@ -151,11 +159,37 @@ def _information_criterion(trial: Trial, count: int, noise: float | None) -> flo
     return count * math.log(variance) + squares / variance + parameters * math.log(count)
 
 
+def _try_scale(views: CalibrationViews, known: tuple[str, ...]) -> Iterator[Trial]:
+    """Yield a fit with the size of the target as a parameter, from a start of any size."""
+    try:
+        first = estimate_first_model(views, scaled=True)
+        fit = fit_model(views, select_unknowns(views, [*known, SCALE]), first, ROUNDS)
+    except InputError:
+        return
+    yield Trial(_describe_scale(fit.model.scale), fit, 0)
+
+
+def _describe_scale(scale: float) -> str:
+    """Return a size of the target in words, with the unit that it points to.
+
+    >>> _describe_scale(0.0010003)
+    'marks 0.001 times as large (marks in millimetres?)'
+    """
+    text = f"marks {float(f'{scale:.3g}'):.10g} times as large"
+    for factor, unit in UNITS.items():
+        for name, ratio in (("marks", scale * factor), ("positions", scale / factor)):
+            if abs(ratio - 1.0) < UNIT_MARGIN:
+                text += f" ({name} in {unit}?)"
+    return text
+
+
 def _try_parameters(fit: ModelFit) -> Iterator[Trial]:
     """Yield fits with one more parameter: size of the target, lens, or offset of a joint."""
     views, known = fit.views, fit.free.also
+    if SCALE not in known:
+        yield from _try_scale(views, known)
     joints = [name for name, _ in single_joints(views)]
-    for name in (SCALE, *LENS, *joints):
+    for name in (*LENS, *joints):
         if name in known:
             continue
         wanted, first = views, fit.model
@@ -163,8 +197,6 @@ def _try_parameters(fit: ModelFit) -> Iterator[Trial]:
             first = replace(first, camera=replace(first.camera, distortion=(0.0,) * 4))
             wanted = _with_camera(views, first.camera)
         try:
-            if name == SCALE:
-                first = estimate_first_model(views, scaled=True)
             trial = fit_model(wanted, select_unknowns(wanted, [*known, name]), first, ROUNDS)
         except InputError:
             continue
@@ -174,9 +206,6 @@ def _try_parameters(fit: ModelFit) -> Iterator[Trial]:
 def _describe_parameter(name: str, model: CalibrationModel, fit: ModelFit) -> str:
     """Return the estimated value of an additional parameter, as a plural noun."""
     K = model.camera.K
-    if name == SCALE:
-        units = [f" ({unit}?)" for each, unit in UNITS.items() if abs(model.scale * each - 1) < 0.1]
-        return "".join([f"marks {model.scale:.3g} times as large", *units])
     if name == "focal":
         times = K[0, 0] / fit.model.camera.K[0, 0]
         return f"focal lengths {times:.3g} times as long ({K[0, 0]:.5g} and {K[1, 1]:.5g} px)"

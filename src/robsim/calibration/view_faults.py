@@ -19,7 +19,7 @@ from robsim.calibration.relative_motions import FEWEST
 from robsim.geometry.pose import Pose
 
 POSE_UNITS = ("m", "m", "m", "1", "1", "1", "1")  # of the coordinates of a floating joint
-TRIPLES = 100  # of views, for the least median of squares
+TRIPLES = 50  # of views, for the least median of squares
 Rows = slice | NDArray[np.int64]  # views
 
 
