@@ -81,9 +81,9 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
     scaled = SCALE in extra_names
-    index_arrays = (np.array(each, dtype=np.int64) for each in (lens, offsets))
+    indices = (np.array(lens, dtype=np.int64), np.array(offsets, dtype=np.int64))
     names, units = names + [SCALE] * scaled, units + ["1"] * scaled
-    return Unknowns(tuple(names), tuple(units), *index_arrays, scaled)
+    return Unknowns(tuple(names), tuple(units), *indices, scaled)
 
 
 def single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:

@@ -21,7 +21,7 @@ FACTORS = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px"), "1"
 def list_table_rows(fit: CalibrationFit) -> list[tuple[str, ...]]:
     """Return the rows of a table of all numbers, with deviations in the axes of the values."""
     parts = fit.free.parts
-    rows = [HEAD]
+    rows: list[tuple[str, ...]] = [HEAD]
     for part, pose in (("mount", fit.mount), ("target", fit.place)):
         C = fit.covariance[parts[part], parts[part]]
         rows += [(f"{part} {name}", *rest) for name, *rest in _pose_rows(pose, C)]

@@ -25,7 +25,7 @@ from robsim.calibration.closed_form import estimate_target_poses
 from robsim.calibration.model_fit import ModelFit
 from robsim.statistics.fisher_distribution import fisher_quantile
 
-CHANCE = 1e-4  # share of calibrations without a fault that are reported, for each part
+CHANCE = 1e-5  # share of calibrations without a fault that are reported, for each part
 FAR = 3.0  # pixels: noise that no detector has
 OUTLYING = 3.0  # noise of a view, relative to the median view, above which it is left out
 EFFICIENCY = 1 / 3  # of the median of views: its degrees of freedom, relative to those of the mean
@@ -68,14 +68,14 @@ class ResidualPart(NamedTuple):
     @classmethod
     def sum_of(cls, squares: float, freedom: float) -> ResidualPart:
         """Return the mean of a sum of squares, NaN without degrees of freedom."""
-        return cls(squares / freedom if freedom > 0 else math.nan, freedom)
+        return cls(float(squares / freedom) if freedom > 0 else math.nan, float(freedom))
 
     def exceeds(self, noise: ResidualPart) -> bool:
         """Return whether this part is larger than noise is by chance (Fisher's F test)."""
         if min(self.freedom, noise.freedom) < 1:
             return False
         bound = fisher_quantile(1.0 - CHANCE, self.freedom, noise.freedom)
-        return self.variance > bound * noise.variance
+        return bool(self.variance > bound * noise.variance)
 
 
 def assess_fit(fit: ModelFit, noise: float | None) -> FitTest:
@@ -84,23 +84,15 @@ def assess_fit(fit: ModelFit, noise: float | None) -> FitTest:
     within = ResidualPart.sum_of(squares.sum(), freedom.sum())
     total = ResidualPart.sum_of(fit.squares, fit.freedom)
     lack = ResidualPart.sum_of(fit.squares - squares.sum(), fit.freedom - freedom.sum())
-    given = noise is not None
-    reference = (
-        _estimate_noise(squares, freedom) if noise is None else ResidualPart(noise**2, math.inf)
+    given = [] if noise is None else [ResidualPart(noise**2, math.inf)]
+    reference = given[0] if given else _estimate_noise(squares, freedom)
+    misfit = fit.rms > LEAST and (
+        lack.exceeds(reference) or within.exceeds(reference) or (noise is None and fit.rms > FAR)
     )
-    far = not given and fit.rms > FAR
-    misfit = far or lack.exceeds(reference) or within.exceeds(reference)
-    misfit = misfit and fit.rms > LEAST
-    parts = [total, lack] if misfit else [total]
-    widest = max((part for part in parts if part.freedom >= 1), key=lambda part: part.variance)
-    if given and widest.variance <= reference.variance:
-        widest = reference
-    return FitTest(math.sqrt(reference.variance), given, misfit, widest.variance, widest.freedom)
-
-
-def _known_noise(noise: float) -> ResidualPart:
-    """Return the variance of a given noise."""
-    return ResidualPart(noise**2, math.inf)
+    parts = [total, *given, *([lack] if misfit and lack.freedom >= 1 else [])]
+    widest = max(parts, key=lambda part: part.variance)
+    deviation = math.sqrt(reference.variance)
+    return FitTest(deviation, bool(given), misfit, widest.variance, widest.freedom)
 
 
 def _fit_views_alone(fit: ModelFit) -> tuple[Array, Array]:
@@ -131,15 +123,16 @@ def _remove_lens(r: Array, J: Array) -> tuple[Array, int]:
     if not L.shape[1]:
         return r, 0
     r = r - (Q @ (Qt @ r[..., None]))[..., 0]
-    scale = np.sqrt(np.square(L).sum(axis=0))
-    step, _, rank, _ = np.linalg.lstsq(L / np.where(scale > 0, scale, 1.0), r.ravel(), rcond=RANK)
-    return r - (L / np.where(scale > 0, scale, 1.0) @ step).reshape(r.shape), int(rank)
+    size = np.sqrt(np.square(L).sum(axis=0))
+    L = L / np.where(size > 0.0, size, 1.0)
+    step, _, rank, _ = np.linalg.lstsq(L, r.ravel(), rcond=RANK)
+    return r - (L @ step).reshape(r.shape), int(rank)
 
 
 def _squares_of_views(fit: ModelFit) -> Array:
     """Return the squared residuals (V,) of each view in the fit."""
     view = np.repeat(np.argwhere(fit.views.seen)[:, 0], 2)
-    return np.bincount(view, fit.residuals**2, len(fit.views))
+    return np.bincount(view, fit.residuals**2, len(fit.views)).astype(float)
 
 
 def _estimate_noise(squares: Array, freedom: Array) -> ResidualPart:

@@ -72,7 +72,7 @@ class MisfitTrial(Value):
         return f"<MisfitTrial {self.cause}: {self.rms:.3g} px>"
 
 
-class Trial(NamedTuple):
+class CauseFit(NamedTuple):
     """A fit under a cause, and the number of parameters and residuals that the cause takes."""
 
     cause: str
@@ -101,7 +101,7 @@ def explain_failure(views: CalibrationViews, also: tuple[str, ...], noise: float
     return f" ({describe_trials(trials)})" if list_explanations(trials) else ""
 
 
-def _judge_trials(trials: list[Trial], count: int, noise: float | None) -> Iterator[MisfitTrial]:
+def _judge_trials(trials: list[CauseFit], count: int, noise: float | None) -> Iterator[MisfitTrial]:
     """Yield trials with their criterion, and whether the likeliest of them explain the misfit."""
     criteria = [_information_criterion(trial, count, noise) for trial in trials]
     for place, i in enumerate(np.argsort(criteria, kind="stable").tolist()):
@@ -122,7 +122,7 @@ def _try_noise(fit: ModelFit) -> Iterator[MisfitTrial]:
     """Yield the fit with estimated instead of given noise, if this explains the residuals."""
     if not assess_fit(fit, None).misfit:
         count = len(fit.residuals)
-        criterion = _information_criterion(Trial("", fit, 1), count, None)
+        criterion = _information_criterion(CauseFit("", fit, 1), count, None)
         yield MisfitTrial("pixels with more noise than this", fit, criterion, True)
 
 
@@ -148,7 +148,7 @@ def list_explanations(trials: tuple[MisfitTrial, ...]) -> tuple[MisfitTrial, ...
     return tuple(trial for trial in able if trial.bic <= able[0].bic + TIE)
 
 
-def _information_criterion(trial: Trial, count: int, noise: float | None) -> float:
+def _information_criterion(trial: CauseFit, count: int, noise: float | None) -> float:
     """Return BIC = -2 log L + k log M of `count` residuals M, with the noise given or estimated.
 
     A residual of a view that is left out counts as a parameter.
@@ -159,14 +159,14 @@ def _information_criterion(trial: Trial, count: int, noise: float | None) -> flo
     return count * math.log(variance) + squares / variance + parameters * math.log(count)
 
 
-def _try_scale(views: CalibrationViews, known: tuple[str, ...]) -> Iterator[Trial]:
+def _try_scale(views: CalibrationViews, known: tuple[str, ...]) -> Iterator[CauseFit]:
     """Yield a fit with the size of the target as a parameter, from a start of any size."""
     try:
         first = estimate_first_model(views, scaled=True)
         fit = fit_model(views, select_unknowns(views, [*known, SCALE]), first, ROUNDS)
     except InputError:
         return
-    yield Trial(_describe_scale(fit.model.scale), fit, 0)
+    yield CauseFit(_describe_scale(fit.model.scale), fit, 0)
 
 
 def _describe_scale(scale: float) -> str:
@@ -183,7 +183,7 @@ def _describe_scale(scale: float) -> str:
     return text
 
 
-def _try_parameters(fit: ModelFit) -> Iterator[Trial]:
+def _try_parameters(fit: ModelFit) -> Iterator[CauseFit]:
     """Yield fits with one more parameter: size of the target, lens, or offset of a joint."""
     views, known = fit.views, fit.free.also
     if SCALE not in known:
@@ -200,7 +200,7 @@ def _try_parameters(fit: ModelFit) -> Iterator[Trial]:
             trial = fit_model(wanted, select_unknowns(wanted, [*known, name]), first, ROUNDS)
         except InputError:
             continue
-        yield Trial(_describe_parameter(name, trial.model, fit), trial, 0)
+        yield CauseFit(_describe_parameter(name, trial.model, fit), trial, 0)
 
 
 def _describe_parameter(name: str, model: CalibrationModel, fit: ModelFit) -> str:
@@ -226,7 +226,7 @@ def _with_camera(views: CalibrationViews, camera: Camera) -> CalibrationViews:
     return replace(views, scene=views.scene.replacing(eye))
 
 
-def _try_faults(views: CalibrationViews, also: tuple[str, ...]) -> Iterator[Trial]:
+def _try_faults(views: CalibrationViews, also: tuple[str, ...]) -> Iterator[CauseFit]:
     """Yield fits to the repaired views of common faults."""
     for kind in list_view_faults(views):
         for fault, first in _select_finalists(kind):
@@ -236,7 +236,7 @@ def _try_faults(views: CalibrationViews, also: tuple[str, ...]) -> Iterator[Tria
             except InputError:
                 continue
             spent = 2 * int(views.seen.sum() - fault.views.seen.sum())
-            yield Trial(fault.repair, trial, spent)
+            yield CauseFit(fault.repair, trial, spent)
 
 
 def _select_finalists(faults: Iterable[ViewFault]) -> list[tuple[ViewFault, CalibrationModel]]:

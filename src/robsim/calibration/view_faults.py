@@ -84,7 +84,7 @@ def list_pairing_faults(views: CalibrationViews, poses: TargetPoses) -> Iterator
     yield _paired(views, poses, "joints of the previous view", early, late)
     for view in range(count):
         yield _without(views, poses, [view])
-    for some in _wrong_views(views, poses):
+    if some := _find_wrong_views(views, poses):
         yield _without(views, poses, some)
 
 
@@ -103,11 +103,12 @@ def _without(views: CalibrationViews, poses: TargetPoses, some: list[int]) -> Vi
     return _paired(views, poses, f"all views but {which}", rest, rest)
 
 
-def _wrong_views(views: CalibrationViews, poses: TargetPoses) -> Iterator[list[int]]:
-    """Yield the two, three ... views with the largest errors, at most a quarter of all views.
+def _find_wrong_views(views: CalibrationViews, poses: TargetPoses) -> list[int]:
+    """Return several views with larger errors than all others, at most a quarter of all views.
 
-    The mount is the closed-form mount from three views with the least median error of all views
-    (least median of squares: Rousseeuw 1984), of some random triples.
+    The errors are from the closed-form mount of three views with the least median error of all
+    views (least median of squares: Rousseeuw 1984), of some random triples. The largest ratio of
+    consecutive errors separates the wrong views.
     """
     count = len(views)
     random = np.random.default_rng(0)
@@ -117,8 +118,13 @@ def _wrong_views(views: CalibrationViews, poses: TargetPoses) -> Iterator[list[i
         errors = _errors_of_views(views, poses, three)
         if np.median(errors) < np.median(best):
             best = errors
-    order = np.argsort(-best).tolist()
-    yield from (order[:some] for some in range(2, count // 4 + 1))
+    order = np.argsort(-best)
+    counts = np.arange(2, count // 4 + 1)
+    if not counts.size or not np.isfinite(best).all():
+        return []
+    ratio = best[order[counts - 1]] / best[order[counts]]
+    wrong: list[int] = order[: counts[np.argmax(ratio)]].tolist()
+    return wrong
 
 
 def _errors_of_views(views: CalibrationViews, poses: TargetPoses, three: Rows) -> Array:
@@ -130,7 +136,7 @@ def _errors_of_views(views: CalibrationViews, poses: TargetPoses, three: Rows) -
         return np.full(len(views), np.inf)
     off = predict_pixels(model, views.thing.marks, views.chain, views.q) - views.pixels
     squares = np.square(np.where(views.seen[..., None], off, 0.0)).sum(axis=(1, 2))
-    return np.nan_to_num(squares / views.seen.sum(axis=1), nan=np.inf)
+    return np.asarray(np.nan_to_num(squares / views.seen.sum(axis=1), nan=np.inf))
 
 
 def _repairs(
