@@ -48,11 +48,13 @@ def calibrate(
         Coordinates of the robot and pixels of the target.
     also : iterable of str, default ()
         Additional parameters: "focal", "center", "distortion" (as many coefficients as the camera
-        has), or names of coordinates such as "joint2", for the offset of their encoders.
+        has), "scale" (the size of the target relative to its marks), or names of coordinates such
+        as "joint2", for the offset of their encoders.
     start : {"shah", "tsai_lenz", "park_martin", "daniilidis"}, default "shah"
         Closed-form method for the first estimate.
     noise : float, optional
-        Standard deviation of a pixel coordinate. Default: estimated from the residuals.
+        Standard deviation of a pixel coordinate. Default: estimated from the residuals. The
+        covariance is for the residuals if they are larger.
 
     Returns
     -------
@@ -68,8 +70,8 @@ def calibrate(
     Warns
     -----
     FitWarning
-        If the rms error exceeds 3 pixels, and three times `noise` if it is not None. The warning
-        names the worst view.
+        If the residuals are larger than the noise, given or within the views
+        (`robsim.calibration.fit_test`). The warning names the worst view and the cause by trial.
 
     Examples
     --------
