@@ -81,7 +81,7 @@ def on_the_hand(scene):
         (lambda v: rs.calibrate(v, "focal"), "also: expected a list of names, got 'focal'"),
         (
             lambda v: rs.calibrate(v, ["focus"]),
-            "also: no 'focus'; did you mean 'focal'? names: focal, center, distortion, shoulder",
+            "also: no 'focus'; did you mean 'focal'? names: focal, center, distortion, scale",
         ),
         (lambda v: rs.calibrate(v, start="tsai"), "start: no method 'tsai'; did you mean 'tsai_le"),
         (lambda v: rs.calibrate(v, noise=0), "noise must be a positive number, got 0"),
@@ -184,8 +184,9 @@ def test_it_is_not_observed(bench, q, make, reason):
         make(bench, q)
 
 
-def test_the_arguments_of_a_calibration_are_checked(bench, views, q):
-    found = rs.calibrate(views)
+def test_the_arguments_of_a_calibration_are_checked(bench, q):
+    known = rs.calibration.simulate_views(bench.at("belief", None), q)
+    found = rs.calibrate(known)
     for make, reason in [
         (lambda: found.holds(3), "truth"),
         (lambda: found.holds(bench.scene, "lens"), "part: no 'lens'; parts: mount, target"),

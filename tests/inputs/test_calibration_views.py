@@ -8,7 +8,7 @@ import pytest
 
 import robsim as rs
 from robsim.analysis.explanation.counterfactuals import remove_joint_limits
-from robsim.calibration import calibration_solver as calibrating
+from robsim.calibration import model_fit
 
 ALSO = ["focal", "center"]
 
@@ -74,7 +74,9 @@ def test_marks_that_noise_moves_off_the_image_are_not_seen(bench, views):
 
 
 def test_joints_in_degrees_are_outside_their_limits(views):
-    text = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
+    text = (
+        r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside .* 6\.28319\] rad: in degrees\?"
+    )
     with pytest.raises(rs.errors.InputError, match=text):
         rs.calibration.CalibrationViews(views.scene, np.degrees(views.q), views.pixels)
 
@@ -107,7 +109,7 @@ def test_least_squares_that_fail_report_a_remedy(views, monkeypatch):
     def fails(*_):
         raise np.linalg.LinAlgError("SVD did not converge")
 
-    monkeypatch.setattr(calibrating, "minimise", fails)
+    monkeypatch.setattr(model_fit, "minimise", fails)
     text = (
         r"views: the fit failed \('SVD did not converge'\): do joints \(rad, m\) and views belong"
     )
@@ -157,3 +159,50 @@ def test_noise_that_is_given_is_no_misfit(bench, views):
     assert rs.calibrate(views, ALSO).misfit == ""
     with pytest.warns(rs.errors.FitWarning, match="the marks are 4.* px off"):
         rs.calibrate(loud, ALSO)
+
+
+def free_camera(views):
+    """The same views by a camera whose pose is measured, as from a robot without a model."""
+    eye, board = views.eye, views.thing
+    hand = rs.robots.free_camera()
+    link = f"{hand.name}.{hand.links[-1].name}"
+    scene = rs.Scene([hand], [board], [replace(eye, on=link)])
+    poses = views.scene.pose(views.eye.on, views.q)
+    return rs.calibration.CalibrationViews(scene, np.asarray(poses.q), views.pixels)
+
+
+def changed_poses(views, position=None, turn=None, inverse=False):
+    """Views with the poses of the hand as a user gives them by mistake."""
+    q = views.q.copy()
+    if inverse:
+        q = np.asarray(rs.Pose.from_quaternion(q[:, :3], q[:, 3:]).inv().q)
+    if position is not None:
+        q[:, :3] *= position
+    if turn is not None:
+        q[:, 3:] = q[:, 3:][:, turn]
+    return replace(views, q=q)
+
+
+POSE_FAULTS = {
+    "scalar first": (
+        lambda v: changed_poses(v, turn=[3, 0, 1, 2]),
+        r"quaternions read as \(w, x, y, z\)",
+    ),
+    "inverse": (lambda v: changed_poses(v, inverse=True), "inverse poses"),
+}
+
+
+@pytest.mark.parametrize("fault", POSE_FAULTS)
+def test_wrong_poses_of_a_hand_are_named(views, fault):
+    make, cause = POSE_FAULTS[fault]
+    given = free_camera(views)
+    assert rs.calibrate(given, ALSO).misfit == ""
+    with pytest.warns(rs.errors.FitWarning, match=cause):
+        rs.calibrate(make(given), ALSO)
+
+
+def test_views_without_a_fit_are_explained(views):
+    """Positions in millimetres put the marks behind the camera in the closed-form estimate."""
+    text = r"behind the camera .* \(marks 999 times as large \(positions in millimetres\?\) give"
+    with pytest.raises(rs.errors.InputError, match=text):
+        rs.calibrate(changed_poses(free_camera(views), position=1e3), ALSO)

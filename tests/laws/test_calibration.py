@@ -154,9 +154,9 @@ def test_rates_of_pixels_agree_with_finite_differences(exact, q):
     """Of all unknowns at once, with eight coefficients: the error of a step h is of order h^2."""
     lens = exact.at("cameras.camera.distortion", [-0.1, 0.05, 1e-3, -2e-3, 0.02, 0.01, -0.02, 0.03])
     views = rs.calibration.simulate_views(lens, q[:3])
-    free = select_unknowns(views, [*LENS, *views.scene.coordinate_names])
+    free = select_unknowns(views, [*LENS, "scale", *views.scene.coordinate_names])
     eye, thing = lens.scene.camera(), lens.scene.object()
-    at = CalibrationModel(eye.pose, thing.pose, eye.camera, np.zeros(6))
+    at = CalibrationModel(eye.pose, thing.pose, eye.camera, np.zeros(6), 1.1)
     J = predict_rates(at, thing.marks, views.chain, views.q, free)
     errors = []
     for h in (1e-3, 1e-4):
@@ -177,6 +177,34 @@ def test_rates_of_pixels_agree_with_finite_differences(exact, q):
         )
         errors.append(np.abs(numeric - J).max(axis=(0, 1, 2)))
     assert (errors[1] < 0.02 * errors[0] + 1e-6).all() and errors[0].max() > 1e-3
+
+
+def test_a_size_of_the_target_is_found(exact, q):
+    """The board is 0.9 times as large as the scene has it; each closed form may start."""
+    board = exact.scene.object("board")
+    larger = exact.scene.replacing(replace(board, marks=board.marks / 0.9))
+    pixels = rs.calibration.simulate_views(exact, q[:6]).pixels
+    views = rs.calibration.CalibrationViews(larger, q[:6], pixels)
+    for start in ("shah", "daniilidis"):
+        found = rs.calibrate(views, ["scale"], start=start)
+        assert abs(found.model.scale - 0.9) < 1e-12 and found.names[-1] == "scale"
+        assert np.abs(found.errors(exact.scene)).max() < 1e-10 and "scale" in str(found)
+        np.testing.assert_allclose(found.scene.object().marks, board.marks, atol=1e-12)
+
+
+def test_viewpoints_need_no_goal(bench):
+    """The board is behind the camera at home, and a scene has no task."""
+    scene = rs.load_scenario(rs.examples.path("calibration_bench")).scene
+    blind = rs.Experiment(scene, rs.IBVS())
+    with pytest.raises(rs.errors.GoalError):
+        blind.loop()
+    q = rs.calibration.sample_viewpoints(blind, 5, LOOK, seed=3)
+    np.testing.assert_array_equal(q, rs.calibration.sample_viewpoints(scene, 5, LOOK, seed=3))
+    assert len(q) == 5 and (scene.view(q).visibility == Visibility.IN_IMAGE).all()
+    with_goal = rs.calibration.sample_viewpoints(bench, 5, LOOK, seed=3)
+    np.testing.assert_allclose(q, with_goal, atol=1e-12)
+    near = rs.calibration.sample_viewpoints(scene, 3, rs.starts.About(rpy=[0.1, 0.1, 0.1]))
+    assert (scene.view(near).visibility == Visibility.IN_IMAGE).all()
 
 
 def test_rates_with_joints_where_the_camera_stands(to_hand):
@@ -242,7 +270,8 @@ def test_the_ellipsoid_of_95_percent_holds_the_truth_in_95_of_100_trials(bench, 
 
 def test_the_covariance_agrees_with_the_noise_that_is_given(bench, q):
     views = rs.calibration.simulate_views(bench, q[:5])
-    own, given = rs.calibrate(views, ["focal"]), rs.calibrate(views, ["focal"], noise=0.4)
+    also = ["focal", "center"]
+    own, given = rs.calibrate(views, also), rs.calibrate(views, also, noise=0.4)
     np.testing.assert_allclose(
         given.covariance * (own.sigma / 0.4) ** 2, own.covariance, rtol=1e-12
     )
@@ -303,7 +332,7 @@ def test_ten_chosen_views_reach_the_error_of_twenty_random_ones(bench, q):
 
 def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
     """Against the determinants of the covariances of `calibrate`, from first principles."""
-    found = rs.calibrate(rs.calibration.simulate_views(bench, q[:4]))
+    found = rs.calibrate(rs.calibration.simulate_views(bench.at("belief", None), q[:4]))
     more = found.next_poses(q[4:14], 2)
     known = np.linalg.inv(found.covariance)
     J = predict_rates(found.model, found.views.thing.marks, found.views.chain, q[4:14], found.free)
@@ -354,3 +383,16 @@ def test_a_cost_agrees_with_the_covariance(bench, q):
     true = bench.scene.camera().pose
     there = true.inv() @ rs.Pose.at(*true.position, rpy=turns)
     np.testing.assert_allclose(there.rotvec, many.errors[:, 3:6], atol=1e-9)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("marks", [[0, 6, 28, 34], list(range(35))])
+def test_noise_alone_is_no_misfit(exact, q, marks):
+    """Of 300 calibrations with given and with estimated noise, none has a misfit."""
+    noisy, others = exact.at("sensing.noise", 0.3), np.delete(np.arange(35), marks)
+    for seed in range(150):
+        views = rs.calibration.simulate_views(noisy, q[seed : seed + 5], seed=seed)
+        pixels = views.pixels.copy()
+        pixels[:, others] = np.nan
+        some = rs.calibration.CalibrationViews(views.scene, views.q, pixels)
+        assert rs.calibrate(some).misfit == rs.calibrate(some, noise=0.3).misfit == ""

@@ -1,5 +1,9 @@
 """Lenses that OpenCV finds, and from images to a mount."""
 
+import json
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
 
@@ -87,3 +91,46 @@ def test_boards_that_are_drawn_and_found_calibrate_the_hand(bench, views):
     assert found.sigma < 0.1
     errors = found.errors(scene)
     assert np.linalg.norm(errors[:3]) < 1e-3 and np.linalg.norm(errors[3:6]) < np.radians(0.1)
+
+
+ORACLE = Path(__file__).parents[1] / "oracles" / "calibration_views_opencv.json"
+LENS = rs.Camera([[1105.0, 0, 646], [0, 1102, 471], [0, 0, 1]], (1280, 960))
+FINE = 4  # pixels of a drawing along a pixel of an image
+
+
+def draw_tag_by_opencv(T_c_o, side):
+    """An image (960, 1280) of tag 7 with this side of its border, in metres, at T_c_o."""
+    cells = cv2.aruco.generateImageMarker(
+        cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11), 7, 80
+    )
+    picture = np.pad(cells, 20, constant_values=255)
+    scale = side / 80  # of the plane of the tag, x to the right and y downwards
+    plane = np.array([[scale, 0, -59.5 * scale], [0, scale, -59.5 * scale], [0, 0, 1]])
+    fine = np.array([[FINE, 0, (FINE - 1) / 2], [0, FINE, (FINE - 1) / 2], [0, 0, 1]])
+    H = fine @ LENS.K @ T_c_o[:3, [0, 1, 3]] @ plane
+    size = (FINE * 1280, FINE * 960)
+    drawn = cv2.warpPerspective(picture, H, size, flags=cv2.INTER_LINEAR, borderValue=200)
+    return cv2.resize(drawn, (1280, 960), interpolation=cv2.INTER_AREA)
+
+
+def test_a_small_tag_in_images_by_opencv_is_named():
+    """Images of a tag of 76 mm that the user believes to be 80 mm wide, from detection to mount."""
+    case = json.loads(ORACLE.read_text(encoding="utf-8"))["cases"][0]
+    arm, tag = rs.robots.ur5e(), rs.vision.Tag("tag36h11", 7, size=0.08)
+    eye = rs.MountedCamera("eye", LENS, on=f"{arm.name}.flange")
+    scene = rs.Scene([arm], [rs.Object("tag", marks=tag.marks)], [eye])
+    mount, place = rs.Pose(case["mount"]), rs.Pose(case["place"])
+    q = np.array(case["q"])
+    T_c_o = ((scene.pose(eye.on, q) @ mount).inv() @ place).matrix
+    detector = rs.vision.TagDetector([tag])
+    images = [draw_tag_by_opencv(T, 0.076) for T in T_c_o]
+    pixels = np.stack([detector(image).pixels([tag]) for image in images])
+    assert np.isfinite(pixels).all()
+    views = rs.calibration.CalibrationViews(scene, q, pixels)
+    with pytest.warns(rs.errors.FitWarning, match=r"marks 0\.9[45]\d? times as large give 0\.0\d"):
+        found = rs.calibrate(views, noise=0.15)
+    off = (found.mount.inv() @ mount).position
+    best = (found.trials[0].mount.inv() @ mount).position
+    assert np.linalg.norm(off) > 5e-3 and np.linalg.norm(best) < 5e-4
+    assert np.linalg.norm([found.deviations[f"mount.{axis}"] for axis in "xyz"]) > 5e-3
+    assert rs.calibrate(views, ["scale"], noise=0.15).misfit == ""

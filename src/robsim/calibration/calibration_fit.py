@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import Value
 from robsim.calibration.calibration_model import CalibrationModel, Unknowns
 from robsim.calibration.calibration_views import CalibrationViews
+from robsim.calibration.fit_test import FitTest
+from robsim.calibration.misfit_trials import MisfitTrial
 from robsim.geometry.pose import Pose
 from robsim.vision.camera import Camera
 from robsim.world.scene import Scene
@@ -28,11 +32,15 @@ class CalibrationFit(Value):
     covariance : ndarray of shape (P, P)
         Covariance of the parameters.
     sigma : float
-        Standard deviation of a pixel coordinate.
+        Standard deviation of a pixel coordinate in `covariance`.
     freedom : float
         Degrees of freedom of sigma.
     residuals : ndarray of shape (V, N, 2)
         Reprojected minus measured pixels.
+    test : FitTest
+        Residuals in relation to the noise.
+    trials : tuple of MisfitTrial
+        Causes of a misfit that were tried, the likeliest first.
     """
 
     views: CalibrationViews
@@ -42,6 +50,8 @@ class CalibrationFit(Value):
     sigma: float
     freedom: float
     residuals: Array
+    test: FitTest
+    trials: tuple[MisfitTrial, ...] = ()
 
     @property
     def mount(self) -> Pose:
@@ -69,12 +79,19 @@ class CalibrationFit(Value):
         return self.free.names
 
     @property
+    def deviations(self) -> dict[str, float]:
+        """The standard deviation of each parameter by its name, in m, rad and px."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
     def scene(self) -> Scene:
-        """The scene of the views with the estimated camera and the estimated pose of the target.
+        """The scene of the views with the estimated camera, and pose and size of the target.
 
         Give it to a controller as its belief: `experiment.with_(task=replace(task, belief=...))`.
         """
         eye = replace(self.views.eye, pose=Pose(self.mount.matrix), camera=self.camera)
+        thing = self.views.thing
+        marks = thing.marks if self.model.scale == 1.0 else self.model.scale * thing.marks
         return self.views.scene.replacing(
-            eye, replace(self.views.thing, pose=Pose(self.place.matrix))
+            eye, replace(thing, pose=Pose(self.place.matrix), marks=marks)
         )

@@ -1,7 +1,8 @@
 """The parameters of a calibration, and the predicted pixels with their derivatives.
 
-The pixels of a mark p of the target are project(X^-1 A(q) Z p), with the mount X = T_m_c of the
-camera, the pose A = T_m_f of the frames from the joints, and the pose Z = T_f_o of the target.
+The pixels of a mark p of the target are project(X^-1 A(q) Z s p), with the mount X = T_m_c of the
+camera, the pose A = T_m_f of the frames from the joints, the pose Z = T_f_o of the target, and its
+scale s: the true size relative to the marks of the scene.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from robsim.vision.pixel_measurement import pixel_rate_matrices
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 LENS = ("focal", "center", "distortion")
+SCALE = "scale"  # name of the true size of the target, relative to its marks
 LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
 
@@ -33,29 +35,39 @@ class Unknowns(Value):
     """The estimated parameters, in the order of all vectors and matrices of a calibration.
 
     The first six parameters are the twist (v, omega) of the mount in camera axes, the next six the
-    twist of the target in its own axes. Parameters of the lens and offsets of joints follow.
+    twist of the target in its own axes. Parameters of the lens, offsets of joints, and the scale of
+    the target follow.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     lens: NDArray[np.int64]  # indices into LENS_NAMES: fx, fy, cx, cy, k1, k2, p1, p2, ...
     joints: NDArray[np.int64]  # indices of coordinates with an estimated offset
+    scaled: bool = False  # whether the scale of the target is estimated
+
+    @property
+    def also(self) -> tuple[str, ...]:
+        """The names of the parameters beside mount and target, as `calibrate` takes them."""
+        groups = ["focal"] * 2 + ["center"] * 2 + ["distortion"] * 8
+        lens = dict.fromkeys(groups[i] for i in self.lens.tolist())
+        return (*lens, *self.names[12 + len(self.lens) :])
 
     @property
     def parts(self) -> dict[str, slice]:
-        """The slices of the parameters of the mount, the target, the lens and the joints."""
+        """The slices of the parameters of mount, target, lens, joints and scale."""
         lens, end = 12 + len(self.lens), len(self.names)
-        ends = {"mount": (0, 6), "target": (6, 12), "lens": (12, lens), "joints": (lens, end)}
-        return {name: slice(*pair) for name, pair in ends.items()}
+        joints = lens + len(self.joints)
+        ends = {"mount": (0, 6), "target": (6, 12), "lens": (12, lens), "joints": (lens, joints)}
+        return {name: slice(*pair) for name, pair in {**ends, SCALE: (joints, end)}.items()}
 
 
 def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     """Return the parameters to estimate from some views; raise InputError for an unknown name."""
-    joints = dict(_single_joints(views))
+    joints = dict(single_joints(views))
     if not has_items(also):
         raise InputError(f"also: expected a list of names, got {format_value(also)}")
     extra_names = tuple(also)
-    known = [*LENS, *joints]
+    known = [*LENS, SCALE, *joints]
     for name in extra_names:
         if not is_known_name(name, known):
             raise InputError(
@@ -68,11 +80,13 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
-    index_arrays = (np.array(each, dtype=np.int64) for each in (lens, offsets))
-    return Unknowns(tuple(names), tuple(units), *index_arrays)
+    scaled = SCALE in extra_names
+    indices = (np.array(lens, dtype=np.int64), np.array(offsets, dtype=np.int64))
+    names, units = names + [SCALE] * scaled, units + ["1"] * scaled
+    return Unknowns(tuple(names), tuple(units), *indices, scaled)
 
 
-def _single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
+def single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
     """Return names and indices of the coordinates of joints with a single coordinate."""
     single = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
     return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in single)
@@ -98,23 +112,28 @@ class CalibrationModel(Value):
     place: Pose  # Z = T_f_o, the pose of the target in the frame f that carries it
     camera: Camera
     offsets: Array  # (nq,), added to the encoder coordinates
+    scale: float = 1.0  # true size of the target, relative to the marks
 
     def add_step(self, step: Array, free: Unknowns) -> CalibrationModel:
-        """Return the model after a step (P,); raise InputError if its lens is invalid."""
+        """Return the model after a step (P,); raise InputError if its lens or scale is invalid."""
         part = {name: step[indices] for name, indices in free.parts.items()}
         offsets = self.offsets.copy()
         offsets[free.joints] += part["joints"]
+        scale = self.scale + float(part[SCALE].sum())
+        if scale <= 0.0:
+            raise InputError(f"scale: expected a positive number, got {scale:.3g}")
         return CalibrationModel(
             self.mount @ Pose.exp(part["mount"]),
             self.place @ Pose.exp(part["target"]),
             _add_lens_step(self.camera, part["lens"], free.lens),
             offsets,
+            scale,
         )
 
     def numbers(self, free: Unknowns) -> list[float]:
-        """Return the values of the estimated parameters of the lens, and the estimated offsets."""
+        """Return the estimated parameters of the lens, offsets of joints, and scale."""
         lens = _lens_numbers(self.camera, free.lens).tolist()
-        return [*lens, *self.offsets[free.joints].tolist()]
+        return [*lens, *self.offsets[free.joints].tolist(), *[self.scale] * free.scaled]
 
     def step_to(self, other: CalibrationModel, free: Unknowns) -> Array:
         """Return the step (P,) from this model to another model: the inverse of `add_step`."""
@@ -125,6 +144,7 @@ class CalibrationModel(Value):
                 twist_from_pose(self.place.inv() @ other.place),
                 lens,
                 (other.offsets - self.offsets)[free.joints],
+                [other.scale - self.scale] * free.scaled,
             ]
         )
 
@@ -176,7 +196,7 @@ def _points_in_camera(
 ) -> tuple[Array, Array]:
     """Return the rotations R_c_o (V, 3, 3), and the marks (V, N, 3) in camera axes."""
     T = (model.mount.inv() @ chain.poses(q + model.offsets) @ model.place).matrix
-    return T[:, :3, :3], marks @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
+    return T[:, :3, :3], model.scale * marks @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
 
 
 def predict_rates(
@@ -185,21 +205,55 @@ def predict_rates(
     """Return the derivatives (V, N, 2, P) of the pixels by the estimated parameters.
 
     A mark p of the target is at X = T_c_o p in camera axes. The derivative of X by the twist of the
-    mount is [-1, [X]x], and by the twist of the target R_c_o [1, -[p]x].
+    mount is [-1, [X]x], by the twist of the target R_c_o [1, -[s p]x], and by its scale s R_c_o p.
     """
     R_c_o, X = _points_in_camera(model, marks, chain, q)
-    x, depth = X[..., :2] / X[..., 2:], X[..., 2, None, None]
     eye, shape = np.eye(3), (*X.shape, 3)
-    p = np.concatenate([np.broadcast_to(eye, (len(marks), 3, 3)), -cross_matrix(marks)], -1)
-    parts = [np.broadcast_to(-eye, shape), cross_matrix(X), R_c_o[:, None] @ p]
+    parts = [
+        np.broadcast_to(-eye, shape),
+        cross_matrix(X),
+        _target_twist_rates(R_c_o, model.scale * marks),
+    ]
     if len(free.joints):
         parts.append(_joint_rates(model, X, chain, q, free.joints))
-    points = np.concatenate(parts, -1)
-    flat = (points[..., :2, :] - x[..., None] * points[..., 2:, :]) / depth
-    rates = pixel_rate_matrices(x, model.camera) @ flat
-    count = len(model.camera.distortion)
-    lens = lens_rates(x, _project_points(X, model.camera), model.camera, count)[..., free.lens]
+    if free.scaled:
+        parts.append((marks @ R_c_o.swapaxes(1, 2))[..., None])
+    rates = _rates_of_pixels(X, np.concatenate(parts, -1), model.camera)
+    lens = _rates_by_lens(X, model.camera, free.lens)
     return np.concatenate([rates[..., :12], lens, rates[..., 12:]], -1)
+
+
+def predict_pose_rates(
+    T_c_o: Array, marks: Array, camera: Camera, lens: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Return pixels (V, N, 2) at poses T_c_o (V, 4, 4), and their derivatives (V, N, 2, 6 + n).
+
+    The derivatives are by the twist of the target in its own axes, and by parameters of the lens
+    with some indices into LENS_NAMES.
+    """
+    R_c_o = T_c_o[:, :3, :3]
+    X = marks @ R_c_o.swapaxes(1, 2) + T_c_o[:, None, :3, 3]
+    rates = _rates_of_pixels(X, _target_twist_rates(R_c_o, marks), camera)
+    return _project_points(X, camera), np.concatenate([rates, _rates_by_lens(X, camera, lens)], -1)
+
+
+def _target_twist_rates(R_c_o: Array, marks: Array) -> Array:
+    """Return the derivatives (V, N, 3, 6) of marks (N, 3) in camera axes by the target's twist."""
+    eye = np.broadcast_to(np.eye(3), (len(marks), 3, 3))
+    return np.asarray(R_c_o[:, None] @ np.concatenate([eye, -cross_matrix(marks)], -1))
+
+
+def _rates_of_pixels(X: Array, rates: Array, camera: Camera) -> Array:
+    """Return the derivatives (V, N, 2, n) of pixels from derivatives (V, N, 3, n) of points X."""
+    x, depth = X[..., :2] / X[..., 2:], X[..., 2, None, None]
+    flat = (rates[..., :2, :] - x[..., None] * rates[..., 2:, :]) / depth
+    return np.asarray(pixel_rate_matrices(x, camera) @ flat)
+
+
+def _rates_by_lens(X: Array, camera: Camera, which: NDArray[np.int64]) -> Array:
+    """Return the derivatives (V, N, 2, n) of pixels of points X by parameters of the lens."""
+    x, count = X[..., :2] / X[..., 2:], len(camera.distortion)
+    return lens_rates(x, _project_points(X, camera), camera, count)[..., which]
 
 
 def _joint_rates(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,9 @@ from robsim.base.html import format_html_table
 from robsim.base.text_tables import align_columns
 from robsim.calibration.calibration_fit import CalibrationFit
 from robsim.calibration.calibration_model import CalibrationModel
+from robsim.calibration.calibration_text import format_camera, list_table_rows
+from robsim.calibration.fit_test import FitTest
+from robsim.calibration.misfit_trials import MisfitTrial, describe_trials
 from robsim.calibration.next_poses import NextPoses, select_next_poses
 from robsim.run.run_checks import check_instance
 from robsim.statistics.fisher_distribution import fisher_quantile
@@ -23,11 +25,6 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     from robsim.calibration.servo_cost import CalibrationCost
     from robsim.run.experiment import Experiment
-
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
-# pixels, or multiples of the noise: detectors have errors of tenths of a pixel, mixed-up views of
-# tens of pixels
-FAR = 3.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,11 +45,17 @@ class Calibration(CalibrationFit):
         axes. The next six are the same for `place`, in axes of the target. The parameters named in
         `also` follow.
     sigma : float
-        Standard deviation of a pixel coordinate, estimated or given.
+        Standard deviation of a pixel coordinate: estimated from the residuals, or given if the
+        given value is larger. In a misfit it also accounts for errors that the marks of a view have
+        in common.
     freedom : float
-        Degrees of freedom of sigma, infinite if it was given.
+        Degrees of freedom of the covariance, infinite if the noise was given.
     residuals : ndarray of shape (V, N, 2)
         Reprojected minus measured pixels, NaN for marks that were not seen.
+    test : FitTest
+        Whether the residuals are a misfit, and the noise that they were compared with.
+    trials : tuple of MisfitTrial
+        Causes of a misfit that were tried, the likeliest first; empty without a misfit.
 
     Examples
     --------
@@ -75,13 +78,8 @@ class Calibration(CalibrationFit):
 
     @property
     def misfit(self) -> str:
-        """A warning with the worst view if `rms` is too large to be noise, otherwise ""."""
-        return describe_misfit(self.residuals, self.sigma if math.isinf(self.freedom) else 0.0)
-
-    @property
-    def deviations(self) -> dict[str, float]:
-        """The standard deviation of each parameter by its name, in m, rad and px."""
-        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+        """A warning with the worst view and its cause if `rms` is too large to be noise, or ""."""
+        return describe_misfit(self.residuals, self.test, self.trials) if self.test.misfit else ""
 
     def errors(self, truth: Scene) -> Array:
         """Return the errors (P,) of the estimate, as a step to the truth in the order of `names`.
@@ -89,7 +87,8 @@ class Calibration(CalibrationFit):
         Parameters
         ----------
         truth : Scene
-            Scene with the true camera and target. The true offsets of joints are zero.
+            Scene with the true camera and target. The true offsets of joints are zero, and the true
+            scale is the size of its marks relative to the marks of the views.
 
         Raises
         ------
@@ -98,8 +97,9 @@ class Calibration(CalibrationFit):
         """
         check_instance(truth, Scene, "truth")
         eye, thing = truth.camera(self.views.camera), truth.object(self.views.target)
+        scale = relative_size(thing.marks, self.views.thing.marks) if self.free.scaled else 1.0
         true_model = CalibrationModel(
-            eye.pose, thing.pose, eye.camera, np.zeros_like(self.model.offsets)
+            eye.pose, thing.pose, eye.camera, np.zeros_like(self.model.offsets), scale
         )
         return self.model.step_to(true_model, self.free)
 
@@ -114,7 +114,7 @@ class Calibration(CalibrationFit):
         ----------
         truth : Scene
             Scene with the true camera and target.
-        part : {"mount", "target", "lens", "joints"}, default "mount"
+        part : {"mount", "target", "lens", "joints", "scale"}, default "mount"
             Parameters to compare.
         level : float, default 0.95
             Confidence level.
@@ -177,40 +177,56 @@ class Calibration(CalibrationFit):
 
         return estimate_servo_cost(self, experiment, runs, **how)
 
+    def to_toml(self) -> str:
+        """Return the calibrated camera as a table of a scenario file.
+
+        Returns
+        -------
+        str
+            TOML text of `[[cameras]]` with the mount as position (mm) and rpy (deg), and the lens,
+            to ten significant digits. `Experiment.to_toml` writes `scene` to the last bit.
+        """
+        return format_camera(self)
+
     def __str__(self) -> str:
-        """Return a table of parameters and standard deviations, in mm, degrees and pixels."""
-        rows = align_columns([list(c) for c in zip(*self._rows, strict=True)])
-        return "\n".join([self._title, *filter(None, [self.misfit]), *rows])
+        """Return the poses, other numbers and their deviations as a table, and the camera as TOML.
+
+        The deviations of a position are along the axes of its frame. `deviations` are along the
+        axes of the camera and of the target.
+        """
+        rows = align_columns([list(c) for c in zip(*list_table_rows(self), strict=True)])
+        lines = [self._title, *filter(None, [self.misfit]), *(row.rstrip() for row in rows)]
+        return "\n".join([*lines, "", self.to_toml().rstrip()])
 
     def __repr__(self) -> str:
         return f"<Calibration {self._title}>"
 
     def _repr_html_(self) -> str:
         """Return the table for notebooks."""
-        head, *rows = self._rows
+        head, *rows = list_table_rows(self)
         title = "; ".join(filter(None, [self._title, self.misfit]))
         return format_html_table(title, rows, head)
 
     @property
     def _title(self) -> str:
         """The camera, the number of views, the rms error and the noise, as a line of text."""
-        source = "given" if math.isinf(self.freedom) else "estimated"
+        given, misfit = self.test.given, self.test.misfit
+        noise = self.test.noise if given or misfit else self.sigma
+        source = "given" if given else "within views" if misfit else "estimated"
         return (
-            f"'{self.views.camera}' on {self.views.eye.on}, from {len(self.views)} views: "
-            f"rms {self.rms:.3g} px, noise {self.sigma:.3g} px ({source})"
+            f"'{self.views.camera}' on {self.views.eye.on}, target '{self.views.target}' on "
+            f"{self.views.thing.on}, from {len(self.views)} views: "
+            f"rms {self.rms:.3g} px, noise {noise:.3g} px ({source})"
         )
 
-    @property
-    def _rows(self) -> list[tuple[str, ...]]:
-        """The head and the rows of the table; a pose has its position and rotation vector."""
-        poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
-        values = [*poses[0], *poses[1], *self.model.numbers(self.free)]
-        rows: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
-        each = zip(self.deviations.items(), self.free.units, values, strict=True)
-        for (name, std), unit, value in each:
-            factor, shown = SHOWN[unit]
-            rows.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
-        return rows
+
+def relative_size(marks: Array, others: Array) -> float:
+    """Return the size of marks (N, 3) relative to the size of others, by least squares.
+
+    >>> relative_size(np.array([[3.0, 0, 0], [0, 3, 0]]), np.array([[2.0, 0, 0], [0, 2, 0]]))
+    1.5
+    """
+    return float((marks * others).sum() / np.square(others).sum())
 
 
 def root_mean_square(residuals: Array) -> float:
@@ -222,24 +238,20 @@ def root_mean_square(residuals: Array) -> float:
     return float(np.sqrt(np.nanmean(np.square(residuals))))
 
 
-def describe_misfit(residuals: Array, noise: float) -> str:
-    """Return a warning if residuals (V, N, 2) in pixels are too large to be noise, otherwise "".
+def describe_misfit(residuals: Array, test: FitTest, trials: tuple[MisfitTrial, ...]) -> str:
+    """Return the size of residuals (V, N, 2) in pixels, their noise, and their cause by trial.
 
-    They are too large if their root mean square exceeds 3 pixels and three times the noise in
-    pixels (0: unknown). NaN stands for marks that are not seen.
+    NaN stands for marks that are not seen.
 
-    >>> describe_misfit(np.full((3, 4, 2), 0.3), 0.0)
-    ''
-    >>> describe_misfit(np.array([[[6.0, 8.0]], [[3.0, 4.0]]]), 0.5)[:59]
-    'the marks are 5.59 px off (rms), worst in view 0 (7.07 px):'
+    >>> test = FitTest(0.2, True, True, 4.0, 10.0)
+    >>> describe_misfit(np.array([[[6.0, 8.0]], [[3.0, 4.0]]]), test, ())[:60]
+    'the marks are 5.59 px off (rms), worst in view 0 (7.07 px), '
     """
-    rms = root_mean_square(residuals)
-    if rms <= FAR * max(1.0, noise):
-        return ""
     each = [root_mean_square(view) for view in residuals]
     worst = int(np.argmax(each))
+    noise = f"{test.noise:.3g} px"
+    reference = f"for a noise of {noise}" if test.given else f"and in each view by itself {noise}"
     return (
-        f"the marks are {rms:.3g} px off (rms), worst in view {worst} ({each[worst]:.3g} px): "
-        "swapped columns and rows, another size or order of the marks, or views and joints that "
-        "do not belong together?"
+        f"the marks are {root_mean_square(residuals):.3g} px off (rms), worst in view {worst} "
+        f"({each[worst]:.3g} px), {reference}: {describe_trials(trials)}"
     )

@@ -202,7 +202,9 @@ def check_joint_range(q: Array, scene: Scene) -> None:
     if outside.size:
         view, i = outside[0].tolist()
         unit = scene.coordinate_units[i]
+        others, factor = {"rad": ("degrees", np.pi / 180)}.get(unit, ("millimetres", 1e-3))
+        guess = f": in {others}?" if low[i] <= factor * q[view, i] <= high[i] else ""
         raise InputError(
             f"q: joint '{scene.coordinate_names[i]}' in view {view} is {q[view, i]:.6g} {unit}, "
-            f"outside its limits [{low[i]:.6g}, {high[i]:.6g}] {unit}"
+            f"outside its limits [{low[i]:.6g}, {high[i]:.6g}] {unit}{guess}"
         )

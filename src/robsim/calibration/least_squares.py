@@ -26,7 +26,7 @@ class LeastSquaresProblem(NamedTuple, Generic[S]):
     add_step: Callable[[S, Array], S]  # state after a step (P,) of the parameters
 
 
-def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
+def minimise(problem: LeastSquaresProblem[S], state: S, rounds: int = ROUNDS) -> S:
     """Return the state with the least sum of squared residuals near a first state.
 
     Each step solves (J'J + damping D) dp = -J'r with the diagonal D of J'J (Marquardt 1963), by
@@ -34,7 +34,7 @@ def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
     after a failed step.
     """
     damping, r = FIRST_DAMPING, problem.residuals(state)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         J = problem.rates(state)
         scale = np.sqrt(np.square(J).sum(axis=0))
         scale[scale == 0.0] = 1.0

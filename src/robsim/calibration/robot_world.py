@@ -68,3 +68,17 @@ def _solve_rotations(R_A: Array, R_B: Array) -> tuple[Array, Array]:
     Z, X = U[:, 0].reshape(3, 3).T, Vt[0].reshape(3, 3).T
     sign = np.sign(np.linalg.det(X))
     return nearest_rotation(sign * X), nearest_rotation(sign * Z)
+
+
+def solve_scaled_positions(R_X: Array, T_m_f: Pose, T_c_o: Pose) -> tuple[Array, Array, float]:
+    """Return the positions (3,) of X and Z, and the factor s of the positions of the target.
+
+    They solve R_X s t_c_o + t_X = R_m_f t_Z + t_m_f by linear least squares. Poses of a target that
+    is s times as large as its marks have positions that are s times as far.
+    """
+    count = len(T_m_f.matrix)
+    eye = np.broadcast_to(-np.eye(3), (count, 3, 3))
+    seen = -(T_c_o.position @ R_X.T)[..., None]
+    equations = np.concatenate([eye, T_m_f.rotation, seen], axis=2).reshape(-1, 7)
+    t = np.linalg.lstsq(equations, -T_m_f.position.ravel(), rcond=None)[0]
+    return t[:3], t[3:6], float(t[6])

@@ -50,9 +50,9 @@ class CalibrationCost(Value):
     >>> from robsim.calibration import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
-    >>> calibration = calibrate(simulate_views(bench, bench.start + turns))
+    >>> calibration = calibrate(simulate_views(bench, bench.start + turns), ["focal", "center"])
     >>> calibration.cost(bench, 2).errors.shape
-    (2, 6)
+    (2, 10)
     """
 
     study: StudyResult
@@ -155,7 +155,8 @@ def estimate_servo_cost(
     >>> from robsim.calibration.simulated_views import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
-    >>> estimate_servo_cost(calibrate(simulate_views(bench, bench.start + turns)), bench, 20)
+    >>> calibration = calibrate(simulate_views(bench, bench.start + turns), ["focal", "center"])
+    >>> estimate_servo_cost(calibration, bench, 20)
     <CalibrationCost 100.0 % [83.9, 100.0] converged>
     """
     check_instance(experiment, Experiment, "experiment")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_integer, make_read_only
 from robsim.base.errors import InputError, prefix_errors
 from robsim.calibration.calibration_views import CalibrationViews, is_off_image
+from robsim.calibration.view_goal import make_goal_visible
 from robsim.run.beliefs import find_common_belief
 from robsim.run.experiment import Experiment
 from robsim.run.run_checks import check_instance
@@ -108,23 +109,24 @@ def _sample_normal(seed: int, name: str, shape: tuple[int, ...]) -> Array:
 
 
 def sample_viewpoints(
-    experiment: Experiment, count: int, start: Start | Uniform, *, seed: int | None = None
+    experiment: Experiment | Scene, count: int, start: Start | Uniform, *, seed: int | None = None
 ) -> Array:
     """Return samples (n, nq) of coordinates that see the whole target, with n at most `count`.
 
     The coordinates are within the limits of the joints. A sample is left out if none of a thousand
-    attempts sees the whole target.
+    attempts sees the whole target. No goal is needed: samplers about a goal, such as `About`, use a
+    view of the whole target from the front if the experiment has no goal that the camera sees.
 
     Parameters
     ----------
-    experiment : Experiment
-        Experiment with the scene.
+    experiment : Experiment or Scene
+        Experiment with the scene, or a scene with one camera and one object with marks.
     count : int
         Number of samples.
     start : Start or Uniform
         Sampler of configurations from `robsim.starts`: `LookAt`, `About`, `Anywhere` ...
     seed : int, optional
-        Seed of the samples. Default: the seed of the experiment.
+        Seed of the samples. Default: the seed of the experiment, 0 for a scene.
 
     Returns
     -------
@@ -144,7 +146,7 @@ def sample_viewpoints(
     >>> sample_viewpoints(bench, 4, LookAt("board", distance=(0.4, 0.6))).shape
     (4, 6)
     """
-    plan = make_plan(experiment, as_integer(count, "count", 1), seed, start)
+    plan = make_plan(make_goal_visible(experiment), as_integer(count, "count", 1), seed, start)
     if plan.start is None:
         raise InputError(
             f"{START_NAME}: expected a sampler of configurations such as rs.starts.LookAt(...)"

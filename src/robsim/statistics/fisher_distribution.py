@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
+from robsim.statistics.chi_square_distribution import chi_square_quantile
 from robsim.statistics.proportions import check_level
 
-MOST_FREEDOM = 1e6  # larger denominators give chi square, to 1e-6
+MOST_FREEDOM = 1e6  # larger finite denominators count as this
 TERMS = 10_000  # most terms of the continued fraction
 
 
-def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
-    """Return the quantile of F; an infinite denominator means a known variance.
+def fisher_quantile(level: float, numerator: float, denominator: float) -> float:
+    """Return the quantile of F; an infinite denominator means a known variance, chi square.
 
     It is found by bisection of the distribution I_x(n/2, m/2), x = n F / (n F + m), the regularised
     incomplete beta function (NIST Digital Library of Mathematical Functions 8.17). Raises
@@ -21,6 +22,8 @@ def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
     (2.191, 12.592)
     """
     check_level(level)
+    if math.isinf(denominator):
+        return chi_square_quantile(level, numerator) / numerator
     m = min(float(denominator), MOST_FREEDOM)
     low, high = 0.0, 1.0
     while high - low > 1e-15 * high:
