@@ -183,11 +183,13 @@ def test_without_rosbags_the_error_names_the_package_to_install(run, tmp_path, m
     message_types.load_typestore.cache_clear()
 
 
-def test_the_clock_of_a_stream_and_how_it_is_held():
-    times = np.array([0, 10, 10, 30])
-    stream = Stream("a", times, np.arange(4.0)[:, None])
-    np.testing.assert_array_equal(
-        stream.held(np.array([-1, 0, 9, 10, 29, 30, 99]))[:, 0], [0, 0, 0, 2, 2, 3, 3]
-    )
+def test_the_clock_of_a_stream_its_last_and_its_nearest_value():
+    times, asked = np.array([0, 10, 10, 30]), np.array([-1, 0, 9, 10, 20, 21, 30, 99])
+    stream = Stream("a", times, np.arange(1.0, 5.0)[:, None])
+    last = stream.index(asked)
+    np.testing.assert_array_equal(last, [-1, 0, 0, 2, 2, 2, 3, 3])
+    np.testing.assert_array_equal(stream.take(last)[:, 0], [0, 1, 1, 3, 3, 3, 4, 4])
+    np.testing.assert_array_equal(stream.nearest(asked), [0, 0, 2, 2, 2, 3, 3, 3])
+    assert (stream.find_step(99.0), stream.find_step(7.0)) == (15.0, 7.0)
     with pytest.raises(rs.errors.FileError, match="nothing was recorded"):
         Stream("a", times[:0], np.empty((0, 1)))

@@ -160,10 +160,7 @@ class VectorField:
 
     def interpolate(self, a: Array, b: Array, share: Array) -> Array:
         """Return interpolated states (nq, B) from a to b (nq, B), at shares (B,) from 0 to 1."""
-        states = np.empty(a.shape)
-        for _, kind, rows, *_ in self.scene.tree.members:
-            states[rows] = kind.between(a[rows].T, b[rows].T, share).T
-        return states
+        return self.scene.tree.between(a, b, share)
 
     def differences(self, q: Array) -> tuple[Array, Array]:
         """Return f (n, n, B) after a STEP forward, and after a STEP backward, along each velocity.

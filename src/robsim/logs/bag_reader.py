@@ -68,10 +68,11 @@ def read_bag(
 ) -> xr.Dataset:
     """Read a ROS 2 bag as a run.
 
-    The run has one instant for each period of the experiment, with the last joints, marks and
-    commands before it (zero-order hold); `image_age` is the age of the images in seconds. Marks
-    that are not seen are NaN. The run begins when every joint and every mark has been measured
-    once, and ends with the last joint message.
+    The run has one instant for each period of the experiment, with the joints, marks and commands
+    nearest to it, within half a period. Without joints it has interpolated joints, and without
+    marks or commands the last ones; the Notes of `read_log` give the rules and the variables with
+    the times of the messages. Marks that are not seen are NaN. The run begins when every joint and
+    every mark has been measured once, and ends with the last joint message.
 
     These messages are supported:
 

@@ -55,10 +55,11 @@ def read_log(
     pixels[mark,row]; optionally the commanded velocities qd[velocity] and the measured velocities
     qd_actual[velocity]. Other columns are ignored. Rows are in the order of time, at any intervals.
 
-    The run has one instant for each period of the experiment, with the last values before it
-    (zero-order hold); `image_age` is the age of the pixels in seconds. A row may be empty in all
-    columns of the joints, or of all marks of a target: then there is no new measurement. If a
-    single mark is empty, it was not seen.
+    The run has one instant for each period of the experiment, with the joints, pixels and commands
+    nearest to it, within half a period. Without joints it has interpolated joints, and without
+    pixels or commands the last ones; see the Notes. A row may be empty in all columns of the
+    joints, or of all marks of a target: then there is no new measurement. If a single mark is
+    empty, it was not seen.
 
     Parameters
     ----------
@@ -84,6 +85,19 @@ def read_log(
         If the file cannot be read, or a column is missing.
     InputError
         If a name or a unit in an argument does not exist.
+
+    Notes
+    -----
+    The clock of a log jitters and drifts. The run therefore has the variables `log_time`, the time
+    of the joints of an instant in seconds since the start, `image_age` and `command_age`, the ages
+    of images and commands at this time in seconds, and `interpolated`, whether joints were
+    interpolated. The attributes `interpolated_joints`, `held_images` and `held_commands` are the
+    numbers of instants without a measurement, a new image or a new command.
+
+    Images that keep step with the joints belong to the instant after them, and commands to the
+    instant before them, with a tolerance of a fifth of a period; the mean phase of all images or
+    commands decides. If they do not keep step, such as images of 30 Hz in periods of 40 ms, the
+    last image or command before the instant is held.
 
     Examples
     --------

@@ -169,6 +169,13 @@ class Tree:
         for each in self.own:
             each.advance(q, v, seconds)
 
+    def between(self, a: Array, b: Array, share: Array) -> Array:
+        """Return coordinates q[n, b] between a and b, for `share` (b,) from 0 to 1."""
+        q = np.empty(a.shape)
+        for _, kind, rows, *_ in self.members:
+            q[rows] = kind.between(a[rows].T, b[rows].T, share).T
+        return q
+
     @cached_property
     def _flow(self) -> ProgramFunction:
         """Function from coordinates, velocities and seconds to the coordinates afterwards."""

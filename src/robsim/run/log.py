@@ -43,11 +43,25 @@ class Stream:
         """Return the index of the last value at each time; -1 before the first value."""
         return np.asarray(np.searchsorted(self.times, times, side="right") - 1)
 
-    def held(self, times: Times) -> Array:
-        """Return the last value at each time; zero before the first value."""
-        last = self.index(times)
-        values: Array = self.values[np.maximum(last, 0)].copy()
-        values[last < 0] = 0.0
+    def nearest(self, times: Times) -> NDArray[np.int64]:
+        """Return the index of the value nearest to each time, the earlier of two at equal distance.
+
+        Of values at the same time it is the last.
+        """
+        before = np.maximum(self.index(times), 0)
+        after = self.index(self.times[np.minimum(before + 1, len(self.times) - 1)])
+        is_after = np.abs(self.times[after] - times) < np.abs(self.times[before] - times)
+        return np.asarray(np.where(is_after, after, before))
+
+    def find_step(self, longest: float) -> float:
+        """Return the median nanoseconds between two values, at most `longest`."""
+        steps = np.diff(self.times)
+        return min(float(np.median(steps[steps > 0])) if steps.any() else longest, longest)
+
+    def take(self, index: NDArray[np.int64]) -> Array:
+        """Return the values at indices; zero at -1, before the first value."""
+        values: Array = self.values[np.maximum(index, 0)].copy()
+        values[index < 0] = 0.0
         return values
 
 
@@ -65,32 +79,31 @@ class Log:
     @property
     def first(self) -> int:
         """The first time in nanoseconds when joints are known and every mark has been seen."""
-        return max(
-            [
-                int(self.joints.times[0]),
-                *(_find_first_complete_time(each) for each in self.images.values()),
-            ]
-        )
+        complete = [int(each.times[find_first_complete(each)]) for each in self.images.values()]
+        return max([int(self.joints.times[0]), *complete])
 
 
-def hold_marks(images: Stream, times: Times) -> Array:
-    """Return the pixels (T, N, 2) of the last image before each time (zero-order hold).
+def hold_marks(images: Stream, index: NDArray[np.int64]) -> Array:
+    """Return the pixels (T, N, 2) of the images with some indices.
 
-    At the first time each mark has its last observed pixels, also from an earlier image. Every mark
-    must have been observed once before the first time.
+    At the first index each mark has its last observed pixels, also from an earlier image. Every
+    mark must have been observed once until then.
     """
-    pixels = images.held(times)
-    until = images.values[: int(images.index(times[:1])[0]) + 1]
+    pixels: Array = images.values[index].copy()
+    until = images.values[: index[0] + 1]
     seen = np.asarray(~np.isnan(until).any(axis=-1))
     last = len(until) - 1 - np.argmax(seen[::-1], axis=0)
     pixels[0] = until[last, np.arange(until.shape[1])]
     return pixels
 
 
-def _find_first_complete_time(images: Stream) -> int:
-    """Return the first time when every mark has been seen; FileError if a mark never was."""
+def find_first_complete(images: Stream) -> int:
+    """Return the index of the first image until which every mark has been seen.
+
+    Raise FileError if a mark was never seen.
+    """
     seen = ~np.isnan(images.values).any(axis=-1)
     never = np.flatnonzero(~seen.any(axis=0))
     if never.size:
         raise FileError(f"{images.what}: mark {never[0]} was never seen")
-    return int(images.times[np.argmax(seen, axis=0).max(initial=0)])
+    return int(np.argmax(seen, axis=0).max(initial=0))

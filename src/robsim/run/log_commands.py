@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.run.control.mark_input import Marks
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
+from robsim.run.log import NANO, Times
 from robsim.servo.command import Decision
 
 if TYPE_CHECKING:
@@ -28,24 +29,68 @@ def is_log_run(run: xr.Dataset) -> bool:
     return LOG_ATTRIBUTE in run.attrs
 
 
+class ImageTimes(NamedTuple):
+    """The instants (T,) of a log and the times (T, N) of the images of marks, in nanoseconds."""
+
+    instants: Times
+    images: Times
+
+    @property
+    def ages(self) -> Array:
+        """The ages (T, N) of the images in seconds, negative if an image is a little later."""
+        return np.asarray((self.instants[:, None] - self.images) / NANO)
+
+    @classmethod
+    def of(cls, run: xr.Dataset) -> ImageTimes | None:
+        """Return the clock of a run from a log, or None for a simulated run."""
+        if "log_time" not in run:
+            return None
+        seconds = run["log_time"].values
+        instants, ages = (
+            np.rint(x * NANO).astype(np.int64) for x in (seconds, run["image_age"].values)
+        )
+        return cls(instants, instants[:, None] - ages)
+
+
 def compute_decisions(
-    experiment: Experiment, q: Array, pixels: Array, ages: Array | None = None
+    experiment: Experiment, q: Array, pixels: Array, clock: ImageTimes | None = None
 ) -> list[Decision]:
     """Return the decisions for coordinates (T, nq) and pixels (T, N, 2), one per period.
 
-    A mark with NaN pixels keeps its last observed pixels, as in `Controller.step`. `ages` (T, N)
-    are the ages of the images in seconds; None means that all images are new.
+    A mark with NaN pixels keeps its last observed pixels, as in `Controller.step`. The controller
+    has instants at multiples of its period, and images of the ages in `clock`; an image that is
+    held has one time. None means that all images are new.
     """
     controller = Controller(experiment)
     last = np.cumsum([len(sight.target.marks) for sight in controller.sights]).tolist()
     own = {s.key: slice(i, j) for s, i, j in zip(controller.sights, [0, *last], last, strict=False)}
+    stamps = _stamp_images(
+        clock, controller.dt * np.arange(len(q), dtype=np.float64), pixels.shape[1]
+    )
     decided = []
     for step, row in enumerate(q):
-        t = step * controller.dt
-        old = {key: 0.0 if ages is None else ages[step, some].max() for key, some in own.items()}
-        seen = {key: Marks(pixels[step, some], t - old[key]) for key, some in own.items()}
-        decided.append(controller.decide(seen, row, t))
+        seen = {
+            key: Marks(pixels[step, some], stamps[step, some].min()) for key, some in own.items()
+        }
+        decided.append(controller.decide(seen, row, step * controller.dt))
     return decided
+
+
+def _stamp_images(clock: ImageTimes | None, times: Array, marks: int) -> Array:
+    """Return the times (T, N) of images on the clock of a controller with instants (T,) in seconds.
+
+    They are at most the instants, and increase where an image is new.
+    """
+    stamps = np.repeat(times[:, None], marks, axis=1)
+    if clock is None:
+        return stamps
+    stamps -= np.maximum(clock.ages, 0.0)
+    held = np.diff(clock.images, axis=0) == 0
+    for i, is_held in enumerate(held, start=1):
+        stamps[i] = np.where(
+            is_held, stamps[i - 1], np.maximum(stamps[i], np.nextafter(stamps[i - 1], np.inf))
+        )
+    return stamps
 
 
 def recompute_commands(run: xr.Dataset, experiment: Experiment) -> tuple[NDArray[np.int64], Array]:
@@ -58,8 +103,8 @@ def recompute_commands(run: xr.Dataset, experiment: Experiment) -> tuple[NDArray
         raise InputError("the scene of the recorded run differs from the scene of the experiment")
     names = run["velocity"].values.tolist()
     columns = np.array([names.index(name) for name in controller.velocity_names], dtype=np.int64)
-    ages = run["image_age"].values if "image_age" in run else None
-    decided = compute_decisions(experiment, run["q"].values, run["pixels"].values, ages)
+    clock = ImageTimes.of(run)
+    decided = compute_decisions(experiment, run["q"].values, run["pixels"].values, clock)
     return columns, np.array([each.command.qd[:, 0] for each in decided])
 
 

@@ -1,15 +1,14 @@
-"""A run from a log: the recorded signals, resampled to control periods."""
+"""A run from a log: the recorded signals at the instants of control."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_last
-from robsim.base.errors import FileError
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.engine.recorder import Recorder
@@ -17,95 +16,148 @@ from robsim.files.flat_table import RunDataset
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.end_variables import compute_moving_pose
 from robsim.run.experiment import Experiment
-from robsim.run.log import NANO, Log, Times, hold_marks
-from robsim.run.log_commands import LOG_ATTRIBUTE, compute_decisions
+from robsim.run.log import NANO, Log, Times, find_first_complete, hold_marks
+from robsim.run.log_alignment import (
+    LogInstants,
+    find_instants,
+    index_commands,
+    index_images,
+    interpolate_stream,
+)
+from robsim.run.log_commands import LOG_ATTRIBUTE, ImageTimes, compute_decisions
 from robsim.run.provenance import compute_whole_duration
 from robsim.servo.command import Decision
 
-LONGEST = 1_000_000  # largest number of periods, which take minutes
-SILENCE = 600 * NANO  # longest gap between two joint states; a longer gap is a clock error
 CONVERGED_AT = "converged_at"  # attribute of a log that converged: seconds until convergence
-AGE = {"units": "s", "long_name": "age of the last image that was searched for a mark"}
+LONG_NAMES = {
+    "log_time": "time of the joints on the clock of the log",
+    "image_age": "age of the last image that was searched for a mark, at log_time",
+    "command_age": "age of the command at log_time, negative if it came later",
+}
+INTERPOLATED = "whether joints were interpolated, because none was measured within half a period"
 
 
 def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
-    """Return the run of a log, with the variables of a simulated run and `image_age`.
+    """Return the run of a log, with the variables of a simulated run and the clock of the log.
 
-    Each period has the last joints, images and commands before it (zero-order hold). The run begins
-    when all joints and marks have been observed once; each mark then has its last observed pixels.
-    The run ends with the last joint state. The experiment's controller computes features and
-    errors. The outcome is CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant.
+    The run has an instant for each period (see `find_instants`), with the joints, images and
+    commands of this instant. At the first instant each mark has its last observed pixels. The
+    experiment's controller computes features and errors. The outcome is CONVERGED, OUT_OF_IMAGE or
+    RUNNING, according to the last instant.
 
     Raise FileError if the log is shorter than a period, too long, or has a long gap.
     """
     controller = Controller(experiment)
-    times = _compute_period_times(log, experiment.dt)
-    q, (pixels, ages) = log.joints.held(times), _sample_images(log, controller, times)
-    seconds = compute_whole_duration(len(times) - 1, experiment.dt)
+    samples = _LogSamples(log, controller, find_instants(log, experiment.dt))
+    q, (pixels, image_times) = samples.joints(), samples.images()
+    seconds = compute_whole_duration(len(q) - 1, experiment.dt)
     log_experiment = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
-    decided = compute_decisions(log_experiment, q, pixels, ages)
-    command_source, qd = _sample_commands(log, times, q, experiment)
-    rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
+    clock = ImageTimes(samples.clock, image_times)
+    decided = compute_decisions(log_experiment, q, pixels, clock)
+    command_source, qd = samples.commands(q)
     s = np.array([each.command.s[:, 0] for each in decided])
     loop = log_experiment.loop()
     weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
     small = _is_error_small(loop, decided)
-    _fill_recorder(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], small)
+    signals = [q, qd, samples.rates(), s, pixels.reshape(len(q), -1), np.array(weights)]
+    _fill_recorder(loop, signals, small)
     run = log_experiment.dataset(loop)
     if int(run["outcome"]) == Outcome.CONVERGED:
         run.attrs[CONVERGED_AT] = float(run["time"].values[_find_settling_period(small)])
-    run["image_age"] = (("time", "mark"), ages, AGE)
-    run.attrs |= {
-        LOG_ATTRIBUTE: log.source,
-        "commands": command_source,
-        "recorded_from": str(times[0]),
-    }
-    run.attrs |= dict(log.notes)
+    samples.store_clock(run, clock)
+    run.attrs |= {LOG_ATTRIBUTE: log.source, "commands": command_source} | dict(log.notes)
     return run
 
 
-def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Array, Array]:
-    """Return pixels (T, N, 2) and ages in seconds (T, N) of the marks of all cameras."""
-    pixels, ages = [np.empty((len(times), 0, 2))], [np.empty((len(times), 0))]
-    for sight in controller.sights:
-        images = log.images[sight.key]
-        pixels.append(hold_marks(images, times))
-        age = (times - images.times[images.index(times)]) / NANO
-        ages.append(np.repeat(age[:, None], len(sight.target.marks), axis=1))
-    return np.concatenate(pixels, axis=1), np.concatenate(ages, axis=1)
+@dataclass(frozen=True, eq=False)
+class _LogSamples:
+    """The signals of a log at its instants (T,)."""
 
+    log: Log
+    controller: Controller
+    instants: LogInstants
 
-def _compute_period_times(log: Log, dt: float) -> Times:
-    """Return the times (T,) of the periods of a log, in nanoseconds."""
-    seconds = (int(log.joints.times[-1]) - log.first) / NANO
-    steps = math.floor(seconds / dt + 1e-6)
-    if steps < 1:
-        raise FileError(
-            f"{log.source}: joints and all marks are known for {max(seconds, 0.0):g} s, "
-            f"which is less than a period of {dt:g} s"
-        )
-    silent = np.flatnonzero(np.diff(log.joints.times) > SILENCE)
-    if silent.size:
-        before, after = log.joints.times[silent[0] : silent[0] + 2] / NANO
-        raise FileError(f"{log.joints.what}: nothing between {before:.9g} s and {after:.9g} s")
-    if steps > LONGEST:
-        raise FileError(f"{log.source}: {steps} periods of {dt:g} s; at most {LONGEST} are read")
-    times: Times = log.first + np.round(np.arange(steps + 1) * dt * NANO).astype(np.int64)
-    return times
+    @property
+    def clock(self) -> Times:
+        """The instants (T,) on the clock of the log, in nanoseconds."""
+        return self.instants.times
 
+    def joints(self) -> Array:
+        """Return the coordinates (T, nq)."""
 
-def _sample_commands(log: Log, times: Times, q: Array, experiment: Experiment) -> tuple[str, Array]:
-    """Return the source of the commanded velocities as a text, and the velocities (T, nv)."""
-    if log.commands is not None:
-        return log.commands.what, log.commands.held(times)
-    if log.rates is not None:
-        return f"none; velocities are those of {log.rates.what}", log.rates.held(times)
-    scene = experiment.scene
-    qd = np.zeros((len(q), scene.nv))
-    if scene.velocity_names != scene.coordinate_names:
-        return "none; velocities are zero", qd
-    qd[:-1] = np.diff(q, axis=0) / experiment.dt
-    return "none; velocities are differences of the joints", qd
+        def between(a: Array, b: Array, share: Array) -> Array:
+            return move_runs_last(self.controller.scene.tree.between(a.T, b.T, share), 1)
+
+        return interpolate_stream(self.log.joints, self.instants, between)
+
+    def rates(self) -> Array:
+        """Return the measured velocities (T, nv), or (T, 0) without any."""
+        if self.log.rates is None:
+            return np.empty((len(self.clock), 0))
+        return interpolate_stream(self.log.rates, self.instants)
+
+    def images(self) -> tuple[Array, Times]:
+        """Return the pixels (T, N, 2) of the marks of all cameras, and the image times (T, N)."""
+        count = len(self.clock)
+        pixels, times = [np.empty((count, 0, 2))], [np.empty((count, 0), dtype=np.int64)]
+        for sight in self.controller.sights:
+            images = self.log.images[sight.key]
+            index = np.maximum(index_images(images, self.instants), find_first_complete(images))
+            pixels.append(hold_marks(images, index))
+            times.append(np.repeat(images.times[index, None], len(sight.target.marks), axis=1))
+        return np.concatenate(pixels, axis=1), np.concatenate(times, axis=1)
+
+    def commands(self, q: Array) -> tuple[str, Array]:
+        """Return the source of the commanded velocities as a text, and their values (T, nv).
+
+        Velocities before the first command are zero. Without commands they are the measured
+        velocities or the differences of the joints.
+        """
+        log, scene = self.log, self.controller.scene
+        if log.commands is not None:
+            return log.commands.what, log.commands.take(self.command_index)
+        if log.rates is not None:
+            return f"none; velocities are those of {log.rates.what}", self.rates()
+        qd = np.zeros((len(q), scene.nv))
+        if scene.velocity_names != scene.coordinate_names:
+            return "none; velocities are zero", qd
+        periods = self.controller.dt + np.diff(self.instants.offsets)
+        qd[:-1] = np.diff(q, axis=0) / periods[:, None]
+        return "none; velocities are differences of the joints", qd
+
+    @cached_property
+    def command_index(self) -> NDArray[np.int64]:
+        """The index (T,) of the command at each instant, or (0,) without commands."""
+        if self.log.commands is None:
+            return np.empty(0, dtype=np.int64)
+        return index_commands(self.log.commands, self.instants)
+
+    def store_clock(self, run: RunDataset, images: ImageTimes) -> None:
+        """Store the clock of the log, the ages of the samples, and the counts of held samples."""
+        times = {
+            "log_time": run["time"].values + self.instants.offsets,
+            "image_age": images.ages,
+            "command_age": self._command_ages(),
+        }
+        for name, seconds in times.items():
+            if len(seconds):
+                dimensions = ("time", "mark")[: seconds.ndim]
+                run[name] = dimensions, seconds, {"units": "s", "long_name": LONG_NAMES[name]}
+        run["interpolated"] = "time", ~self.instants.measured, {"long_name": INTERPOLATED}
+        is_held = (np.diff(images.images, axis=0) == 0).any(axis=1)
+        run.attrs |= {
+            "recorded_from": str(self.instants.nominal[0]),
+            "interpolated_joints": int((~self.instants.measured).sum()),
+            "held_images": int(is_held.sum()),
+            "held_commands": int((np.diff(self.command_index) == 0).sum()),
+        }
+
+    def _command_ages(self) -> Array:
+        """Return the ages (T,) of the commands in seconds, NaN before the first command."""
+        if self.log.commands is None:
+            return np.empty(0)
+        ages = (self.clock - self.log.commands.times[self.command_index]) / NANO
+        return np.where(self.command_index < 0, np.nan, ages)
 
 
 def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> None:

@@ -106,6 +106,18 @@ class LogComparison:
         for each in self._frames:
             if each.is_usual and each.share > 0.0:
                 yield each.describe()
+        yield from self._describe_alignment()
+
+    def _describe_alignment(self) -> Iterator[str]:
+        """Yield a sentence on the instants at which the log has no new measurement, if any."""
+        counts = {
+            "joints are interpolated": self.run.attrs.get("interpolated_joints", 0),
+            "images are held": self.run.attrs.get("held_images", 0),
+            "commands are held": self.run.attrs.get("held_commands", 0),
+        }
+        texts = [f"{what} at {count}" for what, count in counts.items() if count]
+        if texts:
+            yield f"Of {self.run.sizes['time']} instants, {', '.join(texts)}."
 
     def _describe_images(self) -> Iterator[str]:
         """Yield a sentence on the images if they have no fault."""
