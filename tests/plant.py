@@ -215,25 +215,31 @@ def inject(kind, real, rng, **quiet):
         return replace(real, mount=real.mount @ error), drive, ("mount",)
     if kind == "focal":
         factor = 1 + rng.choice([-1, 1]) * rng.uniform(0.13, 0.25)
-        return replace(real, K=real.K * [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]), drive, ("focal",)
+        return (
+            replace(real, K=real.K * [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]),
+            drive,
+            ("focal",),
+        )
     if kind == "offset":
         size = np.radians(rng.uniform(3, 8)) * rng.choice([-1, 1])
         return real, replace(drive, offset=size * one), ("offset", joint)
     if kind == "image delay":
-        return real, replace(drive, image_delay=int(rng.integers(3, 7))), ("image", "delay")
+        return real, replace(drive, image_delay=int(rng.integers(3, 7))), ("image times", "delay")
     if kind == "command delay":
-        return real, replace(drive, command_delay=int(rng.integers(3, 7))), ("motion", "delay")
+        return real, replace(drive, command_delay=int(rng.integers(3, 7))), ("command delay",)
     if kind == "factor":
         size = rng.choice([rng.uniform(0.5, 0.85), rng.uniform(1.15, 1.4)])
         every = rng.random() < 0.5
         factor = np.full(6, size) if every else np.where(one, size, 1.0)
         return real, replace(drive, factor=factor), ("factor", "" if every else joint)
     if kind == "target":
-        error = transform(rng.uniform(0.03, 0.08) * unit(rng), np.radians(rng.uniform(0, 15)) * unit(rng))
+        error = transform(
+            rng.uniform(0.03, 0.08) * unit(rng), np.radians(rng.uniform(0, 15)) * unit(rng)
+        )
         return replace(real, place=real.place @ error), drive, ("target",)
     if kind == "stamps":
         size = rng.choice([-1, 1]) * rng.uniform(3, 6) * DT
-        return real, replace(drive, stamp=size), ("stamps",)
+        return real, replace(drive, stamp=size), ("image times", "stamps")
     if kind == "distortion":
         lens = (rng.choice([-1, 1]) * rng.uniform(0.2, 0.4), rng.uniform(-0.1, 0.1), 0.0, 0.0)
         return replace(real, lens=lens), drive, ("distortion",)
@@ -242,7 +248,11 @@ def inject(kind, real, rng, **quiet):
     if kind == "slow":
         if rng.random() < 0.5:
             return real, replace(drive, lag=rng.uniform(0.2, 0.5) * one), ("lag", joint)
-        return real, replace(drive, factor=np.where(one, rng.uniform(0.2, 0.6), 1.0)), ("factor", joint)
+        return (
+            real,
+            replace(drive, factor=np.where(one, rng.uniform(0.2, 0.6), 1.0)),
+            ("factor", joint),
+        )
     if kind == "swapped":
         which = rng.integers(4)
         j = (i + 1 + int(rng.integers(5))) % 6

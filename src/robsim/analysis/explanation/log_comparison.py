@@ -12,11 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.analysis.explanation.findings import Finding
-from robsim.analysis.explanation.text_format import (
-    format_number,
-    format_quantity,
-    format_time,
-)
+from robsim.analysis.explanation.text_format import format_number, format_quantity, format_time
 from robsim.analysis.log_faults.camera_hypotheses import (
     list_camera_hypotheses,
     list_target_hypotheses,
@@ -51,7 +47,14 @@ SPEED_FLOOR = 0.01  # the same of velocities, as a share of their rms
 UNEXPLAINED = 1.0  # rms residual of pixels, beyond twice the noise, with another fault
 BORDER = 0.05  # share of the image at its border, where a target may leave it
 FEWEST_IMAGES = 5  # images below which no fault is fitted
-WRONG_DATA = ("image times", "swapped axes", "swapped marks", "swapped pixels", "swapped joints", "reversed reading")
+WRONG_DATA = (
+    "image times",
+    "swapped axes",
+    "swapped marks",
+    "swapped pixels",
+    "swapped joints",
+    "reversed reading",
+)
 K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
 
 
@@ -213,7 +216,9 @@ class LogComparison:
         """The choice among the faults of commands; None if they agree to rounding."""
         columns, computed = recompute_commands(self.run, self.case)
         recorded = self.run["qd"].values[:, columns]
-        if np.abs(recorded - computed).max(initial=0.0) <= ROUNDING * np.abs(computed).max(initial=0.0):
+        if np.abs(recorded - computed).max(initial=0.0) <= ROUNDING * np.abs(computed).max(
+            initial=0.0
+        ):
             return None
         names, units = self._name_velocities(columns)
         comparison = compare_commands(self._times, computed, recorded, names, units, self.case.dt)
@@ -264,14 +269,18 @@ class LogComparison:
             q = fault.best.hypothesis.correct(fault.best.values, q)
         if (other := self._command_fault) and other.best.hypothesis.correct:
             columns, _ = recompute_commands(run, self.case)
-            commands[:, columns] = other.best.hypothesis.correct(other.best.values, commands[:, columns])
+            commands[:, columns] = other.best.hypothesis.correct(
+                other.best.values, commands[:, columns]
+            )
         return self._compare_motion(q, commands)
 
     def _compare_motion(self, q: Array, qd: Array) -> FaultChoice:
         """Return the choice among the faults of the motion of joints q (T, n) by commands."""
         columns = np.flatnonzero((np.abs(qd) > 0.0).any(axis=0) | (np.ptp(q, axis=0) > 0.0))
         names, units = self._name_velocities(columns)
-        signal = HeldSignal(*_sort_commands(self._times - self.run["command_age"].values, qd[:, columns]))
+        signal = HeldSignal(
+            *_sort_commands(self._times - self.run["command_age"].values, qd[:, columns])
+        )
         window = max(FEWEST_PERIODS, math.ceil(WINDOW / self.case.dt))
         comparison = compare_motion(
             *(self._times, q[:, columns], signal, names, units),

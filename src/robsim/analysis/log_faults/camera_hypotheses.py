@@ -44,8 +44,14 @@ def list_camera_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hyp
     yield images.make("mount", mount, describe, camera, camera, names=TWIST)
     yield from _list_lens_hypotheses(images, camera)
     for axes, fault in AXES.items():
-        yield images.make("swapped axes", _change_axes(axes), _state(
-            f"the image of '{camera}' {fault}"), camera, camera, cost=1)
+        yield images.make(
+            "swapped axes",
+            _change_axes(axes),
+            _state(f"the image of '{camera}' {fault}"),
+            camera,
+            camera,
+            cost=1,
+        )
 
 
 def _list_lens_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hypothesis]:
@@ -59,8 +65,10 @@ def _list_lens_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hypo
 
     def describe(values: Array, half: Array) -> str:
         factors = [format_interval(1.0 + x, d) for x, d in zip(values, half, strict=True)]
-        pixels = " by ".join(format_number(f) for f in np.multiply((fx, fy), 1.0 + values)[: 
-                             2 if len(values) > 1 or fx != fy else 1])
+        pixels = " by ".join(
+            format_number(f)
+            for f in np.multiply((fx, fy), 1.0 + values)[: 2 if len(values) > 1 or fx != fy else 1]
+        )
         return (
             f"the focal length of '{camera}' is {' and '.join(factors)} times the length in the "
             f"scene: {pixels} px"
@@ -85,19 +93,30 @@ def _list_lens_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hypo
         )
 
     yield images.make("focal length", scale, describe, camera, camera, names=("factor",))
-    yield images.make("focal length", scale, describe, camera, camera, names=("factor_x", "factor_y"))
-    yield images.make("principal point", shift, describe_center, camera, camera, names=("column", "row"))
+    yield images.make(
+        "focal length", scale, describe, camera, camera, names=("factor_x", "factor_y")
+    )
+    yield images.make(
+        "principal point", shift, describe_center, camera, camera, names=("column", "row")
+    )
     yield images.make("distortion", bend, describe_bends, camera, camera, names=LENS)
 
 
 def list_target_hypotheses(images: ImageComparison, target: str) -> Iterator[Hypothesis]:
     """Yield the hypotheses on a target: its pose, its size and the order of its marks."""
     series = images.find(target)
-    marks, base = series.sight.target.marks, _describe_base(
-        series.sight.target.on, series.sight.eye.on
+    marks, base = (
+        series.sight.target.marks,
+        _describe_base(series.sight.target.on, series.sight.eye.on),
     )
-    offsets = np.diff(series.pixels - series.pixels_of_scene, axis=0).reshape(len(series.times) - 1, -1)
-    split = 1 + int(np.argmax(np.nan_to_num(np.abs(offsets)).max(axis=1, initial=0.0))) if len(offsets) else 0
+    offsets = np.diff(series.pixels - series.pixels_of_scene, axis=0).reshape(
+        len(series.times) - 1, -1
+    )
+    split = (
+        1 + int(np.argmax(np.nan_to_num(np.abs(offsets)).max(axis=1, initial=0.0)))
+        if len(offsets)
+        else 0
+    )
 
     def place(one: ImageSeries, twist: Array) -> Array:
         return one.predict(place=one.sight.target.pose @ Pose.exp(twist))
@@ -127,10 +146,20 @@ def list_target_hypotheses(images: ImageComparison, target: str) -> Iterator[Hyp
     for i, j in _list_column_pairs(len(marks)):
         names = [f"pixels[{k // 2},{('column', 'row')[k % 2]}]" for k in (i, j)]
         text = f"{names[0]} and {names[1]} of '{target}' are swapped"
-        yield images.make("swapped pixels", _swap_pixels(i, j), _state(text), target, target, cost=1)
+        yield images.make(
+            "swapped pixels", _swap_pixels(i, j), _state(text), target, target, cost=1
+        )
     for order in _list_orders(len(marks)):
-        yield images.make("swapped marks", _change_order(order), _state(
-            f"the marks of '{target}' have the order {format_list([str(i) for i in order])}"), target, target, cost=1)
+        yield images.make(
+            "swapped marks",
+            _change_order(order),
+            _state(
+                f"the marks of '{target}' have the order {format_list([str(i) for i in order])}"
+            ),
+            target,
+            target,
+            cost=1,
+        )
 
 
 def _change_axes(axes: tuple[bool, bool, bool]) -> Callable[[ImageSeries, Array], Array]:

@@ -9,9 +9,7 @@ from robsim.analysis.log_faults.fault_choice import FaultChoice
 from robsim.analysis.log_faults.hypothesis import HypothesisFit
 
 
-def report_fault(
-    choice: FaultChoice, signals: str, format_rms: Callable[[float], str]
-) -> Finding:
+def report_fault(choice: FaultChoice, signals: str, format_rms: Callable[[float], str]) -> Finding:
     """Return the finding on the fault of a choice, or on the group that the log cannot separate.
 
     `signals` names the signals, and `format_rms` formats their residuals.

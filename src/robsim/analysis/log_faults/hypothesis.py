@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.statistics.least_squares import LeastSquaresProblem, minimise, triangular_factor
 
 FAR = 1e3  # residual of a signal without a prediction, such as a mark behind the camera
-ARRIVED = 1e-4  # norm of the changes of all residuals below which a fit ends
+ARRIVED, SHARE = 1e-4, 1e-3  # norm of the change of residuals, and its share, that end a fit
 STEP = 1e-6  # finite difference of a number; numbers are in rad, m, s, or are factors
 COVERAGE = 1.96  # standard deviations of the half width of a 95 % interval
 NORMAL_QUARTILE = 0.6745  # median of |x| of a standard normal x
@@ -107,7 +108,8 @@ class HypothesisFit:
         if not len(self.values):
             return np.empty(0)
         seen = np.isfinite(self.residuals)
-        J = _compute_rates(lambda values: self.hypothesis.predict(values)[seen], self.values)
+        begin = self.hypothesis.predict(self.values)[seen]
+        J = _compute_rates(self.hypothesis, seen, self.values, begin)
         scale = np.sqrt(np.square(J).sum(axis=0))
         if not (np.isfinite(J).all() and (scale > 0.0).all()):
             return np.full(len(self.values), np.inf)
@@ -143,32 +145,37 @@ class HypothesisFit:
 def fit_hypothesis(hypothesis: Hypothesis, observed: Array) -> HypothesisFit:
     """Return the fit of a hypothesis to observed signals (T, M), NaN where nothing was observed."""
     seen = np.isfinite(observed)
+    known: dict[bytes, Array] = {}  # the last prediction, at which the Jacobian is computed
 
     def predict(values: Array) -> Array:
-        return hypothesis.predict(values)[seen]
+        key = values.tobytes()
+        if key not in known:
+            known.clear()
+            known[key] = hypothesis.predict(values)[seen]
+        return known[key]
 
     def residuals(values: Array) -> Array:
         r = predict(values) - observed[seen]
         return np.where(np.isfinite(r), r, FAR)
 
     def rates(values: Array) -> Array:
-        return np.nan_to_num(_compute_rates(predict, values))
+        begin = predict(values)
+        return np.nan_to_num(_compute_rates(hypothesis, seen, values, begin))
 
     starts = [np.array(each, dtype=float) for each in hypothesis.starts]
     values = min(starts, key=lambda each: float((residuals(each) ** 2).sum()))
     if len(values):
         problem = LeastSquaresProblem(residuals, rates, lambda state, step: state + step)
-        values = minimise(problem, values, ARRIVED)
+        values = minimise(problem, values, ARRIVED, SHARE)
     table = np.full(observed.shape, np.nan)
     table[seen] = residuals(values)
     return HypothesisFit(hypothesis, values, table)
 
 
-def _compute_rates(predict: Callable[[Array], Array], values: Array) -> Array:
-    """Return the Jacobian (M, P) of predictions by central differences."""
-    columns = []
-    for i in range(len(values)):
-        step = np.zeros(len(values))
-        step[i] = STEP
-        columns.append((predict(values + step) - predict(values - step)) / (2.0 * STEP))
-    return np.stack(columns, axis=1)
+def _compute_rates(
+    hypothesis: Hypothesis, seen: NDArray[np.bool_], values: Array, begin: Array
+) -> Array:
+    """Return the Jacobian (M, P) of the predictions `begin` (M,) by forward differences."""
+    steps = values + STEP * np.eye(len(values))
+    ends = [hypothesis.predict(each)[seen] for each in steps]
+    return np.stack([(end - begin) / STEP for end in ends], axis=1)

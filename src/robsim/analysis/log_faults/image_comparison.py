@@ -67,7 +67,9 @@ class ImageComparison:
 
         first = starts or [(0.0,) * len(names)]
         measure = size or (lambda values: self._measure_change(predict(values)))
-        return Hypothesis(about, part, predict, describe, names, first, measure, cost, path, correct)
+        return Hypothesis(
+            about, part, predict, describe, names, first, measure, cost, path, correct
+        )
 
     def _measure_change(self, pixels: Array) -> float:
         """Return the rms change of the marks by a fault, in units of the least that is reported."""

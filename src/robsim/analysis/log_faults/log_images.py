@@ -18,7 +18,7 @@ from robsim.vision.camera import Camera
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_IMAGES = 300  # images of a fit; more are thinned out evenly
+MOST_IMAGES = 200  # images of a fit; more are thinned out evenly
 EARLY, FEWEST_LATER = 6, 30  # first periods without images of a fit, if so many images are later
 SAME_TIME = 1e-6  # seconds between the times of one image in two periods
 
@@ -38,7 +38,9 @@ class JointTrack:
         right = np.clip(np.searchsorted(self.times, times, side="right"), 1, len(self.times) - 1)
         left, step = right - 1, self.times[right] - self.times[right - 1]
         share = np.clip((times - self.times[left]) / step, 0.0, 1.0)
-        q = self.tree.between(move_runs_last(self.q[left], 1), move_runs_last(self.q[right], 1), share)
+        q = self.tree.between(
+            move_runs_last(self.q[left], 1), move_runs_last(self.q[right], 1), share
+        )
         return move_runs_first(q)
 
 
@@ -77,7 +79,7 @@ class ImageSeries:
         """
         A = self._chain_of_scene
         if change is not None or times is not None:
-            q = self.track.at(self.times if times is None else times)
+            q = self._q if times is None else self.track.at(times)
             A = self._chain(q if change is None else change(q))
         X = self.sight.eye.pose if mount is None else mount
         Z = self.sight.target.pose if place is None else place
@@ -89,7 +91,11 @@ class ImageSeries:
 
     @cached_property
     def _chain_of_scene(self) -> Array:
-        return self._chain(self.track.at(self.times))
+        return self._chain(self._q)
+
+    @cached_property
+    def _q(self) -> Array:
+        return self.track.at(self.times)
 
     def _chain(self, q: Array) -> Array:
         """Return the poses T_m_f (n, 4, 4) of the target's frame in the frame of the camera."""

@@ -33,8 +33,9 @@ def format_change(twist: Array, half: Array) -> str:
     'turned by 5.73 +- 0.57 degrees and moved by 10 +- 1 mm'
     """
     metres, angle = Pose.exp(twist).position, np.degrees(twist[3:])
-    moved, turned = _format_norm(1e3 * metres, 1e3 * half[:3], "mm"), _format_norm(
-        angle, np.degrees(half[3:]), "degrees"
+    moved, turned = (
+        _format_norm(1e3 * metres, 1e3 * half[:3], "mm"),
+        _format_norm(angle, np.degrees(half[3:]), "degrees"),
     )
     parts = [f"turned by {turned}"] if turned else []
     parts += [f"moved by {moved}"] if moved else []
