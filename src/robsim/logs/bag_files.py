@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,13 +11,14 @@ from typing import Any, Literal, NamedTuple, Self
 
 from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import FileError, RobSimError, prefix_errors
-from robsim.logs import message_types, zstd
+from robsim.base.file_content import check_regular_file
+from robsim.logs import decompression, message_types
+from robsim.logs.mcap_checksums import McapChunk, verify_mcap
 from robsim.run.log import NANO
 
 Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages of a bag
-LARGEST = 1 << 30  # bytes of a decompressed chunk of MCAP
 
 
 class RecordedMessage(NamedTuple):
@@ -73,10 +74,10 @@ class Bag:
             self._private_paths.append(stack.enter_context(TemporaryDirectory(prefix="robsim-")))
             for file in self._files:
                 with prefix_errors(str(self.path)), self._convert_errors():
-                    reader = stack.enter_context(
-                        Reader(zstd.decompress_file(file, self._private_paths[-1]))
-                    )
-                    _check_chunk_size(reader)
+                    plain = decompression.decompress_file(file, self._private_paths[-1])
+                    chunks = verify_mcap(plain) if plain.suffix == ".mcap" else {}
+                    reader = stack.enter_context(Reader(plain))
+                    _check_chunk_index(reader, chunks)
                     self._readers.append(reader)
             with prefix_errors(str(self.path)):
                 self._store_topics()
@@ -98,7 +99,7 @@ class Bag:
                     )
                 for connection, logged, data in reader.messages(connections) if connections else ():
                     with self._convert_errors(connection.topic):
-                        payload = zstd.decompress_message(data)
+                        payload = decompression.decompress_message(data)
                         message = self._store.deserialize_cdr(payload, connection.msgtype)
                         timed = RecordedMessage(
                             int(logged), message_types.header_time(message), message
@@ -126,6 +127,9 @@ class Bag:
             yield
         except RobSimError as error:
             raise FileError(f"{where}{error}") from None
+        except OSError as error:
+            reason = error.strerror or type(error).__name__
+            raise FileError(f"{where}the bag cannot be read: {reason}") from None
         except Exception as error:  # noqa: BLE001  damaged files raise many kinds of errors
             words = str(error)
             for place in self._private_paths:
@@ -142,7 +146,8 @@ def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:
         location = Path(path)
         if not location.exists():
             raise FileError(f"no file {path}")
-        if location.is_file():
+        if not location.is_dir():
+            check_regular_file(path, "a bag")
             if _strip_compression(location).suffix not in SUFFIXES:
                 raise FileError(f"{path}: expected a folder, or a .mcap or .db3 file")
             return [location]
@@ -152,12 +157,14 @@ def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:
     files = [file for name, file in by_name.items() if name.suffix in SUFFIXES]
     if not files:
         raise FileError(f"{path}: no .mcap or .db3 file in this folder")
+    for file in files:
+        check_regular_file(file, "a file of a bag")
     return sorted(files, key=lambda file: _part_number(_strip_compression(file)))
 
 
 def _strip_compression(file: Path) -> Path:
     """Return the name of a file without the suffix of its compression."""
-    return file.with_suffix("") if file.suffix == zstd.SUFFIX else file
+    return file.with_suffix("") if file.suffix == decompression.SUFFIX else file
 
 
 def _part_number(file: Path) -> tuple[int, str]:
@@ -166,11 +173,15 @@ def _part_number(file: Path) -> tuple[int, str]:
     return (int(last) if last.isascii() and last.isdigit() and len(last) < 10 else 0), file.name
 
 
-def _check_chunk_size(reader: Any) -> None:
-    """Raise FileError if a chunk needs more than LARGEST bytes of memory."""
-    sizes = [each.uncompressed_size for each in getattr(reader.storage, "chunks", ())]
-    if max(sizes, default=0) > LARGEST:
-        raise FileError(f"a chunk of {max(sizes)} bytes; at most {LARGEST} are read")
+def _check_chunk_index(reader: Any, chunks: Mapping[int, McapChunk]) -> None:
+    """Raise FileError if the index of an MCAP file lists a chunk that the file does not have."""
+    for each in getattr(reader.storage, "chunks", ()):
+        chunk = chunks.get(each.chunk_start_offset)
+        indexed = each.compression, each.compressed_size, each.uncompressed_size
+        if chunk is None or indexed != (chunk.compression, chunk.packed, chunk.size):
+            raise FileError(
+                f"the index has a chunk at byte {each.chunk_start_offset}, not the data"
+            )
 
 
 def _message_definition(connection: Any) -> str:

@@ -17,6 +17,7 @@ from robsim.base.arrays import as_float
 from robsim.base.atomic_files import convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError, check_known, format_value
 from robsim.logs import message_types, topics
+from robsim.logs.mcap_checksums import add_mcap_checksums
 from robsim.logs.run_messages import TopicMessage, generate_messages
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
@@ -122,6 +123,8 @@ def _write_bag(path: Path, storage: str, outbound: Iterator[TopicMessage]) -> Pa
     try:
         folder = draft / path.name
         _write_messages(folder, storage, outbound)
+        if storage == "mcap":
+            add_mcap_checksums(folder / f"{folder.name}.mcap")
         if is_file:
             return write_whole(path, (folder / f"{folder.name}{path.suffix}").read_bytes())
         folder.rename(path)
