@@ -29,11 +29,11 @@ from robsim.calibration.calibration_model import (
 from robsim.calibration.calibration_result import Calibration
 from robsim.calibration.calibration_views import CalibrationViews
 from robsim.calibration.hand_eye import METHODS, solve_hand_eye
-from robsim.statistics.least_squares import LeastSquaresProblem, minimise, triangular_factor
 from robsim.calibration.relative_motions import mean_pose
 from robsim.calibration.robot_world import solve_robot_world
 from robsim.geometry.pose import Pose
 from robsim.run.run_checks import check_instance
+from robsim.statistics.least_squares import LeastSquaresProblem, minimise, triangular_factor
 from robsim.vision.pixel_measurement import check_noise
 from robsim.vision.pose_estimation import estimate_pose
 

@@ -215,11 +215,12 @@ class LogComparison:
     def _commands(self) -> FaultChoice | None:
         """The choice among the faults of commands; None if they agree to rounding."""
         columns, computed = recompute_commands(self.run, self.case)
-        recorded = self.run["qd"].values[:, columns]
+        recorded = self.run["qd"].values[:, columns].copy()
         if np.abs(recorded - computed).max(initial=0.0) <= ROUNDING * np.abs(computed).max(
             initial=0.0
         ):
             return None
+        recorded[~recorded.any(axis=1)] = np.nan  # the controller holds the robot
         names, units = self._name_velocities(columns)
         comparison = compare_commands(self._times, computed, recorded, names, units, self.case.dt)
         return self._choose_response(comparison, self._command_speed)

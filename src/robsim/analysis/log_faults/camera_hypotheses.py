@@ -14,7 +14,7 @@ from robsim.analysis.log_faults.image_comparison import ImageComparison
 from robsim.analysis.log_faults.log_images import ImageSeries
 from robsim.analysis.log_faults.value_text import format_change, format_interval
 from robsim.base.arrays import Array
-from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose import Pose
 
 TWIST = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 LENS = ("k1", "k2", "p1", "p2")
@@ -41,7 +41,8 @@ def list_camera_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hyp
     def describe(twist: Array, half: Array) -> str:
         return f"the mount of '{camera}'{base} is {format_change(twist, half)}"
 
-    yield images.make("mount", mount, describe, camera, camera, names=TWIST)
+    path = f"cameras.{camera}.position, cameras.{camera}.rotvec"
+    yield images.make("mount", mount, describe, camera, camera, names=TWIST, path=path)
     yield from _list_lens_hypotheses(images, camera)
     for axes, fault in AXES.items():
         yield images.make(
@@ -56,67 +57,70 @@ def list_camera_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hyp
 
 def _list_lens_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hypothesis]:
     """Yield the hypotheses on the intrinsics of a camera."""
-    lens = images.find(camera).camera
-    fx, fy, center = lens.K[0, 0], lens.K[1, 1], np.array(lens.K[:2, 2])
-    bends = np.array([*lens.distortion, *(0.0,) * 4][: max(4, len(lens.distortion))])
-
-    def scale(one: ImageSeries, values: Array) -> Array:
-        return center + (1.0 + values) * (one.pixels_of_scene - center)
-
-    def describe(values: Array, half: Array) -> str:
-        factors = [format_interval(1.0 + x, d) for x, d in zip(values, half, strict=True)]
-        pixels = " by ".join(
-            format_number(f)
-            for f in np.multiply((fx, fy), 1.0 + values)[: 2 if len(values) > 1 or fx != fy else 1]
-        )
-        return (
-            f"the focal length of '{camera}' is {' and '.join(factors)} times the length in the "
-            f"scene: {pixels} px"
-        )
+    yield from _list_focal_hypotheses(images, camera)
 
     def shift(one: ImageSeries, values: Array) -> Array:
         return one.pixels_of_scene + values
 
-    def describe_center(values: Array, half: Array) -> str:
+    def describe(values: Array, half: Array) -> str:
         column, row = (format_interval(x, d) for x, d in zip(values, half, strict=True))
         return f"the principal point of '{camera}' is off by ({column}, {row}) px"
 
-    def bend(one: ImageSeries, values: Array) -> Array:
-        changed = bends.copy()
-        changed[:4] += values
-        return one.predict(camera=replace(lens, distortion=tuple(changed.tolist())))
+    names, path = ("column", "row"), f"cameras.{camera}.center"
+    only = camera, camera
+    yield images.make("principal point", shift, describe, *only, names=names, path=path)
+    yield _make_distortion(images, camera)
 
-    def describe_bends(values: Array, half: Array) -> str:
-        each = zip(LENS, values + bends[:4], half, strict=True)
-        return f"the distortion of '{camera}' is " + ", ".join(
-            f"{name} {format_interval(x, d)}" for name, x, d in each
+
+def _list_focal_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hypothesis]:
+    """Yield the hypotheses that the focal length is wrong, and that both are wrong separately.
+
+    A focal length acts about the principal point on pixels, after the distortion.
+    """
+    K = images.find(camera).camera.K
+    focal, center = np.array([K[0, 0], K[1, 1]]), np.array(K[:2, 2])
+
+    def scale(one: ImageSeries, values: Array) -> Array:
+        return center + values * (one.pixels_of_scene - center)
+
+    def describe(values: Array, half: Array) -> str:
+        factors = [format_interval(x, d) for x, d in zip(values, half, strict=True)]
+        pixels = " by ".join(dict.fromkeys(map(format_number, focal * values)))
+        factor = " and ".join(factors)
+        return (
+            f"the focal length of '{camera}' is {factor} times the length in the scene: {pixels} px"
         )
 
-    yield images.make("focal length", scale, describe, camera, camera, names=("factor",))
-    yield images.make(
-        "focal length", scale, describe, camera, camera, names=("factor_x", "factor_y")
-    )
-    yield images.make(
-        "principal point", shift, describe_center, camera, camera, names=("column", "row")
-    )
-    yield images.make("distortion", bend, describe_bends, camera, camera, names=LENS)
+    for names in (("factor",), ("factor_x", "factor_y")):
+        starts, path = [(1.0,) * len(names)], f"cameras.{camera}.focal"
+        common = "focal length", scale, describe, camera, camera, names, starts
+        yield images.make(*common, path=path)
+
+
+def _make_distortion(images: ImageComparison, camera: str) -> Hypothesis:
+    """Return the hypothesis that the first four coefficients of the distortion are wrong."""
+    lens = images.find(camera).camera
+    known = np.zeros(max(len(lens.distortion), len(LENS)))
+    known[: len(lens.distortion)] = lens.distortion
+
+    def bend(one: ImageSeries, values: Array) -> Array:
+        changed = np.concatenate([values, known[len(LENS) :]])
+        return one.predict(camera=replace(lens, distortion=tuple(changed.tolist())))
+
+    def describe(values: Array, half: Array) -> str:
+        each = zip(LENS, values, half, strict=True)
+        numbers = ", ".join(f"{name} {format_interval(x, d)}" for name, x, d in each)
+        return f"the distortion of '{camera}' is {numbers}"
+
+    starts, path = [tuple(known[: len(LENS)].tolist())], f"cameras.{camera}.distortion"
+    common = "distortion", bend, describe, camera, camera, LENS, starts
+    return images.make(*common, path=path)
 
 
 def list_target_hypotheses(images: ImageComparison, target: str) -> Iterator[Hypothesis]:
     """Yield the hypotheses on a target: its pose, its size and the order of its marks."""
-    series = images.find(target)
-    marks, base = (
-        series.sight.target.marks,
-        _describe_base(series.sight.target.on, series.sight.eye.on),
-    )
-    offsets = np.diff(series.pixels - series.pixels_of_scene, axis=0).reshape(
-        len(series.times) - 1, -1
-    )
-    split = (
-        1 + int(np.argmax(np.nan_to_num(np.abs(offsets)).max(axis=1, initial=0.0)))
-        if len(offsets)
-        else 0
-    )
+    sight, only = images.find(target).sight, (target, target)
+    marks, base = sight.target.marks, _describe_base(sight.target.on, sight.eye.on)
 
     def place(one: ImageSeries, twist: Array) -> Array:
         return one.predict(place=one.sight.target.pose @ Pose.exp(twist))
@@ -124,42 +128,43 @@ def list_target_hypotheses(images: ImageComparison, target: str) -> Iterator[Hyp
     def describe(twist: Array, half: Array) -> str:
         return f"'{target}'{base} is {format_change(twist, half)}"
 
-    def move(one: ImageSeries, twist: Array) -> Array:
-        moves = np.broadcast_to(np.eye(4), (len(one.times), 4, 4)).copy()
-        moves[one.times >= series.times[split]] = Pose.exp(twist).matrix
-        return one.predict(place=one.sight.target.pose @ Pose(moves))
-
-    def describe_move(twist: Array, half: Array) -> str:
-        when = format_number(series.times[split])
-        return f"'{target}' is {format_change(twist, half)}, after {when} s"
-
     def grow(one: ImageSeries, values: Array) -> Array:
-        return one.predict(marks=(1.0 + values) * marks)
+        return one.predict(marks=values * marks)
 
     def describe_size(values: Array, half: Array) -> str:
-        return f"the marks of '{target}' are {format_interval(1.0 + values[0], half[0])} times as large"
+        return f"the marks of '{target}' are {format_interval(values[0], half[0])} times as large"
 
-    yield images.make("target pose", place, describe, target, target, names=TWIST)
-    if 0 < split:
-        yield images.make("target moved", move, describe_move, target, target, names=TWIST, cost=1)
-    yield images.make("target size", grow, describe_size, target, target, names=("factor",))
+    path = f"objects.{target}.position, objects.{target}.rotvec"
+    yield images.make("target pose", place, describe, *only, names=TWIST, path=path)
+    yield from _list_target_moves(images, target)
+    yield images.make("target size", grow, describe_size, *only, ("factor",), [(1.0,)])
     for i, j in _list_column_pairs(len(marks)):
-        names = [f"pixels[{k // 2},{('column', 'row')[k % 2]}]" for k in (i, j)]
-        text = f"{names[0]} and {names[1]} of '{target}' are swapped"
-        yield images.make(
-            "swapped pixels", _swap_pixels(i, j), _state(text), target, target, cost=1
-        )
+        one, other = (f"pixels[{k // 2},{('column', 'row')[k % 2]}]" for k in (i, j))
+        text = f"the columns {one} and {other} of '{target}' are swapped"
+        yield images.make("swapped pixels", _swap_pixels(i, j), _state(text), *only, cost=1)
     for order in _list_orders(len(marks)):
-        yield images.make(
-            "swapped marks",
-            _change_order(order),
-            _state(
-                f"the marks of '{target}' have the order {format_list([str(i) for i in order])}"
-            ),
-            target,
-            target,
-            cost=1,
-        )
+        text = f"the marks of '{target}' have the order {format_list([str(i) for i in order])}"
+        yield images.make("swapped marks", _change_order(order), _state(text), *only, cost=1)
+
+
+def _list_target_moves(images: ImageComparison, target: str) -> Iterator[Hypothesis]:
+    """Yield the hypothesis that the target moves at the time of the largest jump of the marks."""
+    series = images.find(target)
+    offsets = np.nan_to_num(series.pixels - series.pixels_of_scene)
+    jumps = np.abs(np.diff(offsets, axis=0)).max(axis=(1, 2), initial=0.0)
+    if not len(jumps):
+        return
+    begin = series.times[1 + int(np.argmax(jumps))]
+
+    def move(one: ImageSeries, twist: Array) -> Array:
+        moves = np.broadcast_to(np.eye(4), (len(one.times), 4, 4)).copy()
+        moves[one.times >= begin] = Pose.exp(twist).matrix
+        return one.predict(place=one.sight.target.pose @ Pose(moves))
+
+    def describe(twist: Array, half: Array) -> str:
+        return f"'{target}' is {format_change(twist, half)} after {format_number(begin)} s"
+
+    yield images.make("target moved", move, describe, target, target, names=TWIST, cost=1)
 
 
 def _change_axes(axes: tuple[bool, bool, bool]) -> Callable[[ImageSeries, Array], Array]:

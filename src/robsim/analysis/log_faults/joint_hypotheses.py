@@ -23,7 +23,6 @@ class MeasuredJoint(NamedTuple):
     name: str
     index: int
     unit: str
-    path: str  # of its offset in an experiment
 
 
 def list_joint_hypotheses(images: ImageComparison) -> Iterator[Hypothesis]:
@@ -50,7 +49,7 @@ def _make_offset(images: ImageComparison, joint: MeasuredJoint) -> Hypothesis:
         return f"the joint '{joint.name}' has an offset of {amount} from its measured value"
 
     names = (f"offset_{joint.unit}",)
-    return _make(images, "joint offset", joint.name, correct, describe, names, path=joint.path)
+    return _make(images, "joint offset", joint.name, correct, describe, names)
 
 
 def _make_reading_factor(images: ImageComparison, joint: MeasuredJoint) -> Hypothesis:
@@ -59,14 +58,14 @@ def _make_reading_factor(images: ImageComparison, joint: MeasuredJoint) -> Hypot
 
     def correct(values: Array, q: Array) -> Array:
         true = q.copy()
-        true[:, joint.index] = begin + (1.0 + values[0]) * (q[:, joint.index] - begin)
+        true[:, joint.index] = begin + values[0] * (q[:, joint.index] - begin)
         return true
 
     def describe(values: Array, half: Array) -> str:
-        factor = format_interval(1.0 + values[0], half[0])
+        factor = format_interval(values[0], half[0])
         return f"the joint '{joint.name}' moves by {factor} times its measured motion"
 
-    starts = [(0.0,), (-2.0,)]
+    starts = [(1.0,), (-1.0,)]
     return _make(images, "joint reading", joint.name, correct, describe, ("factor",), starts)
 
 
@@ -105,7 +104,6 @@ def _make(
     describe: Callable[[Array, Array], str],
     names: tuple[str, ...] = (),
     starts: list[tuple[float, ...]] | None = None,
-    path: str = "",
 ) -> Hypothesis:
     """Return the hypothesis with a correction of the measured coordinates."""
 
@@ -117,7 +115,6 @@ def _make(
         names=names,
         starts=starts or (),
         cost=0 if names else 1,
-        path=path,
         correct=correct,
     )
 
@@ -129,5 +126,5 @@ def _list_measured_joints(images: ImageComparison) -> list[MeasuredJoint]:
     joints = []
     for i in (index for index in scene.tree.alone(columns).tolist() if index >= 0):
         name = scene.coordinate_names[i]
-        joints.append(MeasuredJoint(name, i, scene.coordinate_units[i], ""))
+        joints.append(MeasuredJoint(name, i, scene.coordinate_units[i]))
     return joints

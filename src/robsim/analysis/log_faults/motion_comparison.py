@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -132,17 +131,17 @@ class ResponseComparison:
                 yield self._make_swap(i, j)
 
     def _respond(
-        self, factor: Array | float = 0.0, delay: float = 0.0, lag: Array | float = 0.0
+        self, factor: Array | float = 1.0, delay: float = 0.0, lag: Array | float = 0.0
     ) -> Array:
         ones = np.ones(len(self.names))
-        return self.respond(ones + factor, delay * ones, np.maximum(self.lag + lag, 0.0))
+        return self.respond(factor * ones, delay * ones, np.maximum(self.lag + lag, 0.0))
 
     def _make(self, about: str, part: str, mask: Array, *numbers: str) -> Hypothesis:
         """Return the hypothesis of a factor, delay or lag of the joints in a mask (n,)."""
 
         def unpack(values: Array) -> dict[str, float]:
             return {
-                "factor": 0.0,
+                "factor": 1.0,
                 "delay_s": 0.0,
                 "lag_s": 0.0,
                 **dict(zip(numbers, values.tolist(), strict=True)),
@@ -150,12 +149,12 @@ class ResponseComparison:
 
         def predict(values: Array) -> Array:
             n = unpack(values)
-            return self._respond(n["factor"] * mask, n["delay_s"], n["lag_s"] * mask)
+            return self._respond(1.0 + (n["factor"] - 1.0) * mask, n["delay_s"], n["lag_s"] * mask)
 
         def size(values: Array) -> float:
             n = unpack(values)
             return max(
-                abs(n["factor"]) / LEAST_CHANGE,
+                abs(n["factor"] - 1.0) / LEAST_CHANGE,
                 abs(n["delay_s"]) / self.dt,
                 abs(n["lag_s"]) / self.dt,
             )
@@ -166,7 +165,7 @@ class ResponseComparison:
             )
 
         grids = {
-            "factor": [0.0] if len(numbers) > 1 else [0.0, -1.0, -2.0],
+            "factor": [1.0] if len(numbers) > 1 else [1.0, 0.0, -1.0],
             "delay_s": [k * self.dt for k in range(LONGEST + 1)],
             "lag_s": [k * self.dt for k in (0.5, 1, 2, 4, 8, 16, 25)],
         }
@@ -183,9 +182,9 @@ class ResponseComparison:
     def _describe(self, part: str, n: dict[str, float], half: dict[str, float]) -> str:
         """Return the clause on a factor, a delay and a lag."""
         subject = self.words.single.format(part) if part else self.words.every
-        factor = 1.0 + n["factor"]
-        times = format_interval(factor, half["factor"]) if "factor" in half else "1"
-        clause = f"{subject} {times} times {self.words.cause}"
+        factor = n["factor"]
+        times = f"{format_interval(factor, half['factor'])} times " if "factor" in half else ""
+        clause = f"{subject} {times}{self.words.cause}"
         if abs(n["delay_s"]) > 0.0:
             periods = f"{format_number(n['delay_s'] / self.dt)} periods"
             clause += f", {format_interval(n['delay_s'], half['delay_s'], 's')} late ({periods})"
@@ -205,7 +204,10 @@ class ResponseComparison:
 
         names = f"'{self.names[i]}' and '{self.names[j]}'"
         text = f"{names} are swapped between {self.words.cause} and their response"
-        correct = lambda values, commands: commands[:, order]
+
+        def correct(values: Array, commands: Array) -> Array:
+            return commands[:, order]
+
         return Hypothesis(self.words.swap, names, predict, lambda *_: text, cost=1, correct=correct)
 
 
