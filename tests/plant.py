@@ -191,81 +191,121 @@ def start_near(rng, size=0.25):
     return HOME + rng.uniform(-1, 1, 6) * size * np.array([0.6, 0.5, 0.5, 0.8, 0.8, 1.5])
 
 
-KINDS = (
-    *("mount", "focal", "offset", "image delay", "command delay", "factor", "target", "stamps"),
-    *("distortion", "reversed", "slow", "swapped", "lost"),
-)
-
-
 def unit(rng):
     """A random direction."""
     v = rng.standard_normal(3)
     return v / np.linalg.norm(v)
 
 
-def inject(kind, real, rng, **quiet):
-    """Return the cell and the drive with a fault, and the words that name it."""
-    drive, i = Drive(**quiet), int(rng.integers(6))
-    joint = f"'{JOINTS[i]}'"
-    one = np.arange(6) == i
-    if kind == "mount":
-        turned = rng.random() < 0.5
-        size = np.radians(rng.uniform(8, 20)) if turned else rng.uniform(0.02, 0.04)
-        error = transform(w=size * unit(rng)) if turned else transform(size * unit(rng))
-        return replace(real, mount=real.mount @ error), drive, ("mount",)
-    if kind == "focal":
-        factor = 1 + rng.choice([-1, 1]) * rng.uniform(0.13, 0.25)
-        return (
-            replace(real, K=real.K * [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]),
-            drive,
-            ("focal",),
-        )
-    if kind == "offset":
-        size = np.radians(rng.uniform(3, 8)) * rng.choice([-1, 1])
-        return real, replace(drive, offset=size * one), ("offset", joint)
-    if kind == "image delay":
-        return real, replace(drive, image_delay=int(rng.integers(3, 7))), ("image times", "delay")
-    if kind == "command delay":
-        return real, replace(drive, command_delay=int(rng.integers(3, 7))), ("command delay",)
-    if kind == "factor":
-        size = rng.choice([rng.uniform(0.5, 0.85), rng.uniform(1.15, 1.4)])
-        every = rng.random() < 0.5
-        factor = np.full(6, size) if every else np.where(one, size, 1.0)
-        return real, replace(drive, factor=factor), ("factor", "" if every else joint)
-    if kind == "target":
-        error = transform(
-            rng.uniform(0.03, 0.08) * unit(rng), np.radians(rng.uniform(0, 15)) * unit(rng)
-        )
-        return replace(real, place=real.place @ error), drive, ("target",)
-    if kind == "stamps":
-        size = rng.choice([-1, 1]) * rng.uniform(3, 6) * DT
-        return real, replace(drive, stamp=size), ("image times", "stamps")
-    if kind == "distortion":
-        lens = (rng.choice([-1, 1]) * rng.uniform(0.2, 0.4), rng.uniform(-0.1, 0.1), 0.0, 0.0)
-        return replace(real, lens=lens), drive, ("distortion",)
-    if kind == "reversed":
-        return real, replace(drive, factor=np.where(one, -1.0, 1.0)), ("reversed", joint)
-    if kind == "slow":
-        if rng.random() < 0.5:
-            return real, replace(drive, lag=rng.uniform(0.2, 0.5) * one), ("lag", joint)
-        return (
-            real,
-            replace(drive, factor=np.where(one, rng.uniform(0.2, 0.6), 1.0)),
-            ("factor", joint),
-        )
-    if kind == "swapped":
-        which = rng.integers(4)
-        j = (i + 1 + int(rng.integers(5))) % 6
-        both = "swapped", joint, f"'{JOINTS[j]}'"
-        if which == 0:
-            return real, replace(drive, axes=True), ("swapped", "column", "row")
-        if which == 1:
-            return real, replace(drive, swap=(f"q[{JOINTS[i]}]", f"q[{JOINTS[j]}]")), both
-        if which == 2:
-            return real, replace(drive, swap=(f"qd[{JOINTS[i]}]", f"qd[{JOINTS[j]}]")), both
+def either(rng, low, high):
+    """A random number of either sign."""
+    return rng.choice([-1, 1]) * rng.uniform(low, high)
+
+
+def turn_mount(real, drive, rng):
+    """A mount that is turned or moved."""
+    angle, length = np.radians(rng.uniform(8, 20)), rng.uniform(0.02, 0.04)
+    error = transform(w=angle * unit(rng)) if rng.random() < 0.5 else transform(length * unit(rng))
+    return replace(real, mount=real.mount @ error), drive, ("mount",)
+
+
+def zoom(real, drive, rng):
+    """Another focal length."""
+    f = 1 + either(rng, 0.13, 0.25)
+    scale = np.array([[f, 1, 1], [1, f, 1], [1, 1, 1]])
+    return replace(real, K=real.K * scale), drive, ("focal length",)
+
+
+def offset_joint(real, drive, rng):
+    """An encoder with an offset."""
+    i, size = rng.integers(6), np.radians(either(rng, 3, 8))
+    return real, replace(drive, offset=size * (np.arange(6) == i)), ("offset", f"'{JOINTS[i]}'")
+
+
+def delay_images(real, drive, rng):
+    """Images that come late, with the time at which they come."""
+    return real, replace(drive, image_delay=int(rng.integers(3, 7))), ("image times", "delay")
+
+
+def delay_commands(real, drive, rng):
+    """Commands that are executed late."""
+    return real, replace(drive, command_delay=int(rng.integers(3, 7))), ("command delay",)
+
+
+def scale_drives(real, drive, rng):
+    """Drives, or one drive, with another factor."""
+    size = rng.choice([rng.uniform(0.5, 0.85), rng.uniform(1.15, 1.4)])
+    i, every = rng.integers(6), rng.random() < 0.5
+    factor = np.full(6, size) if every else np.where(np.arange(6) == i, size, 1.0)
+    return real, replace(drive, factor=factor), ("factor", "" if every else f"'{JOINTS[i]}'")
+
+
+def move_target(real, drive, rng):
+    """A target that stands elsewhere."""
+    turned = np.radians(rng.uniform(0, 15)) * unit(rng)
+    error = transform(rng.uniform(0.03, 0.08) * unit(rng), turned)
+    return replace(real, place=real.place @ error), drive, ("target",)
+
+
+def shift_stamps(real, drive, rng):
+    """Stamps of images by another clock."""
+    return real, replace(drive, stamp=either(rng, 3, 6) * DT), ("image times", "stamps")
+
+
+def bend_lens(real, drive, rng):
+    """A lens with distortion."""
+    lens = (either(rng, 0.2, 0.4), rng.uniform(-0.1, 0.1), 0.0, 0.0)
+    return replace(real, lens=lens), drive, ("distortion",)
+
+
+def reverse_joint(real, drive, rng):
+    """A joint that moves backwards."""
+    i = rng.integers(6)
+    factor = np.where(np.arange(6) == i, -1.0, 1.0)
+    return real, replace(drive, factor=factor), ("reversed", f"'{JOINTS[i]}'")
+
+
+def slow_joint(real, drive, rng):
+    """A joint that is slow, or that follows late."""
+    i = rng.integers(6)
+    one, name = np.arange(6) == i, f"'{JOINTS[i]}'"
+    if rng.random() < 0.5:
+        return real, replace(drive, lag=rng.uniform(0.2, 0.5) * one), ("lag", name)
+    return real, replace(drive, factor=np.where(one, rng.uniform(0.2, 0.6), 1.0)), ("factor", name)
+
+
+def swap_columns(real, drive, rng):
+    """Two columns of the log, or two wires of the robot, that change places."""
+    i, j = rng.choice(6, 2, replace=False)
+    which, both = rng.integers(4), ("swapped", f"'{JOINTS[i]}'", f"'{JOINTS[j]}'")
+    if which == 0:
+        return real, replace(drive, axes=True), ("swapped", "column", "row")
+    if which == 1:
         return real, replace(drive, wires=(i, j)), both
-    assert kind == "lost"
+    part = ("q", "qd")[which - 2]
+    return real, replace(drive, swap=(f"{part}[{JOINTS[i]}]", f"{part}[{JOINTS[j]}]")), both
+
+
+def lose_images(real, drive, rng):
+    """Images that are lost now and then, or for a while."""
     if rng.random() < 0.5:
         return real, replace(drive, dropped=rng.uniform(0.4, 0.7)), ("lost",)
     begin = int(rng.integers(10, 40))
     return real, replace(drive, gap=(begin, begin + int(rng.integers(15, 40)))), ("lost",)
+
+
+FAULTS = {
+    "mount": turn_mount,
+    "focal length": zoom,
+    "joint offset": offset_joint,
+    "late images": delay_images,
+    "late commands": delay_commands,
+    "drive factor": scale_drives,
+    "moved target": move_target,
+    "wrong stamps": shift_stamps,
+    "distortion": bend_lens,
+    "reversed joint": reverse_joint,
+    "slow joint": slow_joint,
+    "swapped columns": swap_columns,
+    "lost images": lose_images,
+}

@@ -236,7 +236,7 @@ class LogComparison:
         """The rms of the recorded commands."""
         return float(np.sqrt(np.mean(self.run["qd"].values ** 2)))
 
-    def _name_velocities(self, columns: Array) -> tuple[list[str], list[str]]:
+    def _name_velocities(self, columns: NDArray[np.int64]) -> tuple[list[str], list[str]]:
         """Return the names and units of some velocities."""
         scene = self.case.scene
         names, units = scene.velocity_names, scene.velocity_units
@@ -247,7 +247,7 @@ class LogComparison:
         return f"{100 * max(rms / self._command_speed, SPEED_FLOOR):.2g} %"
 
     @staticmethod
-    def _choose_response(comparison: ResponseComparison, speed: float) -> FaultChoice | None:
+    def _choose_response(comparison: ResponseComparison, speed: float) -> FaultChoice:
         """Return the choice among the faults of a response."""
         hypotheses = list(comparison.list_hypotheses())
         return choose_fault(hypotheses, comparison.observed, max(SPEED_FLOOR * speed, 1e-12))
@@ -277,7 +277,9 @@ class LogComparison:
 
     def _compare_motion(self, q: Array, qd: Array) -> FaultChoice:
         """Return the choice among the faults of the motion of joints q (T, n) by commands."""
-        columns = np.flatnonzero((np.abs(qd) > 0.0).any(axis=0) | (np.ptp(q, axis=0) > 0.0))
+        columns: NDArray[np.int64] = np.flatnonzero(
+            (np.abs(qd) > 0.0).any(axis=0) | (np.ptp(q, axis=0) > 0.0)
+        )
         names, units = self._name_velocities(columns)
         signal = HeldSignal(
             *_sort_commands(self._times - self.run["command_age"].values, qd[:, columns])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class MeasuredJoint(NamedTuple):
     """A joint with a single coordinate, between a camera and its target."""
 
     name: str
-    index: int
+    coordinate: int
     unit: str
 
 
@@ -41,7 +41,7 @@ def _make_offset(images: ImageComparison, joint: MeasuredJoint) -> Hypothesis:
     """Return the hypothesis that a measured joint has an offset."""
 
     def correct(values: Array, q: Array) -> Array:
-        return q + values[0] * (np.arange(q.shape[1]) == joint.index)
+        return np.asarray(q + values[0] * (np.arange(q.shape[1]) == joint.coordinate))
 
     def describe(values: Array, half: Array) -> str:
         factor, word = (180.0 / np.pi, "degrees") if joint.unit == "rad" else (1e3, "mm")
@@ -54,11 +54,11 @@ def _make_offset(images: ImageComparison, joint: MeasuredJoint) -> Hypothesis:
 
 def _make_reading_factor(images: ImageComparison, joint: MeasuredJoint) -> Hypothesis:
     """Return the hypothesis that a joint moves by a multiple of its measured motion."""
-    begin = images.series[0].track.q[0, joint.index]
+    begin = images.series[0].track.q[0, joint.coordinate]
 
     def correct(values: Array, q: Array) -> Array:
         true = q.copy()
-        true[:, joint.index] = begin + values[0] * (q[:, joint.index] - begin)
+        true[:, joint.coordinate] = begin + values[0] * (q[:, joint.coordinate] - begin)
         return true
 
     def describe(values: Array, half: Array) -> str:
@@ -74,7 +74,7 @@ def _make_reversed_reading(images: ImageComparison, joint: MeasuredJoint) -> Hyp
 
     def correct(values: Array, q: Array) -> Array:
         true = q.copy()
-        true[:, joint.index] *= -1.0
+        true[:, joint.coordinate] *= -1.0
         return true
 
     text = f"the measured joint '{joint.name}' has the wrong sign"
@@ -88,7 +88,7 @@ def _make_swapped_readings(
 
     def correct(values: Array, q: Array) -> Array:
         true = q.copy()
-        true[:, [one.index, other.index]] = q[:, [other.index, one.index]]
+        true[:, [one.coordinate, other.coordinate]] = q[:, [other.coordinate, one.coordinate]]
         return true
 
     names = f"'{one.name}' and '{other.name}'"
@@ -103,7 +103,7 @@ def _make(
     correct: JointCorrection,
     describe: Callable[[Array, Array], str],
     names: tuple[str, ...] = (),
-    starts: list[tuple[float, ...]] | None = None,
+    starts: Sequence[Sequence[float]] = (),
 ) -> Hypothesis:
     """Return the hypothesis with a correction of the measured coordinates."""
 
@@ -113,7 +113,7 @@ def _make(
     return images.make(
         *(about, change, describe, part),
         names=names,
-        starts=starts or (),
+        starts=starts,
         cost=0 if names else 1,
         correct=correct,
     )

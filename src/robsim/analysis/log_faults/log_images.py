@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, move_runs_first, move_runs_last
 from robsim.geometry.pose import Pose
@@ -127,11 +128,11 @@ def collect_image_series(
     return series
 
 
-def _find_new_images(times: Array, pixels: Array) -> Array:
+def _find_new_images(times: Array, pixels: Array) -> NDArray[np.int64]:
     """Return the periods with a new image of at least one mark."""
-    seen = np.isfinite(pixels).all(axis=2).any(axis=1)
+    seen = np.asarray(np.isfinite(pixels).all(axis=2)).any(axis=1)
     newer = np.diff(times, prepend=times[0]) > SAME_TIME
-    other = (pixels[1:] != pixels[:-1]).any(axis=(1, 2))
+    other = np.asarray(pixels[1:] != pixels[:-1]).any(axis=(1, 2))
     return np.flatnonzero(seen & newer & np.concatenate([[False], other]))
 
 

@@ -30,7 +30,8 @@ class FrameCount:
 
     `times` (T,) are the times of the images, `ages` (T,) their ages in seconds, and `pixels` (T, N,
     2) their marks, at the measured coordinates `q` (T, nq). `inside` (T,) is true if the target is
-    well inside the image by the scene: an image without it is not lost. `period` (s), `latency` (s) and `dropped` are declared in the experiment.
+    well inside the image by the scene: an image without it is not lost. `period` (s), `latency` (s)
+    and `dropped` are declared in the experiment.
     """
 
     sight: CameraTarget
@@ -105,7 +106,8 @@ class FrameCount:
             longest = float(self._gaps[1].max(initial=0.0))
             evidence = {"share": self.share, "longest_s": longest}
             yield Finding("lost images", self.describe(), evidence)
-        missing = np.isnan(self.pixels).any(axis=2)[self.new].mean(axis=0)
+        unseen: NDArray[np.bool_] = np.isnan(self.pixels[self.new, :, 0])
+        missing = unseen.mean(axis=0) if len(unseen) else np.zeros(self.pixels.shape[1])
         mark = int(np.argmax(missing))
         if missing[mark] > UNSEEN:
             text = (

@@ -14,8 +14,8 @@ from robsim.geometry.pose import Pose
 def format_interval(value: float, half: float, unit: str = "") -> str:
     """Format a number with the half width of its interval, rounded to two digits of the latter.
 
-    >>> format_interval(0.86912, 0.0123), format_interval(4.0, 0.0, "px"), format_interval(-2.0, 3.0)
-    ('0.869 +- 0.012', '4 +- 0 px', '-2 +- 3')
+    >>> format_interval(0.86912, 0.0123), format_interval(4.0, 0.0, "px")
+    ('0.869 +- 0.012', '4 +- 0 px')
     """
     tail = f" {unit}" if unit else ""
     if not math.isfinite(half):
