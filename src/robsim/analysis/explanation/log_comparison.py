@@ -201,7 +201,7 @@ class LogComparison:
             if rms > UNEXPLAINED + 2.0 * noise:
                 rest = f" Their noise is {_format_pixels(noise)}: there is another fault."
             yield replace(finding, sentence=finding.sentence + rest)
-        elif choice.healthy.rms > UNEXPLAINED + 2.0 * choice.healthy.estimate_noise():
+        elif rms > UNEXPLAINED + 2.0 * noise:
             away = _format_pixels(choice.healthy.rms)
             text = (
                 f"The pixels of the marks deviate by {away} (rms) from their projections in the "
@@ -277,9 +277,8 @@ class LogComparison:
 
     def _compare_motion(self, q: Array, qd: Array) -> FaultChoice:
         """Return the choice among the faults of the motion of joints q (T, n) by commands."""
-        columns: NDArray[np.int64] = np.flatnonzero(
-            (np.abs(qd) > 0.0).any(axis=0) | (np.ptp(q, axis=0) > 0.0)
-        )
+        moving = qd.any(axis=0) | (np.ptp(q, axis=0) > 0.0)
+        columns: NDArray[np.int64] = np.flatnonzero(moving)
         names, units = self._name_velocities(columns)
         signal = HeldSignal(
             *_sort_commands(self._times - self.run["command_age"].values, qd[:, columns])
