@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.text_format import format_number
+from robsim.analysis.log_faults.hypothesis import COVERAGE
 from robsim.analysis.log_faults.log_images import SAME_TIME
 from robsim.base.arrays import Array
 from robsim.servo.camera_target import CameraTarget
 
-MOST_LOST = 0.25  # share of lost images above which they are a finding
+MOST_LOST = 0.25  # share of lost images; above it by more than its interval they are a finding
 LONGEST_GAP, SHORTEST_GAP = 10, 0.25  # images and seconds of a gap that is a finding
 UNSEEN = 0.1  # share of images without a mark above which this is a finding
 OLD_IMAGE = 2.0  # age in periods above which an image is old
@@ -89,7 +90,8 @@ class FrameCount:
         """Whether the lost images are too few for a finding."""
         lost, seconds = self._gaps
         long = ((lost >= LONGEST_GAP) & (seconds >= SHORTEST_GAP)).any()
-        return not long and self.share <= max(MOST_LOST, 2.0 * self.dropped)
+        error = COVERAGE * float(np.sqrt(self.share * (1.0 - self.share) / max(len(self.times), 1)))
+        return not long and self.share - error <= max(MOST_LOST, 2.0 * self.dropped)
 
     def describe(self) -> str:
         """Return a sentence on the lost images."""
