@@ -103,7 +103,7 @@ class LogComparison:
         else:
             yield from self._describe_commands()
         if self._motion and not self._motion_fault:
-            rms = self._motion.healthy.rms / max(self._motion_speed, 1e-300)
+            rms = self._motion.healthy.rms / max(self._command_speed, 1e-300)
             yield f"The joints move as commanded, but for {100 * rms:.2g} %."
         yield from self._describe_images()
         for each in self._frames:
@@ -258,7 +258,7 @@ class LogComparison:
     def _motion(self) -> FaultChoice | None:
         """The choice among the faults of the motion; None if it cannot be compared."""
         run = self.run
-        if not self.has_commands or self._motion_speed == 0.0:
+        if not self.has_commands or self._command_speed == 0.0:
             return None
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
             return None  # coordinates of some joint are not integrals of its velocities
@@ -288,18 +288,13 @@ class LogComparison:
             *(self._times, q[:, columns], signal, names, units),
             *(self.case.dt, self.case.actuation.lag, window),
         )
-        return self._choose_response(comparison, self._motion_speed)
+        return self._choose_response(comparison, self._command_speed)
 
     @property
     def _motion_fault(self) -> FaultChoice | None:
         """The choice among the faults of the motion if there is a fault."""
         choice = self._motion
         return choice if choice and choice.has_fault else None
-
-    @property
-    def _motion_speed(self) -> float:
-        """The rms of the recorded commands."""
-        return self._command_speed
 
     # ---- images that are lost or old, and the lens in the log ----
 

@@ -86,7 +86,7 @@ class HeldSignal:
             step *= 2
         return np.concatenate([np.zeros((1, v.shape[1])), v])
 
-    def delayed_to(self, times: Array, lag: Array) -> Array:
+    def interpolate_at(self, times: Array) -> Array:
         """Return the values (m, n) at some times, linear between two values."""
         return np.stack([np.interp(times, self.times, each) for each in self.values.T], axis=1)
 
@@ -255,7 +255,7 @@ def compare_commands(
     signal = HeldSignal(times, computed)
 
     def respond(factor: Array, delay: Array, lags: Array) -> Array:
-        return np.asarray(factor * signal.delayed_to(times - delay[0], lags))
+        return np.asarray(factor * signal.interpolate_at(times - delay[0]))
 
     return ResponseComparison(
         signal, recorded, respond, names, units, COMMAND_WORDS, dt, np.zeros(len(names))
