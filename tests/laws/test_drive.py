@@ -311,7 +311,7 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
     explanation = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
-    assert "are 0.667 times the commands of this controller" in str(explanation)
+    assert "are 0.66667 +- 0.00024 times" in str(explanation)
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
@@ -331,9 +331,7 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
         )
     assert held > 10
     message = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
-    assert (
-        "are the commands of this controller" in message or "are 1 times the commands" in message
-    ), message
+    assert "are the commands of this controller" in message, message
 
 
 def test_a_controller_of_a_file(one):

@@ -16,7 +16,7 @@ from robsim.calibration.calibration_model import (
     predict_rates,
 )
 from robsim.calibration.calibration_views import CalibrationViews
-from robsim.calibration.least_squares import ROUNDS, LeastSquaresProblem, minimise
+from robsim.statistics.least_squares import ROUNDS, LeastSquaresProblem, minimise
 
 CHECK = "do joints (rad, m) and views belong together, and are the marks of this size and order?"
 

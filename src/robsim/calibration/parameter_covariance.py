@@ -8,9 +8,9 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.calibration.calibration_model import Unknowns
 from robsim.calibration.fit_test import FitTest
-from robsim.calibration.least_squares import triangular_factor
 from robsim.calibration.misfit_trials import MisfitTrial, list_explanations
 from robsim.calibration.model_fit import ModelFit
+from robsim.statistics.least_squares import triangular_factor
 
 RANK = 1e-9  # relative: smaller singular values of the scaled Jacobian count as zero
 DIRECTION = 0.3  # an error names parameters with a larger component in an undetermined direction

@@ -104,10 +104,13 @@ def explain(
     loop gain and limits. The advice lists other gains, interaction matrices and laws that let the
     run converge from the same start.
 
-    For a recorded run (`read_bag`, `read_log`) the causes are its differences from its experiment:
-    commands that differ from the controller's commands for the same images and joints, motion that
-    differs from the commands, marks that differ from the scene, and old images. A remark reports
-    the outcome of the experiment, simulated from the same start.
+    For a recorded run (`read_bag`, `read_log`) the causes are its differences from its experiment.
+    Possible faults (poses of camera and target, lens, joint offsets, times of images, drives,
+    delays, swapped columns) are fitted one at a time by nonlinear least squares: to the pixels, to
+    the motion of the joints, and to the commands. The fault with the least BIC is a cause if its
+    BIC is at least 20 below the robot without a fault; faults that the log cannot separate are one
+    cause. Lost and old images are causes, too. A remark reports the outcome of the experiment,
+    simulated from the same start.
 
     Parameters
     ----------

@@ -4,20 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.analysis.explanation.findings import Finding
-from robsim.analysis.explanation.text_format import (
-    format_count,
-    format_number,
-    format_quantity,
-    format_time,
+from robsim.analysis.explanation.text_format import format_number, format_quantity, format_time
+from robsim.analysis.log_faults.camera_hypotheses import (
+    list_camera_hypotheses,
+    list_target_hypotheses,
 )
-from robsim.analysis.signal_fit import SignalFit, average_window, fit_signals
+from robsim.analysis.log_faults.fault_choice import FaultChoice, choose_fault
+from robsim.analysis.log_faults.fault_report import report_fault
+from robsim.analysis.log_faults.image_comparison import ImageComparison
+from robsim.analysis.log_faults.image_times import list_time_hypotheses
+from robsim.analysis.log_faults.joint_hypotheses import list_joint_hypotheses
+from robsim.analysis.log_faults.log_images import JointTrack, collect_image_series
+from robsim.analysis.log_faults.lost_frames import FrameCount
+from robsim.analysis.log_faults.motion_comparison import (
+    HeldSignal,
+    ResponseComparison,
+    compare_commands,
+    compare_motion,
+)
 from robsim.base.arrays import Array, move_runs_last
 from robsim.engine.outcome import Outcome
 from robsim.run.control.drive_command import PHASES
@@ -30,16 +42,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROUNDING = 1e-9  # share of the largest command below which a difference is rounding
-WINDOW, FEWEST = 0.05, 25  # averaging window of motion, in seconds, and its least periods
-LARGE_OFFSET = 1.0  # rms distance in pixels above which marks differ from the scene
-OLD_IMAGE = 2.0  # age in periods above which an image is old
+WINDOW, FEWEST_PERIODS = 0.2, 5  # averaging window of motion in s, and its least periods
+PIXEL_FLOOR = 0.1  # standard deviation in pixels of errors of interpolation between joint states
+SPEED_FLOOR = 0.01  # the same of velocities, as a share of their rms
+UNEXPLAINED = 1.0  # rms residual of pixels, beyond twice the noise, with another fault
+BORDER = 0.05  # share of the image at its border, where a target may leave it
 _HELD = ("holding", "stopped")  # phases in which the robot may not move
+FEWEST_IMAGES = 5  # images below which no fault is fitted
+WRONG_DATA = (
+    "image times",
+    "swapped axes",
+    "swapped marks",
+    "swapped pixels",
+    "swapped joints",
+    "reversed reading",
+)
 K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
 
 
 @dataclass(frozen=True, eq=False)
 class LogComparison:
-    """A recorded run, and the experiment that it is compared with."""
+    """A recorded run, and the experiment that it is compared with.
+
+    Three comparisons each have at most one fault: the images with the scene at the measured joints,
+    the motion of the joints with the commands, and the commands with the commands of the
+    controller. A fault of the log itself, such as swapped joints, also changes the later
+    comparisons, and is corrected in them.
+    """
 
     run: xr.Dataset
     case: Experiment
@@ -56,23 +85,32 @@ class LogComparison:
         return not str(self.run.attrs.get("commands", "none")).startswith("none")
 
     def findings(self) -> Iterator[Finding]:
-        """Yield the differences of commands, motion, images and lenses from the experiment."""
-        if self.has_commands:
-            yield from self._command_findings
-            yield from self._report_motion()
-        yield from self._report_mark_offsets()
+        """Yield the faults of images, joints, motion and commands, and lost or old images."""
+        if self._image_choice:
+            yield from self._report_image_fault(self._image_choice)
+        if self._motion_fault:
+            yield report_fault(self._motion_fault, "velocities", self._format_speed)
+        if self._command_fault:
+            yield report_fault(self._command_fault, "commands", self._format_speed)
         yield from self._report_intrinsics()
-        yield from self._report_image_age()
-        yield from self._report_missing_marks()
+        for each in self._frames:
+            yield from each.findings()
+            if not self._has_wrong_times:
+                yield from each.report_age()
 
     def remarks(self) -> Iterator[str]:
         """Yield the quantities that agree with the experiment, or are unknown."""
         if not self.has_commands:
             yield f"Commands were not recorded: {self.run.attrs['commands']}."
-        elif not self._command_findings:
-            yield "The recorded commands are the commands of this controller for the same images."
-        if self.has_commands and self._motion_fit is not None and self._motion_fit.is_same:
-            yield f"The joints move as commanded, but for {100 * self._motion_fit.rest:.2g} %."
+        else:
+            yield from self._describe_commands()
+        if self._motion and not self._motion_fault:
+            rms = self._motion.healthy.rms / max(self._command_speed, 1e-300)
+            yield f"The joints move as commanded, but for {100 * rms:.2g} %."
+        yield from self._describe_images()
+        for each in self._frames:
+            if each.is_usual and each.share > 0.0:
+                yield each.describe()
         yield from self._describe_alignment()
 
     def _describe_alignment(self) -> Iterator[str]:
@@ -86,69 +124,206 @@ class LogComparison:
         if texts:
             yield f"Of {self.run.sizes['time']} instants, {', '.join(texts)}."
 
+    def _describe_images(self) -> Iterator[str]:
+        """Yield a sentence on the images if they have no fault."""
+        if self._image_choice and not self._image_fault:
+            rms = _format_pixels(self._image_choice.healthy.rms)
+            yield f"The pixels deviate by {rms} (rms) from the projections in the scene."
+
+    def _describe_commands(self) -> Iterator[str]:
+        """Yield a sentence on the commands if they have no fault."""
+        if self._commands is None:
+            yield "The recorded commands are the commands of this controller for the same images."
+        elif self._has_wrong_data:
+            yield "The commands are not compared: the controller had other data than the log."
+        elif not self._command_fault:
+            rms = self._commands.healthy.rms / max(self._command_speed, 1e-300)
+            yield (
+                "The recorded commands are the commands of this controller for the same images, "
+                f"but for {100 * rms:.2g} %."
+            )
+
+    # ---- images ----
+
     @cached_property
-    def _command_findings(self) -> tuple[Finding, ...]:
-        """The difference between the recorded commands and the commands of the controller."""
+    def _times(self) -> Array:
+        """The instants (T,) on the clock of the log, in seconds."""
+        times: Array = self.run["log_time"].values
+        return times
+
+    @cached_property
+    def _images(self) -> ImageComparison | None:
+        """The images beside their prediction; None with too few images."""
+        sights = self.controller.sights
+        track = JointTrack(self.case.scene.tree, self._times, self.run["q"].values)
+        series = collect_image_series(self.run, track, sights)
+        few = min((len(each.times) for each in series), default=0) < FEWEST_IMAGES
+        return None if few else ImageComparison(series)
+
+    @cached_property
+    def _image_choice(self) -> FaultChoice | None:
+        """The choice among the faults of cameras, targets, measured joints and image times."""
+        images = self._images
+        if images is None:
+            return None
+        cameras, targets = zip(*(each.sight.key for each in images.series), strict=True)
+        hypotheses = [images.healthy]
+        for camera in dict.fromkeys(cameras):
+            hypotheses += list_camera_hypotheses(images, camera)
+            latency = self.case.sensing.latency
+            hypotheses += list_time_hypotheses(images, camera, self.case.dt, latency)
+        for target in dict.fromkeys(targets):
+            hypotheses += list_target_hypotheses(images, target)
+        hypotheses += list_joint_hypotheses(images)
+        return choose_fault(hypotheses, images.observed, PIXEL_FLOOR)
+
+    @property
+    def _image_fault(self) -> FaultChoice | None:
+        """The choice among the faults of images if there is a fault."""
+        choice = self._image_choice
+        return choice if choice and choice.has_fault else None
+
+    @property
+    def _has_wrong_times(self) -> bool:
+        """Whether the times of images are wrong."""
+        fault = self._image_fault
+        return fault is not None and "image times" in fault.best.hypothesis.about
+
+    @property
+    def _has_wrong_data(self) -> bool:
+        """Whether the images or joints of the log are wrong, and perhaps not of the controller."""
+        fault = self._image_fault
+        return fault is not None and fault.best.hypothesis.about in WRONG_DATA
+
+    def _report_image_fault(self, choice: FaultChoice) -> Iterator[Finding]:
+        """Yield the fault of the images, or a distance of the marks that no fault explains."""
+        rms, noise = choice.best.rms, choice.best.estimate_noise()
+        if choice.has_fault:
+            finding, rest = report_fault(choice, "pixels", _format_pixels), ""
+            if rms > UNEXPLAINED + 2.0 * noise:
+                rest = f" Their noise is {_format_pixels(noise)}: there is another fault."
+            yield replace(finding, sentence=finding.sentence + rest)
+        elif rms > UNEXPLAINED + 2.0 * noise:
+            away = _format_pixels(choice.healthy.rms)
+            text = (
+                f"The pixels of the marks deviate by {away} (rms) from their projections in the "
+                "scene at the recorded joints, and no single fault explains it."
+            )
+            yield Finding("places", text, {"rms": choice.healthy.rms})
+
+    # ---- commands ----
+
+    @cached_property
+    def _commands(self) -> FaultChoice | None:
+        """The choice among the faults of commands; None if they agree to rounding."""
         columns, computed = recompute_commands(self.run, self.case)
-        recorded = self.run["qd"].values[:, columns]
-        fit = fit_signals(computed, recorded)
-        if fit.largest <= ROUNDING * np.abs(computed).max(initial=0.0):
-            return ()
-        subject = "The recorded commands are"
-        reference = "the commands of this controller for the same images and joints"
-        return (Finding("commands", self._describe_fit(fit, subject, reference), asdict(fit)),)
+        recorded = self.run["qd"].values[:, columns].copy()
+        if np.abs(recorded - computed).max(initial=0.0) <= ROUNDING * np.abs(computed).max(
+            initial=0.0
+        ):
+            return None
+        recorded[~recorded.any(axis=1)] = np.nan  # the controller holds the robot
+        names, units = self._name_velocities(columns)
+        comparison = compare_commands(self._times, computed, recorded, names, units, self.case.dt)
+        return self._choose_response(comparison, self._command_speed)
+
+    @property
+    def _command_fault(self) -> FaultChoice | None:
+        """The choice among the faults of commands if there is a fault."""
+        choice = self._commands if self.has_commands else None
+        return choice if choice and choice.has_fault and not self._has_wrong_data else None
+
+    @property
+    def _command_speed(self) -> float:
+        """The rms of the recorded commands."""
+        return float(np.sqrt(np.mean(self.run["qd"].values ** 2)))
+
+    def _name_velocities(self, columns: NDArray[np.int64]) -> tuple[list[str], list[str]]:
+        """Return the names and units of some velocities."""
+        scene = self.case.scene
+        names, units = scene.velocity_names, scene.velocity_units
+        return [names[i] for i in columns], [units[i] for i in columns]
+
+    def _format_speed(self, rms: float) -> str:
+        """Return a residual of velocities as a share of the rms command."""
+        return f"{100 * max(rms / self._command_speed, SPEED_FLOOR):.2g} %"
+
+    @staticmethod
+    def _choose_response(comparison: ResponseComparison, speed: float) -> FaultChoice:
+        """Return the choice among the faults of a response."""
+        hypotheses = list(comparison.list_hypotheses())
+        return choose_fault(hypotheses, comparison.observed, max(SPEED_FLOOR * speed, 1e-12))
+
+    # ---- motion ----
 
     @cached_property
-    def _motion_fit(self) -> SignalFit | None:
-        """The fit of the joint motion by the commands; None if they agree, or cannot be compared.
-
-        Velocities are displacements over the periods of the log's own clock, averaged over windows.
-        """
-        run, dt = self.run, self.case.dt
+    def _motion(self) -> FaultChoice | None:
+        """The choice among the faults of the motion; None if it cannot be compared."""
+        run = self.run
+        if not self.has_commands or self._command_speed == 0.0:
+            return None
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
             return None  # coordinates of some joint are not integrals of its velocities
-        commanded, moved = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
-        periods = np.diff(run["log_time"].values)[:, None] / dt
-        rounding = ROUNDING * np.abs(run["q"].values).max(initial=1.0) / dt
-        if np.abs(moved / periods - commanded).max(initial=0.0) <= rounding:
-            return None
-        width = max(FEWEST, math.ceil(WINDOW / dt))
-        mean_periods = 1.0 + average_window(periods - 1.0, width)
-        velocities = average_window(moved, width) / mean_periods
-        return fit_signals(average_window(commanded, width), velocities, lags=True)
+        choice, fault = self._compare_motion(run["q"].values, run["qd"].values), self._image_fault
+        if not choice.has_fault:
+            return choice
+        q, commands = run["q"].values, run["qd"].values.copy()
+        if fault and fault.best.hypothesis.correct:
+            q = fault.best.hypothesis.correct(fault.best.values, q)
+        if (other := self._command_fault) and other.best.hypothesis.correct:
+            columns, _ = recompute_commands(run, self.case)
+            commands[:, columns] = other.best.hypothesis.correct(
+                other.best.values, commands[:, columns]
+            )
+        return self._compare_motion(q, commands)
 
-    def _report_motion(self) -> Iterator[Finding]:
-        """Yield the difference between the joint motion and the commands."""
-        fit = self._motion_fit
-        if fit is not None and not fit.is_same:
-            subject, reference = "The joints move with", "the velocities that were commanded"
-            yield Finding("motion", self._describe_fit(fit, subject, reference), asdict(fit))
+    def _compare_motion(self, q: Array, qd: Array) -> FaultChoice:
+        """Return the choice among the faults of the motion of joints q (T, n) by commands."""
+        moving = qd.any(axis=0) | (np.ptp(q, axis=0) > 0.0)
+        columns: NDArray[np.int64] = np.flatnonzero(moving)
+        names, units = self._name_velocities(columns)
+        signal = HeldSignal(
+            *_sort_commands(self._times - self.run["command_age"].values, qd[:, columns])
+        )
+        window = max(FEWEST_PERIODS, math.ceil(WINDOW / self.case.dt))
+        comparison = compare_motion(
+            *(self._times, q[:, columns], signal, names, units),
+            *(self.case.dt, self.case.actuation.lag, window),
+        )
+        return self._choose_response(comparison, self._command_speed)
 
-    def _describe_fit(self, fit: SignalFit, subject: str, reference: str) -> str:
-        """Return a sentence on the fit of one signal by another."""
-        if not fit.rest < 0.5:
-            largest = format_number(fit.largest)
-            return f"{subject} other values than {reference}: they differ by up to {largest}."
-        delay = f", {format_count(fit.periods, 'period')} late" if fit.periods else ""
-        seconds = f" ({format_number(fit.periods * self.case.dt)} s)" if fit.periods else ""
-        if fit.lag:
-            seconds += f", with a lag of {format_number(fit.lag * self.case.dt)} s"
-        rest = f"; {100 * fit.rest:.2g} % of them is unexplained"
-        remainder = rest if fit.rest > ROUNDING else ""
-        return f"{subject} {format_number(fit.scale)} times {reference}{delay}{seconds}{remainder}."
+    @property
+    def _motion_fault(self) -> FaultChoice | None:
+        """The choice among the faults of the motion if there is a fault."""
+        choice = self._motion
+        return choice if choice and choice.has_fault else None
 
-    def _report_mark_offsets(self) -> Iterator[Finding]:
-        """Yield the cameras with marks away from their projections in the scene."""
-        q, first = move_runs_last(self.run["q"].values, 1), 0
+    # ---- images that are lost or old, and the lens in the log ----
+
+    @cached_property
+    def _frames(self) -> list[FrameCount]:
+        """The counts of the images of each camera and target."""
+        counts, first, sensing = [], 0, self.case.sensing
         for sight in self.controller.sights:
-            count = len(sight.target.marks)
-            pixels = self.run["pixels"].values[:, first : first + count]
-            first += count
-            offsets = (pixels - np.moveaxis(sight.project(q).pixels, -1, 0)).reshape(-1, 2)
-            offsets = offsets[np.isfinite(offsets).all(axis=1)]
-            rms = float(np.sqrt((offsets**2).sum(axis=1).mean())) if len(offsets) else 0.0
-            if rms > LARGE_OFFSET:
-                yield _report_mark_offset(sight, rms, offsets.mean(axis=0))
+            marks = slice(first, first + len(sight.target.marks))
+            ages = self.run["image_age"].values[:, first]
+            pixels, q = self.run["pixels"].values[:, marks], self.run["q"].values
+            inside = self._find_inside(sight)
+            declared = self.case.dt, sensing.period or 0.0, sensing.latency, sensing.dropped
+            counts.append(FrameCount(sight, self._times - ages, ages, pixels, q, inside, *declared))
+            first = marks.stop
+        return counts
+
+    def _find_inside(self, sight: CameraTarget) -> NDArray[np.bool_]:
+        """Return the mask (T,) of the instants with a target well inside the image by the scene."""
+        count, size = self.run.sizes["time"], sight.eye.camera.size
+        if size is None:
+            return np.ones(count, dtype=bool)
+        choice = self._image_choice
+        border = BORDER * max(size) + (choice.healthy.rms if choice else 0.0)
+        pixels = sight.project(move_runs_last(self.run["q"].values, 1)).pixels
+        inside = (pixels > border) & (pixels < np.array(size)[:, None] - border)
+        return np.asarray(inside.all(axis=(0, 1)))
 
     def _report_intrinsics(self) -> Iterator[Finding]:
         """Yield the cameras with intrinsics that differ between log and scene."""
@@ -168,27 +343,6 @@ class LogComparison:
             if differences:
                 text = f"In the log, camera '{name}' has {', '.join(differences)}."
                 yield Finding("intrinsics", text)
-
-    def _report_image_age(self) -> Iterator[Finding]:
-        """Yield the age of the oldest image if it is old."""
-        ages, times = self.run["image_age"].values, self.run["time"].values
-        if ages.size and ages.max() > OLD_IMAGE * self.case.dt:
-            worst, at = float(ages.max()), float(times[np.argmax(ages.max(axis=1))])
-            text = f"The image is up to {format_number(worst)} s old, at {format_number(at)} s."
-            yield Finding("old images", text, {"age_s": worst})
-
-    def _report_missing_marks(self) -> Iterator[Finding]:
-        """Yield the mark that is missing most often."""
-        missing = np.isnan(self.run["pixels"].values).any(axis=2).mean(axis=0)
-        if missing.size and missing.max() > 0:
-            mark = int(np.argmax(missing))
-            targets = self.run["mark_target"].values[:mark].tolist()
-            target = str(self.run["mark_target"].values[mark])
-            text = (
-                f"Mark {targets.count(target)} of '{target}' is not seen for "
-                f"{100 * missing[mark]:.3g} % of the time."
-            )
-            yield Finding("unseen marks", text, {"share": float(missing[mark])})
 
     def describe_end(self) -> str:
         """Return a sentence on the end of the log."""
@@ -213,13 +367,12 @@ class LogComparison:
         return f", while the robot is held ({self.run['limits'].values[-1] or 'fault'})"
 
 
-def _report_mark_offset(sight: CameraTarget, rms: float, mean: Array) -> Finding:
-    """Return the finding on marks away from their projections in the scene."""
-    camera, target = sight.eye.name, sight.target.name
-    offset = f"({format_number(mean[0])}, {format_number(mean[1])})"
-    text = (
-        f"'{camera}' sees the marks of '{target}' {format_number(rms)} px from their projections "
-        f"in the scene at the recorded joints, on average {offset}: the lens, a pose or the target "
-        "differs, or images are late."
-    )
-    return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})
+def _format_pixels(rms: float) -> str:
+    """Return a residual of pixels as a text."""
+    return f"{format_number(rms)} px" if rms > PIXEL_FLOOR else f"less than {PIXEL_FLOOR} px"
+
+
+def _sort_commands(times: Array, commands: Array) -> tuple[Array, Array]:
+    """Return commands (n, nv) once each with increasing times (n,), from held commands (T, nv)."""
+    times, rows = np.unique(times, return_index=True)
+    return times, commands[rows]

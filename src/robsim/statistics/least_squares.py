@@ -26,12 +26,19 @@ class LeastSquaresProblem(NamedTuple, Generic[S]):
     add_step: Callable[[S, Array], S]  # state after a step (P,) of the parameters
 
 
-def minimise(problem: LeastSquaresProblem[S], state: S, rounds: int = ROUNDS) -> S:
+def minimise(
+    problem: LeastSquaresProblem[S],
+    state: S,
+    rounds: int = ROUNDS,
+    arrived: float = ARRIVED,
+    share: float = 0.0,
+) -> S:
     """Return the state with the least sum of squared residuals near a first state.
 
     Each step solves (J'J + damping D) dp = -J'r with the diagonal D of J'J (Marquardt 1963), by
     orthogonal factorisation. The damping falls tenfold after a successful step and rises tenfold
-    after a failed step.
+    after a failed step. The iteration ends with a step that changes the residuals by less than
+    `arrived`, or by less than a `share` of their norm.
     """
     damping, r = FIRST_DAMPING, problem.residuals(state)
     for _ in range(rounds):
@@ -50,7 +57,7 @@ def minimise(problem: LeastSquaresProblem[S], state: S, rounds: int = ROUNDS) ->
         else:
             return state
         state, r, damping = candidate, r_candidate, damping / 10.0
-        if step @ step <= ARRIVED**2:
+        if step @ step <= max(arrived**2, share**2 * (r @ r)):
             return state
     return state
 
