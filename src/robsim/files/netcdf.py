@@ -14,12 +14,14 @@ import xarray as xr
 from robsim.base.arrays import as_bool
 from robsim.base.atomic_files import convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError, format_value
+from robsim.base.file_content import check_regular_file, open_regular_file
 from robsim.container import ContainerError, append_seal, read_header
 from robsim.files import run_index
 from robsim.files.flat_table import RunDataset
 from robsim.files.foreign_netcdf import make_sealed_copy
 from robsim.files.run_schema import TITLES, check_run_content
 
+EXPECTED = "a run, a NetCDF-4 file"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READERS = {
     **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.logs.read_bag(path)"),
@@ -91,12 +93,10 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> RunData
     >>> open_run("nothing.nc")
     Traceback (most recent call last):
     ...
-    robsim.base.errors.FileError: no file nothing.nc
+    robsim.base.errors.FileError: nothing.nc: no such file
     """
     as_bool(unsealed, "unsealed")
-    with convert_os_errors(path, "read"):
-        if not Path(path).is_file():
-            raise FileError(f"no file {path}")
+    check_regular_file(path, EXPECTED)
     run = _read_foreign_file(path) if unsealed else _read_sealed_file(path)
     try:
         check_run_content(run)
@@ -143,7 +143,7 @@ def _locate_entries(
 
 def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a file with a checksum."""
-    with convert_os_errors(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open_regular_file(path, EXPECTED) as file:
         try:
             return _read_dataset(file)
         except ContainerError as error:
@@ -166,7 +166,7 @@ def _read_dataset(file: BinaryIO) -> RunDataset:
 
 def _read_foreign_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a file from an untrusted source."""
-    with convert_os_errors(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open_regular_file(path, EXPECTED) as file:
         if not _is_netcdf(file):
             raise _make_no_run_error(path)
     try:

@@ -85,10 +85,11 @@ class StudyStore:
         path = self.folder / ABOUT
         if not self.is_there:
             raise FileError(f"{self.folder}: no study here: {ABOUT} is missing")
+        text = read_toml_text(path)
         try:
-            about = json.loads(read_toml_text(path))
+            about = json.loads(text)
             version = int(about["format"])
-        except (ValueError, KeyError, TypeError, OverflowError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             raise FileError(f"{path}: not in the form that RobSim writes") from None
         if version > FORMAT:
             newer = about.get("robsim", "a newer version")
