@@ -12,7 +12,7 @@ from typing import BinaryIO
 import xarray as xr
 
 from robsim.base.arrays import as_bool
-from robsim.base.atomic_files import convert_os_errors, write_whole
+from robsim.base.atomic_files import check_suffix, convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.base.file_content import check_regular_file, open_regular_file
 from robsim.container import ContainerError, append_seal, read_header
@@ -41,7 +41,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     run : xarray.Dataset
         Run of `simulate` or `Experiment.run`, or the `run` of a mission or of one of its legs.
     path : str or path
-        File name. Missing folders are created.
+        File name that ends in .nc. Missing folders are created.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     FileError
-        If the file cannot be written, or if `open_run` would reject it.
+        If the name has another suffix, the file cannot be written, or `open_run` would reject it.
 
     Examples
     --------
@@ -63,6 +63,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")
+    check_suffix(path, (".nc",), "a run; robsim.logs.to_table makes a table of it")
     with convert_os_errors(path):
         return write_whole(path, seal_run(run).getbuffer())
 
