@@ -530,10 +530,10 @@ def test_a_file_that_is_no_run_is_not_opened(tmp_path):
     with pytest.raises(rs.errors.FileError, match="is not a run that RobSim saved"):
         rs.open_run(bad, unsealed=True)
     for path in (tmp_path / "missing.nc", tmp_path):
-        with pytest.raises(rs.errors.FileError, match="no file"):
+        with pytest.raises(rs.errors.FileError, match=r"no such file|this is a folder"):
             rs.open_run(path)
     for path in ("x" * 300, None):
-        with pytest.raises(rs.errors.FileError, match=r"cannot read|no file"):
+        with pytest.raises(rs.errors.FileError, match="cannot read"):
             rs.open_run(path)
 
 

@@ -24,7 +24,8 @@ from robsim.geometry.mesh_parser import ColoredMesh, parse_mesh_file
 
 SECONDS = 3.0  # limit of processor time, plus SECONDS_PER_MB
 SECONDS_PER_MB = 0.3
-PATIENCE = 6.0  # limit of the elapsed time, as a multiple of the limit of processor time
+START = 20.0  # limit of the elapsed time in seconds, plus PATIENCE times that of processor time
+PATIENCE = 6.0
 MEMORY = 1 << 30  # limit of memory in bytes, plus BYTES_PER_BYTE for each byte of the file
 BYTES_PER_BYTE = 24
 IDLE = 20.0  # seconds without a mesh, after which the process ends
@@ -60,7 +61,7 @@ class MeshProcess:
         Raise FileError if the process ends because of the request.
         """
         process = self._start()
-        timer = Timer(PATIENCE * seconds, process.kill)
+        timer = Timer(START + PATIENCE * seconds, process.kill)
         timer.start()
         try:
             reply = _exchange(process, request)
