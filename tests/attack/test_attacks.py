@@ -13,7 +13,10 @@ SLOW = (
     "together",
 )  # each case is a process of its own
 # classes with a part of the cases tried by default, and the others by `full`
-LONG = {"api_calls": 12, "checkpoints": 10, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8}
+LONG = {
+    **{"api_calls": 12, "checkpoints": 10, "study_stores": 4},
+    **{"toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
+}
 
 
 def parts():

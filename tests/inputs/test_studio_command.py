@@ -48,7 +48,7 @@ def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
     ("arguments", "reason"),
     [
         (["nothing.toml"], "nothing.toml: no such file"),
-        (["nothing.nc"], "no file nothing.nc"),
+        (["nothing.nc"], "nothing.nc: no such file"),
         (["."], "no scenario file (*.toml)"),
         (["--host", "0.0.0.0"], "--allow-remote"),
         (["--port", "99999"], "99999 is not in the range"),

@@ -44,7 +44,8 @@ def cut(folder):
 
 
 def short(folder):
-    next(folder.glob("rows-*.parquet")).rename(folder / "rows-0000000000000-0000000000009.parquet")
+    part = next(folder.glob("rows-*.parquet"))
+    part.rename(folder / part.name.replace("0000000000008", "0000000000009"))
 
 
 def without_rows(folder):
@@ -65,8 +66,8 @@ def without_about(folder):
 
 DAMAGE = [
     (newer, "a study of format 99, of RobSim 7.0; this is"),
-    (cut, "rows-0000000000000-0000000000008.parquet is damaged"),
-    (short, "8 rows instead of 9"),
+    (cut, ".parquet is damaged, or of another study; delete it, and resume the study"),
+    (short, ".parquet is damaged, or of another study; delete it, and resume the study"),
     (without_rows, "the study has no runs yet, so it has no map"),
     (without_text, "study.toml"),
     (garbled, "study.json: not in the form that RobSim writes"),

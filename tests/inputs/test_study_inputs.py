@@ -3,13 +3,14 @@
 import json
 import re
 import socket
+import sys
 
 import flying
 import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.studies import dask_cluster
+from robsim.studies import dask_cluster, study_store
 from robsim.studies.dask_cluster import connect_client
 
 TEXT = flying.TEXT.replace("4 s", "0.2 s")
@@ -153,38 +154,97 @@ def test_a_store_of_another_study_is_not_touched(tmp_path):
 @pytest.mark.parametrize(
     ("change", "wanted"),
     [
-        ({"format": 2, "robsim": "9.9.9"}, "a study of format 2, of RobSim 9.9.9"),
+        ({"format": 3, "robsim": "9.9.9"}, "a study of format 3, of RobSim 9.9.9; this is"),
+        ({"format": 1}, "a study of format 1, of RobSim .*; this is"),
         ({"format": "x"}, "not in the form that RobSim writes"),
-        ({"kernels": "0"}, None),
+        ({"kernels": "0"}, "study.toml or study.json was changed after the study began"),
     ],
 )
 def test_a_store_of_another_version_is_reported(tmp_path, change, wanted):
-    made = rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+    rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
     about = tmp_path / "study.json"
     about.write_text(json.dumps({**json.loads(about.read_text()), **change}))
-    if wanted is None:  # its rows can be read, and none be added
-        assert rs.open_study(tmp_path).hash == made.hash
-        with pytest.raises(rs.errors.FileError, match="was begun with other versions"):
-            rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
-    else:
-        with pytest.raises(rs.errors.FileError, match=wanted):
-            rs.open_study(tmp_path)
+    with pytest.raises(rs.errors.FileError, match=wanted):
+        rs.open_study(tmp_path)
 
 
-def test_a_damaged_part_is_named(tmp_path):
-    rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+def test_rows_of_another_version_are_read_and_none_is_added(tmp_path, monkeypatch):
+    monkeypatch.setattr(study_store, "VERSIONS", {"robsim": "0.0.1", "kernels": "0"})
+    made = rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
+    monkeypatch.undo()
+    assert rs.open_study(tmp_path).hash == made.hash
+    with pytest.raises(rs.errors.FileError, match="was begun with other versions"):
+        rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
+
+
+def test_a_damaged_part_is_named_and_simulated_again(tmp_path):
+    made = rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
     (part,) = tmp_path.glob("rows-*")
     whole = part.read_bytes()
-    for data in (b"", whole[: len(whole) // 2], whole[:50] + b"\0" * 50 + whole[100:]):
+    flipped = [whole[:i] + bytes([whole[i] ^ 1]) + whole[i + 1 :] for i in (4, 700, len(whole) - 9)]
+    for data in (b"", whole[: len(whole) // 2], *flipped):
         part.write_bytes(data)
-        try:
-            assert rs.open_study(tmp_path).table is not None  # if no checked byte was hit
-        except rs.errors.FileError as error:
-            assert str(part) in str(error)
-    part.rename(part.with_name("rows-0000000000000-0000000000004.parquet"))
-    part.with_name("rows-0000000000000-0000000000004.parquet").write_bytes(whole)
-    with pytest.raises(rs.errors.FileError, match="5 rows instead of 4"):
-        _ = rs.open_study(tmp_path).runs
+        with pytest.raises(rs.errors.FileError, match=f"{part} is damaged, or of another study"):
+            _ = rs.open_study(tmp_path).runs
+        with pytest.raises(rs.errors.FileError, match=f"{part} is damaged"):
+            rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
+    part.unlink()
+    assert not rs.open_study(tmp_path).complete
+    assert rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True).hash == made.hash
+    assert part.read_bytes() == whole
+
+
+def test_rows_of_another_seed_are_of_another_study(tmp_path):
+    for seed in (1, 2):
+        rs.study(FLYING, 5, store=tmp_path / str(seed), vary=GAIN, seed=seed)
+    (own,), (other,) = (list((tmp_path / name).glob("rows-*")) for name in "12")
+    own.unlink()
+    other.rename(own.with_name(other.name))
+    with pytest.raises(rs.errors.FileError, match="of another study"):
+        _ = rs.open_study(tmp_path / "1").table
+
+
+@pytest.mark.parametrize("store", ["new", "new/inner", "old"])
+def test_an_error_leaves_no_new_folder(tmp_path, monkeypatch, store):
+    (tmp_path / "old").mkdir()
+    far = rs.starts.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
+    with pytest.raises(rs.errors.InputError, match="none of 5000 random starts"):
+        rs.study(FLYING, 5, start=far, store=tmp_path / store)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(rs.errors.InputError, match=r"need PyArrow: pip install 'robsim.store.'"):
+        rs.study(FLYING, 5, store=tmp_path / store)
+    assert (tmp_path / "old").is_dir() and not (tmp_path / "new" / "inner").exists()
+    assert store != "new" or not (tmp_path / "new").exists()
+
+
+def test_an_edited_text_is_no_text_of_the_study(tmp_path):
+    made = rs.study(FLYING, 5, vary=GAIN, seed=1)
+    rs.study(FLYING, 5, store=tmp_path, vary=GAIN, seed=1)
+    text = (tmp_path / "study.toml").read_text()
+    for old, new in (
+        ("seed = 1", "seed = 2"),
+        ("high = 2.0", "high = 4.0"),
+        ("runs = 5", "runs = 6"),
+    ):
+        assert old in text
+        (tmp_path / "study.toml").write_text(text.replace(old, new))
+        with pytest.raises(rs.errors.FileError, match=r"study.toml or study.json was changed"):
+            rs.open_study(tmp_path)
+    other = rs.study(FLYING, 5, vary={"task.gain": rs.samplers.Uniform(1.0, 4.0)}, seed=1)
+    same = rs.studies.StudyResult(other.plan, lambda: (made.runs, made._facts[1]))
+    assert made.hash != same.hash
+
+
+def test_the_hash_does_not_depend_on_a_store(tmp_path):
+    options = {"vary": GAIN, "seed": 3}
+    kept = rs.study(FLYING, 5, store=tmp_path, trajectories=1, **options)
+    assert rs.study(FLYING, 5, **options).hash == kept.hash == rs.open_study(tmp_path).hash
+    runs, facts = kept._facts
+    hashes = {
+        rs.studies.StudyResult(kept.plan, lambda x=x: (runs, {**facts, "error_norm": x})).hash
+        for x in (np.full(5, np.nan), np.full(5, -np.nan))  # of the other sign
+    }
+    assert len(hashes) == 1 and kept.hash not in hashes
 
 
 def test_a_scheduler_that_does_not_answer_is_reported_soon(monkeypatch):

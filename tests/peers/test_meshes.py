@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 import trimesh
+from hostile_meshes import HOSTILE
 
 import robsim as rs
 from robsim.geometry import mesh_files
@@ -119,9 +120,9 @@ WRONG = {
     "empty.stl": (b"", "no triangles|not readable"),
     "noise.stl": (bytes(range(256)) * 9, "no triangles|not readable|not finite"),
     "noise.glb": (bytes(range(256)) * 9, "not readable"),
-    "noise.dae": (b"<COLLADA>" * 9, "not readable|no triangles"),
+    "noise.dae": (b"<COLLADA>" * 9, "noise.dae:1: not valid XML"),
     "bomb.dae": (BOMB, "a DOCTYPE"),
-    "coded.dae": (b'<?xml version="1.0" encoding="utf-7"?><COLLADA/>', "an encoding"),
+    "coded.dae": (b'<?xml version="1.0" encoding="utf-7"?><COLLADA/>', "encoding 'utf-7'"),
     "empty.obj": (b"v 0 0 0\n", "no triangles|not readable"),
     "beyond.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "not readable|do not exist"),
     "huge.obj": (b"v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n", "not finite, or beyond"),
@@ -154,23 +155,22 @@ def test_files_and_surfaces_that_are_too_large_are_refused(tmp_path, monkeypatch
     monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1000)
     assert "larger than" in lack(robot)
     monkeypatch.undo()
-    mesh_files._parse_mesh_file.cache_clear()
-    monkeypatch.setattr(mesh_files, "MOST_TRIANGLES", 1000)
-    assert lack(robot).endswith("more than 1000 triangles")
-    mesh_files._parse_mesh_file.cache_clear()
+    (tmp_path / "arm/meshes/ball.glb").write_bytes(HOSTILE["copies.glb"]())
+    robot = urdf(tmp_path, "../meshes/ball.glb")
+    assert lack(robot).endswith("more than 1000000 triangles")
 
 
 def test_without_the_extra_it_is_reported_once_for_all_meshes(tmp_path, monkeypatch):
     robot = urdf(tmp_path, "../meshes/ball.stl", more=BOX.replace("collision", "visual"))
     BALL.export(tmp_path / "arm/meshes/ball.stl")
-    mesh_files._parse_mesh_file.cache_clear()
+    mesh_files._read_mesh_file.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.warns(
         rs.errors.FileWarning, match=r"1 of 1 meshes .*pip install 'robsim\[mesh\]'"
     ) as caught:
         rs.export_html(robot, tmp_path / "arm.html")
     assert len(caught) == 1
-    mesh_files._parse_mesh_file.cache_clear()
+    mesh_files._read_mesh_file.cache_clear()
 
 
 def test_a_mesh_is_the_same_value_with_its_file_and_without(tmp_path):

@@ -6,7 +6,7 @@ import os
 import re
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -43,6 +43,17 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
             draft.unlink(missing_ok=True)
         _sync_folder(target.parent)
     return Path(path)
+
+
+def check_suffix(path: object, suffixes: Sequence[str], kind: str) -> None:
+    """Raise FileError if a file name has a suffix other than these; names without one are valid.
+
+    >>> check_suffix("run.csv", [".nc"], "a run")
+    Traceback (most recent call last):
+    robsim.base.errors.FileError: run.csv: expected a name that ends in .nc for a run
+    """
+    if isinstance(path, str | os.PathLike) and Path(path).suffix.lower() not in ("", *suffixes):
+        raise FileError(f"{path}: expected a name that ends in {' or '.join(suffixes)} for {kind}")
 
 
 def make_draft_path(target: Path) -> Path:

@@ -36,8 +36,13 @@ def _get_process_limit() -> float:
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit == resource.RLIM_INFINITY:
         raise ValueError("no limit")
+    return float(limit - get_address_space())
+
+
+def get_address_space() -> int:
+    """Return the address space of this process in bytes; OSError if the system has no /proc."""
     pages = int((_PROCESS / "statm").read_text().split()[0])
-    return limit - float(pages * resource.getpagesize())
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def _get_cgroup_limit() -> float:

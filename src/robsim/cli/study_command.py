@@ -57,8 +57,9 @@ def run_study_file(
 ) -> None:
     """Run a scenario many times, as its table [study] defines.
 
-    FILE is the scenario. The rows of the results are written to Parquet files at intervals. After
-    an interrupt, the same command with --resume continues the study.
+    FILE is the scenario. The rows of the results are written to Parquet files at intervals, which
+    needs pip install 'robsim[store]'. After an interrupt, the same command with --resume continues
+    the study.
     """
     from robsim.studies.study_text import read_plan
 

@@ -12,14 +12,16 @@ from typing import BinaryIO
 import xarray as xr
 
 from robsim.base.arrays import as_bool
-from robsim.base.atomic_files import convert_os_errors, write_whole
+from robsim.base.atomic_files import check_suffix, convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError, format_value
+from robsim.base.file_content import check_regular_file, open_regular_file
 from robsim.container import ContainerError, append_seal, read_header
 from robsim.files import run_index
 from robsim.files.flat_table import RunDataset
 from robsim.files.foreign_netcdf import make_sealed_copy
 from robsim.files.run_schema import TITLES, check_run_content
 
+EXPECTED = "a run, a NetCDF-4 file"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READERS = {
     **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.logs.read_bag(path)"),
@@ -39,7 +41,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     run : xarray.Dataset
         Run of `simulate` or `Experiment.run`, or the `run` of a mission or of one of its legs.
     path : str or path
-        File name. Missing folders are created.
+        File name that ends in .nc. Missing folders are created.
 
     Returns
     -------
@@ -49,7 +51,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     FileError
-        If the file cannot be written, or if `open_run` would reject it.
+        If the name has another suffix, the file cannot be written, or `open_run` would reject it.
 
     Examples
     --------
@@ -61,6 +63,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")
+    check_suffix(path, (".nc",), "a run; robsim.logs.to_table makes a table of it")
     with convert_os_errors(path), seal_run(run).getbuffer() as content:
         return write_whole(path, content)
 
@@ -91,12 +94,10 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> RunData
     >>> open_run("nothing.nc")
     Traceback (most recent call last):
     ...
-    robsim.base.errors.FileError: no file nothing.nc
+    robsim.base.errors.FileError: nothing.nc: no such file
     """
     as_bool(unsealed, "unsealed")
-    with convert_os_errors(path, "read"):
-        if not Path(path).is_file():
-            raise FileError(f"no file {path}")
+    check_regular_file(path, EXPECTED)
     run = _read_foreign_file(path) if unsealed else _read_sealed_file(path)
     try:
         check_run_content(run)
@@ -143,7 +144,7 @@ def _locate_entries(
 
 def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a file with a checksum."""
-    with convert_os_errors(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open_regular_file(path, EXPECTED) as file:
         try:
             return _read_dataset(file)
         except ContainerError as error:
@@ -166,7 +167,7 @@ def _read_dataset(file: BinaryIO) -> RunDataset:
 
 def _read_foreign_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a file from an untrusted source."""
-    with convert_os_errors(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open_regular_file(path, EXPECTED) as file:
         if not _is_netcdf(file):
             raise _make_no_run_error(path)
     try:

@@ -14,8 +14,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from robsim.base.atomic_files import convert_os_errors, write_whole
+from robsim.base.atomic_files import check_suffix, write_whole
 from robsim.base.errors import FileError, InputError, format_value
+from robsim.base.file_content import read_bytes
 from robsim.page.html_document import build_html
 from robsim.page.recording_builder import FORMAT, VERSION, Recording
 from robsim.page.recording_codec import unpack_recording
@@ -53,7 +54,7 @@ def export_html(
         Object to show: a single run, a mission, an experiment at its start, a scene or a robot at
         home, or a study.
     path : str or path-like
-        File to write.
+        File to write; its name ends in .html.
     experiment : Experiment, optional
         Experiment of the run. Required if the run does not store it, because the experiment
         contains Python code.
@@ -68,7 +69,7 @@ def export_html(
     InputError
         If `shown` has several runs or another type, or if `experiment` is required.
     FileError
-        If the file cannot be written.
+        If the name has another suffix, or the file cannot be written.
 
     Examples
     --------
@@ -78,6 +79,7 @@ def export_html(
     >>> recording.header["title"], recording.arrays["time"].shape
     ("ViSP's tutorial case", (11,))
     """
+    check_suffix(path, (".html", ".htm"), "a page")
     return write_whole(path, build_html(_build_shown_recording(shown, experiment)))
 
 
@@ -109,11 +111,9 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     >>> load_recording(export_html(arm, "arm.html"))
     <Recording 'arm' of 1 instants>
     """
-    with convert_os_errors(path, "read"):
-        if Path(path).stat().st_size > LARGEST:
-            raise FileError(f"{path}: larger than {LARGEST // 1_000_000} MB")
-        text = Path(path).read_text(encoding="utf-8")
+    data = read_bytes(path, "a page of export_html", LARGEST)
     try:
+        text = data.decode()
         header, arrays = unpack_recording(base64.b64decode(_extract_recording(text)))
         if header["format"] != FORMAT:
             raise ValueError(f"its format is {format_value(header['format'])}, not {FORMAT!r}")

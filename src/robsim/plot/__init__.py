@@ -6,8 +6,23 @@ caller holds the figure; save it with `figure.savefig("name.pdf")`. A notebook d
 that is the last expression of a cell; call `display(figure)` to show a figure earlier in a cell.
 """
 
-from robsim.base.environment import check_matplotlib_backend
+import os
+import sys
+
+from robsim.base.environment import refuse_variable
 from robsim.base.lazy_names import attach_names
 
-check_matplotlib_backend()
+
+def _check_backend() -> None:
+    """Raise InputError if Matplotlib does not know the backend of the variable MPLBACKEND."""
+    backend = os.environ.get("MPLBACKEND", "agg")
+    if backend.lower() == "agg" or "matplotlib" in sys.modules:
+        return
+    try:
+        import matplotlib  # noqa: F401  it checks the variable
+    except ValueError as reason:
+        refuse_variable("MPLBACKEND", backend, str(reason).partition("supported values are ")[2])
+
+
+_check_backend()
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -22,6 +22,7 @@ from robsim import __version__
 from robsim.base.arrays import as_bool, as_integer
 from robsim.base.atomic_files import convert_os_errors, write_whole
 from robsim.base.errors import FileError, FileWarning, InputError, format_value
+from robsim.base.file_content import open_regular_file
 from robsim.container import ArrayBlock, ContainerError, pack_container, unpack_container
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.kernels.machine.cache_files import KERNEL_HASH, VERSIONS
@@ -94,7 +95,7 @@ class CheckpointFile:
         with convert_os_errors(self.path, "read"):
             if not self.path.exists():
                 raise FileError(f"no checkpoint {self.path}: run without resume")
-            with open(self.path, "rb") as file:
+            with open_regular_file(self.path, "a checkpoint") as file:
                 header, arrays = _unpack_checkpoint(file, self.path)
         for name, here in _get_software_versions().items():
             if (was := header.get(name)) == here:

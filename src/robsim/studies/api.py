@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -128,8 +129,7 @@ def study(
         raise InputError("trajectories: they need a store; give its folder, store=folder")
     if store is None:
         return run_plan(plan, None, *how)
-    folder = _make_folder(store)
-    with lock_folder(folder):
+    with _claim_folder(store) as folder:
         return run_plan(plan, folder, *how)
 
 
@@ -174,13 +174,26 @@ def _choose_chunk_size(plan: Plan, chunk: int) -> int:
     return size
 
 
-def _make_folder(path: Any) -> Path:
-    """Create a folder and return its path; raise InputError or FileError if that is impossible."""
+@contextmanager
+def _claim_folder(path: Any) -> Iterator[Path]:
+    """Create and lock a folder; a new folder is removed if it is empty after an error.
+
+    Raise InputError or FileError if that is impossible.
+    """
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"store: expected a folder, got {format_value(path)}")
+    folder = Path(path)
     with convert_os_errors(path):
-        Path(path).mkdir(parents=True, exist_ok=True)
-    return Path(path)
+        is_new = not folder.exists()
+        folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with lock_folder(folder):
+            yield folder
+    except BaseException:
+        with suppress(OSError):  # it is not empty
+            if is_new:
+                folder.rmdir()
+        raise
 
 
 def open_study(path: str | os.PathLike[str]) -> StudyResult:

@@ -6,7 +6,7 @@ import hashlib
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,13 +26,13 @@ from robsim.statistics.proportions import estimate_clustered_share, estimate_sha
 from robsim.studies.outcome_counts import MOST_GROUPS, OutcomeCounts, count_outcomes
 from robsim.studies.paired_comparison import PairedComparison, compare_paired
 from robsim.studies.result_columns import TABLE_BYTES, Columns, make_table
+from robsim.studies.row_files import encode_parquet
 from robsim.studies.row_simulator import RowSimulator
 from robsim.studies.sensitivity import Sensitivity, compute_sensitivity
 from robsim.studies.study_plan import Codes, Plan
-from robsim.studies.study_store import TRACKS, encode_parquet
+from robsim.studies.study_store import StudyStore
 from robsim.studies.study_text import format_plan
 from robsim.studies.table_columns import Among, get_column, group_column, read_numbers
-from robsim.studies.trajectory_store import TrajectoryStore
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -217,7 +217,7 @@ class StudyResult:
         """
         if self.folder is None or not self.plan.trajectories:
             raise InputError("no trajectories were stored; give trajectories=1 and a store")
-        return TrajectoryStore(self.folder / TRACKS).open(self.runs)
+        return StudyStore(self.folder).trajectories(self.plan).sel(run=self.runs)
 
     def paired(
         self,
@@ -371,11 +371,21 @@ class StudyResult:
 
     @property
     def hash(self) -> str:
-        """The first 16 hexadecimal digits of a hash of all rows, to the bit."""
+        """The first 16 hexadecimal digits of a hash of the text and all rows, to the bit.
+
+        A study with Python code has no text; its hash includes its seed and its varied names.
+        Stored trajectories do not change the hash.
+        """
         runs, facts = self._facts
-        digest = hashlib.sha256(np.asarray(runs, dtype=np.int64).tobytes())
+        try:
+            text = format_plan(replace(self.plan, trajectories=None))
+        except InputError:
+            text = f"{self.plan}, seed {self.plan.seed}"
+        digest = hashlib.sha256(text.encode() + np.asarray(runs, dtype=np.int64).tobytes())
         for name in sorted(facts):
             values = facts[name]
+            if values.dtype.kind == "f":  # Parquet keeps neither sign nor payload of a NaN
+                values = np.where(np.isnan(values), np.nan, values)
             digest.update(name.encode() + np.ascontiguousarray(values).tobytes())
         return digest.hexdigest()[:16]
 

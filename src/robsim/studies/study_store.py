@@ -1,46 +1,52 @@
-"""The folder of a study: its text, and its rows as Parquet files that are written atomically."""
+"""The folder of a study: its text, and its rows as Parquet files that are written atomically.
+
+The identity of a study is a digest of its text and of the versions that simulated it. The digest of
+each row file includes it.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
-import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import pandas as pd
+import xarray as xr
 
 from robsim.base.atomic_files import convert_os_errors, write_whole
 from robsim.base.errors import FileError, InputError
-from robsim.engine.outcome import Outcome
 from robsim.files.toml import read_toml_text
 from robsim.kernels.machine.cache_files import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import VERSION
 from robsim.studies.result_columns import Columns, empty_columns, make_table
+from robsim.studies.row_files import (
+    DIGEST_SUFFIX,
+    RowFile,
+    import_pyarrow,
+    select_facts,
+    write_row_file,
+)
 from robsim.studies.row_simulator import ChunkResult
 from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_text import format_plan, read_plan
-from robsim.studies.trajectory_store import TrajectoryStore, count_trajectory_bytes
+from robsim.studies.trajectory_store import (
+    INSTANT_NAMES,
+    TrajectoryStore,
+    count_trajectory_bytes,
+    digest_instants,
+)
 
-FORMAT = 1
+FORMAT = 2
 VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # they determine the bits of a run
 TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
 COMPARED_VALUES = 50  # values of an axis that are compared with their text
 ROW_BYTES = 150  # disk space of a row
-_ROW_FILE = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
-
-
-class RowFile(NamedTuple):
-    """A file with the rows from `first` to `last` (exclusive)."""
-
-    first: int
-    last: int
-    path: Path
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,7 @@ class StudyStore:
             return
         self._check_room(plan)
         about = {"format": FORMAT, **VERSIONS, "runs": plan.runs, "draws": plan.draws}
+        about["digest"] = _digest_description(about, text)
         write_whole(self.folder / TEXT, text)
         write_whole(self.folder / ABOUT, json.dumps(about, indent=1) + "\n")
 
@@ -80,32 +87,44 @@ class StudyStore:
         path = self.folder / TEXT
         return read_plan(Experiment.from_text(read_toml_text(path), str(path)))
 
+    @property
+    def identity(self) -> str:
+        """The digest of the text and of the versions of the study."""
+        return str(self.about()["digest"])
+
     def about(self) -> dict[str, Any]:
-        """Return the description of the study; raise FileError if its format is unknown."""
+        """Return the description of the study.
+
+        Raises FileError if its format is unknown, or if it or the text of the study was changed.
+        """
         path = self.folder / ABOUT
         if not self.is_there:
             raise FileError(f"{self.folder}: no study here: {ABOUT} is missing")
+        text = read_toml_text(path)
         try:
-            about = json.loads(read_toml_text(path))
+            about = dict(json.loads(text))
             version = int(about["format"])
-        except (ValueError, KeyError, TypeError, OverflowError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             raise FileError(f"{path}: not in the form that RobSim writes") from None
-        if version > FORMAT:
-            newer = about.get("robsim", "a newer version")
+        if version != FORMAT:
             raise FileError(
-                f"{self.folder}: a study of format {version}, of RobSim {newer:.40}; this is "
-                f"{VERSION}, which reads format {FORMAT}: install the newer one"
+                f"{self.folder}: a study of format {version}, of RobSim "
+                f"{about.get('robsim', 'of another version')!s:.40}; this is {VERSION}, which "
+                f"reads format {FORMAT}: install the other version, or run its {TEXT} again"
             )
-        return dict(about)
+        stated = about.pop("digest", None)
+        if stated != _digest_description(about, read_toml_text(self.folder / TEXT)):
+            raise FileError(
+                f"{self.folder}: {TEXT} or {ABOUT} was changed after the study began; restore it, "
+                "or begin a new study of the changed text in another folder"
+            )
+        return {**about, "digest": stated}
 
     def parts(self) -> list[RowFile]:
         """Return the files of rows in order; raise FileError if two of them overlap."""
         with convert_os_errors(self.folder, "read"):
-            names = sorted(path.name for path in self.folder.iterdir())
-        matches = [
-            (match, self.folder / name) for name in names if (match := _ROW_FILE.fullmatch(name))
-        ]
-        parts = [RowFile(int(match[1]), int(match[2]), path) for match, path in matches]
+            paths = sorted(self.folder.iterdir())
+        parts = [part for path in paths if (part := RowFile.of(path))]
         for one, other in pairwise(parts):
             if other.first < one.last:
                 raise FileError(f"{self.folder}: {one.path.name} and {other.path.name} overlap")
@@ -128,31 +147,35 @@ class StudyStore:
 
         Instants are written first: a reader ignores instants without rows.
         """
+        table = make_table(plan, np.arange(first, last), result.facts)
         if plan.trajectories:
             TrajectoryStore(self.folder / TRACKS).put(plan, first, result.tracks)
-        rows = encode_parquet(make_table(plan, np.arange(first, last), result.facts))
-        write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
+            for name, values in result.tracks.items():
+                table[f"{name}{DIGEST_SUFFIX}"] = digest_instants(values)
+        write_row_file(self.folder, self.identity, first, last, table)
 
     def facts(self, plan: Plan) -> tuple[Codes, Columns]:
         """Return the numbers of the finished runs, and their columns."""
-        pa, pq = import_pyarrow()
-        runs: list[Codes] = []
-        parts: list[Columns] = []
-        for part in self.parts():
-            with convert_os_errors(part.path, "read"):
-                try:
-                    table = pq.read_table(part.path)
-                except pa.ArrowException as error:
-                    why = str(error).splitlines()[0]
-                    advice = "delete it, and resume the study"
-                    raise FileError(f"{part.path} is damaged ({why:.120}); {advice}") from None
-            parts.append(_read_facts(table, part, plan))
-            runs.append(np.arange(part.first, part.last))
+        identity, parts = self.identity, self.parts()
         if not parts:
             return np.arange(0), empty_columns(plan)
-        return np.concatenate(runs), {
-            name: np.concatenate([part[name] for part in parts]) for name in parts[0]
+        columns = [select_facts(part.read(identity), part, plan) for part in parts]
+        return np.concatenate([np.arange(part.first, part.last) for part in parts]), {
+            name: np.concatenate([each[name] for each in columns]) for name in columns[0]
         }
+
+    def trajectories(self, plan: Plan) -> xr.Dataset:
+        """Return the instants of the finished runs, which are read and checked on demand."""
+        identity, parts = self.identity, self.parts()
+        if not parts:
+            raise InputError("the study has no runs yet, so it has no trajectories")
+        rows = [part.read(identity) for part in parts]
+        runs = np.concatenate([each["run"] for each in rows])
+        digests = {
+            name: np.concatenate([each[f"{name}{DIGEST_SUFFIX}"] for each in rows])
+            for name in INSTANT_NAMES
+        }
+        return TrajectoryStore(self.folder / TRACKS).open(plan, runs, digests)
 
     def _check(self, text: str, resume: bool) -> None:
         """Raise FileError if the folder holds another study, or this study cannot be resumed."""
@@ -173,6 +196,8 @@ class StudyStore:
                 f"{self.folder} was begun with other versions ({'; '.join(differ)}), and new rows "
                 "would not have the same bits: begin a new study"
             )
+        for part in self.parts():
+            part.check(about["digest"])
 
     def _check_room(self, plan: Plan) -> None:
         """Raise InputError if the disk has too little space for the rows."""
@@ -206,38 +231,7 @@ def make_exact_text(plan: Plan) -> str:
     return text
 
 
-def _read_facts(table: Any, part: RowFile, plan: Plan) -> Columns:
-    """Return the results of a file of rows; raise FileError if its runs differ from its name."""
-    if table.num_rows != part.last - part.first:
-        raise FileError(f"{part.path}: {table.num_rows} rows instead of {part.last - part.first}")
-    try:
-        data = table.to_pandas()
-        if not np.array_equal(data["run"], np.arange(part.first, part.last)):
-            raise ValueError
-        names = {axis.name for axis in plan.axes}
-        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in names}
-        facts = {str(name): data[name].to_numpy() for name in data if name not in known}
-        codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)
-    except (KeyError, ValueError):
-        raise FileError(f"{part.path}: not in the form that RobSim writes") from None
-    return {**facts, "outcome": codes}
-
-
-def encode_parquet(table: pd.DataFrame) -> memoryview:
-    """Return a table as the content of a Parquet file."""
-    pa, pq = import_pyarrow()
-    sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pandas(table, preserve_index=False), sink)
-    return memoryview(sink.getvalue())
-
-
-def import_pyarrow() -> tuple[Any, Any]:
-    """Import PyArrow and its Parquet module; raise InputError if it is not installed."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise InputError(
-            "stores and Parquet files need PyArrow: pip install 'robsim[store]'"
-        ) from None
-    return pyarrow, pyarrow.parquet
+def _digest_description(about: dict[str, Any], text: str) -> str:
+    """Return the digest of a description without its own digest, and of the text of a study."""
+    description = json.dumps(about, sort_keys=True)
+    return hashlib.sha256(f"{description}\n{text}".encode()).hexdigest()

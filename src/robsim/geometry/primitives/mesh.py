@@ -11,8 +11,9 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare import ListOf, Number, Role, Text, register
-from robsim.geometry.mesh_files import ColoredMesh, Indices, load_mesh
+from robsim.geometry.mesh_files import load_mesh
 from robsim.geometry.mesh_lookup import FILE_SCHEME, PACKAGE_SCHEME, find_mesh_file
+from robsim.geometry.mesh_parser import ColoredMesh, Indices
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive

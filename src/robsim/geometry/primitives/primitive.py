@@ -18,7 +18,7 @@ from robsim.declare import Integer, Length, Quantity, Role, check_fields, family
 from robsim.declare.texts import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
-from robsim.geometry.mesh_files import Indices
+from robsim.geometry.mesh_parser import Indices
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 

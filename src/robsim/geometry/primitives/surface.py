@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from robsim.base.arrays import Array, make_read_only
-from robsim.geometry.mesh_files import Indices
+from robsim.geometry.mesh_parser import Indices
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 
 
