@@ -213,7 +213,7 @@ class _BagReader:
         pixels: dict[PairKey, Stream] = {}
         for camera in self.controller.cameras:
             pixels |= self._images(camera, marks)
-        log = Log(str(self.bag.path), joints, pixels, commands, rates, self._lenses())
+        log = Log(str(self.bag.path), joints, pixels, commands, rates, notes=self._lenses())
         self._warn_of_others()
         return log
 

@@ -57,7 +57,7 @@ def minimise(
         else:
             return state
         state, r, damping = candidate, r_candidate, damping / 10.0
-        if step @ step <= max(arrived**2, share**2 * (r @ r)):
+        if step @ step <= max(arrived**2, share**2 * float(r @ r)):
             return state
     return state
 

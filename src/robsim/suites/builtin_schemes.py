@@ -55,7 +55,7 @@ def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Task:
         raise InputError(
             f"scheme '{name}': expected a task as its result, got {format_value(result)}"
         )
-    return result
+    return cast(Task, result)
 
 
 @contextmanager
