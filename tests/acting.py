@@ -162,10 +162,11 @@ def same(one, other) -> bool:
 
 
 def pictures(tables) -> dict:
-    """Return all points of a figure of the scene, and the frame of the figure."""
+    """Return all points of a figure of the scene, its frame, and the tags and boards in it."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
-    return {**found, "display": scene.display.matrix}
+    targets = {each.name: np.array(repr(each.target)) for each in scene.objects}
+    return {**found, **targets, "display": scene.display.matrix}
 
 
 def files(tables) -> dict:
@@ -180,10 +181,11 @@ def files(tables) -> dict:
 
 
 def commands(tables) -> dict:
-    """Return the command of the controller on its own, at a start that it sees."""
+    """Return commands of the controller on its own, at a start that it sees, and after a pause."""
     experiment = Experiment.from_text(write_toml(tables), "case.toml")
     now, controller = next(experiment.steps()), rs.Controller(experiment)
-    steps = (controller.step(now.pixels, now.q, i * experiment.dt) for i in range(3))
+    times = [*(i * experiment.dt for i in range(3)), 10.0]
+    steps = (controller.step(now.pixels, now.q, time) for time in times)
     return {i: np.asarray(command.velocities) for i, command in enumerate(steps)}
 
 

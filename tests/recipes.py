@@ -1,7 +1,11 @@
 """Short experiments that make the fields of every declared class act, as the tables of texts."""
 
+import atexit
 import tomllib
 from copy import deepcopy
+from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
 
 import numpy as np
 from acting import Case
@@ -33,6 +37,14 @@ FLYING = {
 }
 GOAL = {"computed": {"position": "1, 2, 75 cm"}}
 SERVO = {"camera": "eye", "target": "dots", "goal": GOAL, "gain": 0.7}
+LENSES = Path(mkdtemp())  # calibration files, until the end of the process
+atexit.register(rmtree, LENSES, ignore_errors=True)
+for _name, _focal in (("a.xml", 800.0), ("b.xml", 700.0)):
+    _K = [[_focal, 0, 320], [0, _focal, 240], [0, 0, 1]]
+    rs.Camera(_K, (640, 480)).to_file(LENSES / _name)
+(LENSES / "cameras.txt").write_text(
+    "1 PINHOLE 640 480 800 800 320 240\n2 PINHOLE 640 480 700 700 320 240\n"
+)
 ARM = tomllib.loads(rs.examples.path("eye_in_hand").read_text(encoding="utf-8")) | {"run": RUN}
 LIMITS = {"speed": "1 rad/s", "acceleration": "4 rad/s^2"}
 SHAPED = {
@@ -41,6 +53,15 @@ SHAPED = {
     "smooth_start": 3.0,
     "limit": {"joint": "0.5 rad/s"},
 }
+TAG = {"family": "tag36h11", "id": 7, "size": "20 cm"}
+BOARD = {"family": "DICT_4X4_50", "columns": 4, "rows": 3, "square": "6 cm", "tag": "4 cm"}
+STORED = {
+    "file": "ost.yaml",
+    "size": [640, 480],
+    "K": [[800, 0, 320], [0, 790, 240], [0, 0, 1]],
+    "distortion": [0.05, 0.0, 0.0, 0.0],
+}
+OTHER_FILE = {"calibration": [{"file": f"{LENSES}/b.xml"}]}
 # other values of a key if none can be guessed from the present one
 OTHERS = {
     "about": [{"position": "0, 0, -80 cm"}],
@@ -145,6 +166,26 @@ def crawler(kind, of, **changes):
     robot, path = library("inspection_a", kind, **changes)
     follow = {"kind": "follow_joints", "by": {"rear": "5 cm"}, "duration": "0.5 s"}
     return {"schema": 1, "robots": [robot], "task": follow, "run": RUN}, path, {"of": of}
+
+
+def targeted(key, table):
+    """A scene with a tag or a board in place of the marks, and the place of the object."""
+    one = {"name": "dots", "on": "belt.pallet", key: table}
+    made, _ = task("ibvs")
+    return world(made, objects=[one, *FLYING["objects"][1:]]), ("objects", 0), {key: [table]}
+
+
+def aimed(key, table):
+    """The same, and the place of the tag or board."""
+    made, path, _ = targeted(key, table)
+    return made, (*path, key), {"family": ["tag25h9", "DICT_5X5_50"]}
+
+
+def calibrated(table, **others):
+    """A scene with a calibration of its camera, and the place of the calibration."""
+    eye = {"name": "eye", "on": "drone.body", "calibration": table}
+    made, _ = task("ibvs")
+    return world(made, cameras=[eye, FLYING["cameras"][1]]), ("cameras", 0, "calibration"), others
 
 
 def solid(table):
@@ -441,6 +482,7 @@ OF_SAFETY = {
     "fence": [{**FENCE, "high": "2, 2, 0.01 m"}],
     "watchdog": [{"after": "50 ms"}],
 }
+NEAR = {**FENCE, "low": "0.25, -2, 0 m"}
 HIGH = {
     "high": ["2, 2, 0.01 m"],
     "low": [f"{x}, -2, {z} m" for x in (-2, 0.32) for z in (0, 0.45, 0.6)],
@@ -662,11 +704,24 @@ RECIPES = {
     "DHRow": [linked("dh", ROW)],
     "InertiaTable": [linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"})],
     "Steering": [steered()],
-    "Object": [
+    "ObjectText": [
         (WHOLE, ("objects", 0), {"name": ["a"], "on": ["world"]}),
         (solid(BALL)[0], ("objects", 1)),
+        targeted("tag", TAG)[:2],
+        targeted("board", BOARD)[:2],
     ],
-    "CameraTable": [(WHOLE, ("cameras", 0), OF_CAMERA), (BY_MATRIX, ("cameras", 0), OTHER_K)],
+    "Tag": [aimed("tag", TAG)],
+    "Board": [aimed("board", BOARD)],
+    "CalibrationFile": [
+        calibrated({"file": f"{LENSES}/a.xml"}, file=[f"{LENSES}/b.xml"], sha256=["0" * 64]),
+        calibrated({"file": f"{LENSES}/cameras.txt", "camera": "1"}, camera=["2"]),
+        calibrated(STORED, distortion=[[0.1, 0.0, 0.0, 0.0]]),
+    ],
+    "CameraTable": [
+        (WHOLE, ("cameras", 0), OF_CAMERA),
+        (BY_MATRIX, ("cameras", 0), OTHER_K),
+        (calibrated({"file": f"{LENSES}/a.xml"})[0], ("cameras", 0), OTHER_FILE),
+    ],
     "Motion": [(WHOLE, ("motions", 0), {"robot": ["drone"]})],
     "Sensing": [(*top("sensing", {"outliers": 0.3}), OF_SENSING)],
     "Occlusion": [
@@ -678,7 +733,12 @@ RECIPES = {
             world(ARM_SERVO, safety={"ramp": "0.2 s"}, sensing={"dropped": 0.6}),
             ("safety",),
             OF_SAFETY,
-        )
+        ),
+        (
+            world(ARM_SERVO, safety={"fence": NEAR, "acceleration": "1 rad/s^2"}),
+            ("safety",),
+            {"call_interval": ["0.2 s"]},
+        ),
     ],
     "Fence": [(world(ARM_SERVO, safety={"fence": FENCE}), ("safety", "fence"), HIGH)],
     "Watchdog": [

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, as_floats, as_integer, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
-from robsim.base.protocols import format_members, implements
+from robsim.base.protocols import describe_protocol, implements
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.robot.joints.joint_kind import JointKind, check_joint_kind
@@ -97,8 +97,8 @@ def check_feature(
     """
     least = 0.0 if as_bool(bits, "bits") else ROUNDING
     if not implements(feature, Feature):
-        members = format_members(Feature)
-        raise InputError(f"expected a feature, with {members}, got {format_value(feature)}")
+        expected = describe_protocol(Feature)
+        raise InputError(f"expected a feature, {expected}, got {format_value(feature)}")
     views = _RandomViews.random(marks, seed, runs)
     if hasattr(feature, "towards"):
         goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)

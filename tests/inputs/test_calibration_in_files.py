@@ -144,7 +144,7 @@ def test_the_size_is_given_if_the_file_has_none(bench):
     [
         ('calibration = "ost.xml"', "calibration: .*/ost.xml: no such file"),
         ('calibration = "lenses"', "calibration: .*/lenses: this is a folder; expected a calib"),
-        ('calibration = "/dev/zero"', "calibration: /dev/zero: no such file"),
+        ('calibration = "/dev/zero"', "calibration: /dev/zero: this is a device"),
         ('calibration = "bench.toml"', "calibration: .*bench.toml"),
         ("calibration = 3", "calibration: must be the path of a calibration file, .* got 3"),
         ('calibration = ""', "calibration: must be the path of a calibration file, .* got ''"),

@@ -32,15 +32,18 @@ def list_members(protocol: type) -> list[str]:
     ]
 
 
-def format_members(protocol: type) -> str:
-    """Return the public members of a protocol, such as "unit, tolerance and measure(seen)".
+def describe_protocol(protocol: type) -> str:
+    """Return a phrase with the public members of a protocol.
 
     >>> from robsim.features.feature import Feature
-    >>> format_members(Feature)
-    'unit, tolerance and measure(seen)'
+    >>> describe_protocol(Feature)
+    'an object with unit, tolerance and measure(seen)'
     """
-    *most, last = (_format_member(name, getattr(protocol, name)) for name in list_members(protocol))
-    return f"{', '.join(most)} and {last}" if most else last
+    members = [_format_member(name, getattr(protocol, name)) for name in list_members(protocol)]
+    if not members:
+        return "an object of a class of your own"
+    *most, last = members
+    return f"an object with {', '.join(most)} and {last}" if most else f"an object with {last}"
 
 
 def _format_member(name: str, member: object) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
-from robsim.base.protocols import format_members, implements
+from robsim.base.protocols import describe_protocol, implements
 from robsim.declare.dotted_paths import find_field_parts
 from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.fields import DeclaredField, fields_of
@@ -109,7 +109,7 @@ class KindOf(Spec):
                 return self.other.check(value, what)
         hint = suggest_names(value, [*self.plain, *self.names], pluralize(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
-        more += f", or an object with {format_members(self.protocol)}" if self.protocol else ""
+        more += f", or {describe_protocol(self.protocol)}" if self.protocol else ""
         unknown = f"no {self.family.noun} {format_value(value)}"
         wrong = unknown if isinstance(value, str) else self._describe_mismatch(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")

@@ -225,6 +225,8 @@ class LogComparison:
         recorded[~recorded.any(axis=1)] = np.nan  # the controller holds the robot
         names, units = self._name_velocities(columns)
         comparison = compare_commands(self._times, computed, recorded, names, units, self.case.dt)
+        if not np.isfinite(comparison.observed).any():
+            return None  # the controller holds the robot all the time
         return self._choose_response(comparison, self._command_speed)
 
     @property

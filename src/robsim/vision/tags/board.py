@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.errors import InputError
 from robsim.base.unit_warnings import warn_of_millimetres
-from robsim.declare import Integer, Length, described
+from robsim.declare import Integer, Length, Role, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
 from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
@@ -51,11 +51,13 @@ class Board(PlanarTarget):
     ((12, 3), array([0.03, 0.03, 0.  ]))
     """
 
-    family: Annotated[str, FAMILY, 'Family of the tags, such as "DICT_4X4_50".']
+    family: Annotated[str, FAMILY, Role.FIGURE, 'Family of the tags, such as "DICT_4X4_50".']
     columns: Annotated[int, SQUARES, "Number of squares along x."]
     rows: Annotated[int, SQUARES, "Number of squares along y."]
     square: Annotated[float, Length(above=0), "Side of a square, in metres."]
-    tag: Annotated[float, Length(above=0), "Side of the black square of a tag, in metres."]
+    tag: Annotated[
+        float, Length(above=0), Role.FIGURE, "Side of the black square of a tag, in metres."
+    ]
 
     def __post_init__(self) -> None:
         count = find_tag_family(self.family).ids

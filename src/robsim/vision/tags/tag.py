@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.unit_warnings import warn_of_millimetres
-from robsim.declare import Integer, Length, PerRun, described
+from robsim.declare import Integer, Length, PerRun, Role, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
 from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
@@ -52,8 +52,8 @@ class Tag(PlanarTarget):
     ('tag36h11_7', array([-0.05, -0.05,  0.  ]))
     """
 
-    family: Annotated[str, FAMILY, "Family of the tag."]
-    id: Annotated[int, Integer(), "Number of the tag in its family."]
+    family: Annotated[str, FAMILY, Role.FIGURE, "Family of the tag."]
+    id: Annotated[int, Integer(), Role.FIGURE, "Number of the tag in its family."]
     size: Annotated[float, Length(above=0), PerRun(()), "Side of the black square, in metres."]
 
     def __post_init__(self) -> None:
