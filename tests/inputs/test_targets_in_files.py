@@ -145,11 +145,3 @@ def test_figures_show_the_target_also_without_the_extra(monkeypatch):
     ink = np.concatenate([row.vertices[:, :2] for row in rows])
     np.testing.assert_allclose([ink.min(axis=0), ink.max(axis=0)], [[-0.04] * 2, [0.04] * 2])
     np.testing.assert_allclose(np.ptp(paper.vertices, axis=0)[:2], [0.1, 0.1])
-
-
-def test_the_squares_of_a_board_are_where_it_is_black():
-    paper, *squares = BOARD.shapes
-    middles = np.array([square.vertices[:, :2].mean(axis=0) for square in squares])
-    assert len(squares) == 6 and BOARD.is_black(*middles.T).all()
-    low, high = paper.vertices[:, :2].min(axis=0), paper.vertices[:, :2].max(axis=0)
-    np.testing.assert_allclose([low, high], BOARD.paper, rtol=0, atol=1e-15)

@@ -10,6 +10,7 @@ import robsim as rs
 
 ROOT = Path(__file__).parents[2]
 FILES = ROOT / "examples" / "tag_cell"
+BOARD = rs.vision.Board("DICT_4X4_50", columns=4, rows=3, square=0.03, tag=0.02)
 
 
 @pytest.fixture
@@ -63,3 +64,11 @@ def test_a_calibration_that_changes_is_noticed(cell):
     lens.write_text(lens.read_text().replace("612.4", "622.4"))
     with pytest.raises(rs.errors.FileError, match=r"cameras.eye.calibration: .*ost.yaml: the cont"):
         rs.load_scenario(cell)
+
+
+def test_the_squares_of_a_board_are_where_it_is_black():
+    paper, *squares = BOARD.shapes
+    middles = np.array([square.vertices[:, :2].mean(axis=0) for square in squares])
+    assert len(squares) == 6 and BOARD.is_black(*middles.T).all()
+    low, high = paper.vertices[:, :2].min(axis=0), paper.vertices[:, :2].max(axis=0)
+    np.testing.assert_allclose([low, high], BOARD.paper, rtol=0, atol=1e-15)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import gc
+import os
 import sys
 
 import click
@@ -74,4 +75,6 @@ def run_command_line() -> None:
         if error.filename is not None or error.errno != errno.ENOSPC:
             raise
         print_text(f"error: cannot write the output: {error.strerror}", err=True)
+        with open(os.devnull, "w") as nowhere:  # for the rest of the output, written at the exit
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
         sys.exit(BAD_INPUT)
