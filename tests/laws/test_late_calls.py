@@ -116,7 +116,7 @@ def test_a_fence_and_joint_limits_hold_for_calls_up_to_the_declared_interval(
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_a_fence_holds_for_many_motions(arm, pattern, seed):
     dt, longest, intervals = PATTERNS[pattern]

@@ -138,7 +138,11 @@ FAULTS = {
     ),
 }
 MORE_FAULTS = {
-    "board": ("board", lambda c: views_of(c, marks=turned_board(c)), "marks in 7 columns and 5 ro"),
+    "board": (
+        "board",
+        lambda c: views_of(c, marks=turned_board(c)),
+        "marks in (7 columns and 5 rows|columns from top to bottom)",  # the same board, turned
+    ),
     "small focal": ("board", lambda c: views_of(c, focal=1.02), "focal lengths 0.98 times"),
     "two views": (
         "tag",
@@ -191,9 +195,8 @@ def test_a_fault_is_named(fault):
 
 @pytest.mark.full
 @pytest.mark.parametrize("fault", [*FAULTS, *MORE_FAULTS])
-@pytest.mark.parametrize("noise", [NOISE, None])
-def test_every_fault_is_named_with_given_and_estimated_noise(fault, noise):
-    check_cause({**FAULTS, **MORE_FAULTS}[fault], noise)
+def test_every_fault_is_named_with_estimated_noise(fault):
+    check_cause({**FAULTS, **MORE_FAULTS}[fault], None)
 
 
 def test_noise_that_is_given_too_small_is_named():

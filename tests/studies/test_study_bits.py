@@ -69,9 +69,9 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(noisy, how, wanted, t
 KILLED = """
 import os, signal, sys
 import robsim as rs
-from robsim.studies import study_store
+from robsim.studies import row_files
 
-put, count = study_store.write_whole, 0
+put, count = row_files.write_whole, 0
 def counted(path, data):
     global count
     count += "rows-" in str(path)
@@ -80,7 +80,7 @@ def counted(path, data):
         open(draft, "wb").write(bytes(data)[:100])
         os.kill(os.getpid(), signal.SIGKILL)
     return put(path, data)
-study_store.write_whole = counted
+row_files.write_whole = counted
 from robsim.cli import main
 sys.argv = ["robsim", "study", sys.argv[1], "-o", sys.argv[2], "--chunk", "10"]
 main()
