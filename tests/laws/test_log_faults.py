@@ -45,7 +45,7 @@ def healthy_drive(seed, steps=220):
 @pytest.mark.parametrize(
     "kind",
     [
-        kind if i % 3 < 2 else pytest.param(kind, marks=pytest.mark.full)
+        kind if i % 3 == 0 else pytest.param(kind, marks=pytest.mark.full)
         for i, kind in enumerate(plant.FAULTS)
     ],
 )
@@ -55,7 +55,7 @@ def test_a_fault_is_named_alone(kind):
 
 
 def test_a_healthy_drive_has_no_finding():
-    for seed in range(10):
+    for seed in range(5):
         assert healthy_drive(100 + seed, steps=100).causes == ()
 
 
