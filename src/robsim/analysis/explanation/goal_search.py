@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robsim.analysis.explanation.damped_search import minimise_errors, shorten_steps
 from robsim.base.arrays import Array, move_runs_last
 from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous_matrix
@@ -50,12 +51,17 @@ def find_nearest_pose(
     if servo.bound_features.goal_values is None or len(servo.sights) != 1:
         return None
     with np.errstate(all="ignore"):  # invalid poses are dropped
-        e, T = _minimise_error(servo, _sample_search_starts(servo.sights[0], known_poses, depth))
-    best = int(np.square(e).sum(0).argmin())
+        T, e = minimise_errors(
+            lambda T: _error_and_rates(servo, T),
+            lambda T, steps: _move_camera(servo, T, steps),
+            _sample_search_starts(servo.sights[0], known_poses, depth),
+            ROUNDS,
+        )
+    best = int(np.square(e).sum(axis=1).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
     in_image = bool((flags == Visibility.IN_IMAGE).all())
-    errors = e[:, best]
+    errors = e[best]
     size, length = float(np.abs(errors).max()), float(np.linalg.norm(errors))
     return NearestPose(Pose(homogeneous_matrix(one)[0]), size, length, in_image)
 
@@ -71,22 +77,8 @@ def _sample_search_starts(sight: CameraTarget, known_poses: Sequence[Pose], dept
     return move_runs_last(np.concatenate([[each.matrix for each in known_poses], T])[:, :3], 2)
 
 
-def _minimise_error(servo: ServoController, T: Array) -> tuple[Array, Array]:
-    """Return the errors (k, B) at the end of the descents, in tolerances, and the poses T."""
-    e, L = _error_and_interaction(servo, T)
-    damping = np.full(T.shape[2], 1e-3)
-    for _ in range(ROUNDS):
-        next_T = _move_camera(T, _levenberg_step(e, L, damping, _mean_depth(servo, T)))
-        next_e, next_L = _error_and_interaction(servo, next_T)
-        better = np.square(next_e).sum(0) < np.square(e).sum(0)
-        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
-        T = np.where(better, next_T, T)
-        e, L = np.where(better, next_e, e), np.where(better, next_L, L)
-    return e, T
-
-
-def _error_and_interaction(servo: ServoController, T: Array) -> tuple[Array, Array]:
-    """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
+def _error_and_rates(servo: ServoController, T: Array) -> tuple[Array, Array]:
+    """Return e (B, k) in tolerances, infinite behind the camera, and L (B, k, 6) in depths."""
     regulated = servo.bound_features
     (sight,) = regulated.sights
     depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
@@ -98,33 +90,24 @@ def _error_and_interaction(servo: ServoController, T: Array) -> tuple[Array, Arr
     L = np.concatenate([part.interaction(view) for part, view in pairs])
     scale = (servo.tolerance / servo.tolerances)[:, None]
     e = scale * (s - regulated.s_goal)
-    return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
+    seen = np.isfinite(e).all(0)
+    usable = seen & np.isfinite(L).all((0, 1))
+    L = np.where(usable, scale[:, None] * L * _depth_units(servo, T), 0.0)
+    return np.where(seen, e, np.inf).T, L.transpose(2, 0, 1)
 
 
-def _mean_depth(servo: ServoController, T: Array) -> Array:
-    """Return the depths (B,) of the middle of the marks."""
+def _depth_units(servo: ServoController, T: Array) -> Array:
+    """Return the units (6, B) of camera motions: the depth of the middle of the marks, and 1."""
     middle: Array = servo.sights[0].target.marks.mean(axis=0)
-    return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
+    units = np.ones((6, T.shape[2]))
+    units[:3] = np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3]
+    return units
 
 
-def _move_camera(T: Array, V: Array) -> Array:
-    """Return T_c_o after a camera motion exp(V)."""
+def _move_camera(servo: ServoController, T: Array, steps: Array) -> Array:
+    """Return T_c_o after camera motions exp(V) by shortened steps (B, 6) in depths."""
+    V = _depth_units(servo, T) * shorten_steps(steps, np.linalg.norm(steps, axis=1), STEP).T
     inverse, displaced = np.empty(T.shape), np.empty(T.shape)
     se3.exp_se3(np.ascontiguousarray(-V), inverse)
     se3.compose(inverse, np.ascontiguousarray(T), displaced)
     return displaced
-
-
-def _levenberg_step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
-    """Return steps V (6, B), with lengths in depths; zero if there is no finite step."""
-    unit = np.ones((6, e.shape[1]))
-    unit[:3] = depth
-    usable = np.isfinite(e).all(0) & np.isfinite(L).all((0, 1))
-    A = np.where(usable, L * unit, 0.0).transpose(2, 0, 1)
-    H = np.swapaxes(A, 1, 2) @ A
-    size = np.maximum(np.trace(H, axis1=1, axis2=2), 1e-300)
-    H += (damping * size)[:, None, None] * np.eye(6)
-    g = np.einsum("bki,kb->bi", A, np.where(usable, e, 0.0))
-    z = -np.linalg.solve(H, g[..., None])[..., 0]
-    z *= np.minimum(1.0, STEP / np.maximum(np.linalg.norm(z, axis=1), 1e-300))[:, None]
-    return np.asarray(unit * z.T)

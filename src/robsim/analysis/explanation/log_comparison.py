@@ -214,9 +214,14 @@ class LogComparison:
     # ---- commands ----
 
     @cached_property
+    def _computed_commands(self) -> tuple[NDArray[np.int64], Array]:
+        """The velocities that the controller commands, and its commands (T, n) for the log."""
+        return recompute_commands(self.run, self.case)
+
+    @cached_property
     def _commands(self) -> FaultChoice | None:
         """The choice among the faults of commands; None if they agree to rounding."""
-        columns, computed = recompute_commands(self.run, self.case)
+        columns, computed = self._computed_commands
         recorded = self.run["qd"].values[:, columns].copy()
         if np.abs(recorded - computed).max(initial=0.0) <= ROUNDING * np.abs(computed).max(
             initial=0.0
@@ -273,7 +278,7 @@ class LogComparison:
         if fault and fault.best.hypothesis.correct:
             q = fault.best.hypothesis.correct(fault.best.values, q)
         if (other := self._command_fault) and other.best.hypothesis.correct:
-            columns, _ = recompute_commands(run, self.case)
+            columns, _ = self._computed_commands
             commands[:, columns] = other.best.hypothesis.correct(
                 other.best.values, commands[:, columns]
             )

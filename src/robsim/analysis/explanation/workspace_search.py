@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robsim.analysis.explanation.damped_search import minimise_errors, shorten_steps
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_offset
@@ -68,7 +69,12 @@ def find_nearest_state(analysis: RunAnalysis) -> NearestState | None:
     if field.unactuated or compute_true_error(case.task, case.scene, _ends(analysis)) is None:
         return None
     with np.errstate(all="ignore"):  # searches that fail are dropped
-        q, e = _minimise_error(analysis, field, _sample_coordinates(analysis))
+        q, e = minimise_errors(
+            lambda q: _error_and_rates(analysis, q),
+            lambda q, steps: field.displace(q, move_runs_last(_shorten(steps), 1)),
+            _sample_coordinates(analysis),
+            ROUNDS,
+        )
     size = np.abs(e).max(axis=1)
     best = int(size.argmin())
     if not np.isfinite(size[best]):
@@ -90,22 +96,6 @@ def _sample_coordinates(analysis: RunAnalysis) -> Array:
     return np.ascontiguousarray(np.concatenate([_ends(analysis), q], axis=1))
 
 
-def _minimise_error(analysis: RunAnalysis, field: VectorField, q: Array) -> tuple[Array, Array]:
-    """Return the coordinates (nq, B) at the end of the searches, and their errors (B, k)."""
-    e, A = _error_and_rates(analysis, q)
-    damping = np.full(q.shape[1], 1e-3)
-    for _ in range(ROUNDS):
-        step = _levenberg_joint_step(e, A, damping)
-        next_q = field.displace(q, move_runs_last(step, 1))
-        next_e, next_A = _error_and_rates(analysis, next_q)
-        better = np.square(next_e).sum(axis=1) < np.square(e).sum(axis=1)
-        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
-        q = np.ascontiguousarray(np.where(better, next_q, q))
-        e = np.where(better[:, None], next_e, e)
-        A = np.where(better[:, None, None], next_A, A)
-    return q, e
-
-
 def _error_and_rates(analysis: RunAnalysis, q: Array) -> tuple[Array, Array]:
     """Return the errors (B, k) in tolerances, infinite behind a camera, and their rates."""
     controller, case = analysis.controller, analysis.case
@@ -117,12 +107,6 @@ def _error_and_rates(analysis: RunAnalysis, q: Array) -> tuple[Array, Array]:
     return np.where(usable[:, None], e, np.inf), np.where(usable[:, None, None], A, 0.0)
 
 
-def _levenberg_joint_step(e: Array, A: Array, damping: Array) -> Array:
-    """Return steps (B, n) of the commanded joints; zero where the error is not finite."""
-    H = np.swapaxes(A, 1, 2) @ A
-    size = np.maximum(np.trace(H, axis1=1, axis2=2), 1e-300)
-    H += (damping * size)[:, None, None] * np.eye(H.shape[1])
-    g = np.einsum("bkn,bk->bn", A, np.where(np.isfinite(e), e, 0.0))
-    step = -np.linalg.solve(H, g[..., None])[..., 0]
-    longest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300)
-    return np.asarray(step * np.minimum(1.0, LONGEST_STEP / longest))
+def _shorten(steps: Array) -> Array:
+    """Return steps (B, n) of the commanded joints, none of which moves too far."""
+    return shorten_steps(steps, np.abs(steps).max(axis=1), LONGEST_STEP)

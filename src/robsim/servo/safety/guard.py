@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -66,30 +67,24 @@ class SafetyStages:
         n, program, law_command = self.n, self.program, inner.qd
         self._add_hold(law_command, inner.status)
         command, brake = program.rows(n), program.rows(n)
-        coordinates, (low, high) = self._bound_joints()
+        joints = self._joint_limits()
         program.add(
             command_limits.limit_command,
             law_command=law_command,
             scaled=self._scale_to_speed(law_command),
-            last=self.last,
             command=command,
             brake=brake,
             shares=self.scale,
-            reason=self.reasons,
-            duration=self.inputs.dt,
-            hold=self.hold,
-            accelerations=self.accelerations,
-            low=low,
-            high=high,
-            q=self.inputs.q,
-            at_limit=self.at_limit,
-            places=coordinates,
+            **joints,
         )
         qd = command
         if self.safety.fence is not None:
             attempts = self._add_attempts(command, brake)
             if self.safety.margin is not None:
-                self._limit_attempts(*attempts, coordinates, low, high)
+                velocities, seconds = attempts
+                program.add(
+                    command_limits.limit_attempts, velocities=velocities, seconds=seconds, **joints
+                )
             qd = self._add_fence(self.safety.fence, *attempts, brake)
         program.add(
             command_limits.store_command,
@@ -129,8 +124,11 @@ class SafetyStages:
         J = program.rows(6, n)
         return program.result(scale_command, "out", n, J=J, limits=limits, qd=command)
 
-    def _bound_joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
-        """Return the coordinate of each velocity, -1 without a margin, and the rows of bounds."""
+    def _joint_limits(self) -> dict[str, Any]:
+        """Return the arguments of the stages that keep joints within their limits, by their names.
+
+        `places` holds the coordinate of each velocity, -1 without a margin.
+        """
         coordinates, bounds = find_coordinates(self.scene, self.controller.columns)
         if self.safety.margin is None:
             coordinates = np.full(self.n, -1)
@@ -138,7 +136,18 @@ class SafetyStages:
             margins = self.safety.limits("margin", self.scene.nq)[coordinates]
             bounds = bounds + np.stack([margins, -margins], axis=1)
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
-        return coordinates.tolist(), (low, high)
+        return {
+            "last": self.last,
+            "reason": self.reasons,
+            "duration": self.inputs.dt,
+            "hold": self.hold,
+            "accelerations": self.accelerations,
+            "low": low,
+            "high": high,
+            "q": self.inputs.q,
+            "at_limit": self.at_limit,
+            "places": coordinates.tolist(),
+        }
 
     def _add_attempts(self, command: BlockRows, brake: BlockRows) -> tuple[BlockRows, BlockRows]:
         """Add the stage that computes attempts; return the rows of velocities and seconds."""
@@ -155,31 +164,6 @@ class SafetyStages:
             seconds=seconds,
         )
         return qd, seconds
-
-    def _limit_attempts(
-        self,
-        qd: BlockRows,
-        seconds: BlockRows,
-        coordinates: list[int],
-        low: BlockRows,
-        high: BlockRows,
-    ) -> None:
-        """Add the stage that keeps the joints of all attempts within their limits."""
-        self.program.add(
-            command_limits.limit_attempts,
-            velocities=qd,
-            seconds=seconds,
-            last=self.last,
-            duration=self.inputs.dt,
-            hold=self.hold,
-            accelerations=self.accelerations,
-            low=low,
-            high=high,
-            q=self.inputs.q,
-            reason=self.reasons,
-            at_limit=self.at_limit,
-            places=coordinates,
-        )
 
     def _add_fence(
         self, fence: Fence, qd: BlockRows, seconds: BlockRows, brake: BlockRows
