@@ -8,7 +8,8 @@ import pytest
 from robsim import Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
 from robsim.studio.downloads import format_python_code
-from robsim.studio.workbench import Workbench, explain_live_run
+from robsim.studio.live_explanation import explain_live_run
+from robsim.studio.workbench import Workbench
 
 
 @pytest.fixture

@@ -29,8 +29,10 @@ MODULES = (
         "time",
     ),
     *("columns", "stamps", "scatter", "shades", "rows", "study"),
+    *("why", "gallery", "matrix", "keys", "bar", "pendant"),
     *("link", "handles", "controls", "studio", "main"),
 )
+STYLES = ("vendor", "page", "why", "gallery", "matrix", "bar", "pendant")
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export ", re.MULTILINE)
 
@@ -93,7 +95,7 @@ def _hash_text(text: str) -> str:
 @cache
 def _read_page_style() -> str:
     """Return the style sheets in one text."""
-    return _read_page_asset("vendor.css") + _read_page_asset("page.css")
+    return "".join(_read_page_asset(f"{name}.css") for name in STYLES)
 
 
 @cache

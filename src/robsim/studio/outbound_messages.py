@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.page.html_document import encode_recording_text
-from robsim.plot.run_data import describe_outcome
+from robsim.studio.session_state import build_session_state
 
 if TYPE_CHECKING:
     from robsim.page.recording_builder import Recording
@@ -67,7 +67,7 @@ class OutboundMessages:
         if bench is not None:
             yield from self._list_bench_news(bench)
         yield from self._encode_if_new("gallery", entries=shelf.entries)
-        yield from self._encode_if_new("state", **_build_session_state(session, bench))
+        yield from self._encode_if_new("state", **build_session_state(session, bench))
 
     def _list_bench_news(self, bench: Workbench) -> Iterator[str]:
         """Yield the messages about the experiment that have not been sent yet."""
@@ -140,38 +140,6 @@ def _join_recording_rows(
         name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed
     }
     return whole | last | arrays_with_rows
-
-
-def _build_session_state(session: Session, bench: Workbench | None) -> dict[str, Any]:
-    """Return the state of a session."""
-    factor = session.factor if session.playing else None
-    return {
-        "playing": session.playing,
-        "speed": session.speed,
-        "factor": None if factor is None else round(factor, 2),
-        "note": session.note,
-        "run": session.run,
-        **(_build_workbench_state(bench) if bench else _NO_BENCH),
-    }
-
-
-def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
-    """Return the part of the state that belongs to the experiment."""
-    end = bench.pair.end if bench.pair else None
-    other = bench.pair.end_of_second if bench.pair else None
-    hold = bench.experiment.hold
-    ends = [describe_outcome(end.outcome, end.time, hold)] if end else []
-    ends += [f"second scheme {describe_outcome(other.outcome, other.time, hold)}"] if other else []
-    return {
-        "outcome": end.outcome.name if end else "",
-        "ending": "; ".join(ends),
-        "second": bench.second,
-        "changes": list(bench.changes),
-        "handles": [asdict(each) for each in bench.handles],
-    }
-
-
-_NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles": []}
 
 
 def _encode_message(kind: str, **content: Any) -> str:

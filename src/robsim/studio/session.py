@@ -16,10 +16,11 @@ from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
 from robsim.studio.control_values import is_json_integer
+from robsim.studio.live_explanation import explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
-from robsim.studio.workbench import Workbench, explain_live_run
+from robsim.studio.workbench import Workbench
 
 TICK = 1 / 30  # seconds between messages
 BUSY = 0.025  # seconds for simulation steps in a tick

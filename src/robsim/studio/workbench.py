@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any
 
 from robsim.base.errors import InputError, format_value
 from robsim.declare.controls import Control
 from robsim.declare.name_lookup import suggest_dotted_names
-from robsim.page.curves_and_texts import collect_run_texts
 from robsim.page.recording_builder import Recording, RecordingBuilder
 from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
@@ -17,7 +15,6 @@ from robsim.run.experiment import Experiment
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.studio.control_values import check_control_value
 from robsim.studio.handles import Handle, compute_drag_changes, list_handles
-from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
@@ -191,17 +188,3 @@ class Workbench:
     def _initial_texts(self) -> dict[str, str]:
         """Return the texts before the run has ended: the remark of the experiment, if any."""
         return {"watch for": self._remark} if self._remark else {}
-
-
-def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dict[str, str]:
-    """Return the explanation of a run and the text of its experiment.
-
-    If `trials`, the explanation includes changes that improve the run, found by simulation.
-    """
-    collected = collect_run_texts(live.segment.run(), live.segment, trials)
-    if live.start_time:
-        heading = f"After the last change at {live.start_time:.2f} s (times count from there):\n"
-        collected["explanation"] = heading + collected["explanation"]
-    with suppress(InputError):
-        collected["experiment"] = experiment.text
-    return collected

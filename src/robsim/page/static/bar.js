@@ -1,0 +1,1 @@
+// The bar: undo, redo, save, share, film, copy.

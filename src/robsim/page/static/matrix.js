@@ -1,0 +1,1 @@
+// The interaction matrix of an instant.

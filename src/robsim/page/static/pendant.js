@@ -1,0 +1,1 @@
+// The teach pendant of a robot.

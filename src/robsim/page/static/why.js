@@ -1,0 +1,1 @@
+// The reason of an outcome, and the changes to try.
