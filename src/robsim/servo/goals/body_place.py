@@ -132,7 +132,8 @@ def check_places(places: Iterable[BodyPlace], scene: Scene) -> None:
     for each in places:
         if each.name not in bodies:
             raise GoalError(
-                f"no object or camera {format_value(each.name)} in the scene; "
+                f"the goal was shown with {format_value(each.name)} at a place, and the scene has no such "
+                f"object or camera; "
                 f"{suggest_names(each.name, list(bodies), 'objects and cameras')}"
             )
 

@@ -302,8 +302,7 @@ def find_goal_pairs(goal: GoalKind, truths: Pairs, beliefs: Pairs) -> tuple[Pair
         return truths, beliefs
     places = cast(Places, goal.places)
     scene, belief = truths[0].scene, beliefs[0].scene
-    with prefix_path("places"):
-        check_places(places, scene)
+    check_places(places, scene)
     shown = place_bodies(scene, {each.name: each.pose for each in places})
     if belief is scene:
         believed = shown
