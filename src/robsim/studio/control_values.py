@@ -54,7 +54,7 @@ def describe_differences(
     return [
         {"path": name, "before": old, "after": new}
         for name, (old, new) in texts.items()
-        if old != new and texts.get(name.removeprefix("belief.")) != (old, new) or _is_true(name)
+XX
     ]
 
 
