@@ -35,6 +35,8 @@ FLYING = {
     "start": {"q": ["14 cm", "18 cm", "-90 cm", *TURNED, "0 cm"]},
     "run": RUN,
 }
+KEPT = {"places": [{"name": "plate", "position": "30, 1, 10 cm"}]}
+MOVED = [{"name": "plate", "position": "32, 1, 11 cm"}]
 GOAL = {"computed": {"position": "1, 2, 75 cm"}}
 SERVO = {"camera": "eye", "target": "dots", "goal": GOAL, "gain": 0.7}
 LENSES = Path(mkdtemp())  # calibration files, until the end of the process
@@ -673,6 +675,10 @@ RECIPES = {
         (PLACED, ("task", "goal")),
         part("goal", GOAL),
         part("goal", {"s": [0.01 * i for i in range(12)]}),
+        (*part("goal", KEPT, ARM), {"places": [MOVED]}),
+    ],
+    "BodyPlace": [
+        (part("goal", KEPT, ARM)[0], ("task", "goal", "places", 0), {"name": ["camera"]})
     ],
     "StartTable": [(ARM_SERVO, ("start",)), (PLACED, ("start",))],
     "StraightTable": [

@@ -12,7 +12,16 @@ from robsim.world.scene import Scene
 
 
 def find_common_belief(task: Any) -> Scene | None:
-    """Return the common belief of the servo tasks in a task; None without a common belief."""
+    """Return the common belief of the servo tasks in a task.
+
+    The result is None if there is no servo task, or if their beliefs differ.
+
+    Examples
+    --------
+    >>> from robsim import PBVS, Priorities, Scene
+    >>> find_common_belief(Priorities([PBVS(belief=Scene()), PBVS()])) is None
+    True
+    """
     each = list_beliefs(task)
     return each[0] if each and all(is_identical(one, each[0]) for one in each) else None
 

@@ -4,27 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
 from robsim.base.errors import GoalError, InputError, format_value, suggest_names
 from robsim.base.value import replace_unchecked
-from robsim.declare.problems import UnreadableValue
-from robsim.declare.spec import (
-    MISSING,
-    Context,
-    DefineSchema,
-    JSONSchema,
-    PathPart,
-    PythonValue,
-    Raw,
-    Spec,
-    UnwritableChange,
-    make_expected_error,
-)
-from robsim.geometry.pose import Pose, check_single_pose
-from robsim.geometry.pose_table import POSE, PoseTable
+from robsim.declare import DeclaredValue, Name, described
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -33,92 +21,39 @@ Body = Object | MountedCamera
 B = TypeVar("B", Object, MountedCamera)
 
 
-class BodyPlace(NamedTuple):
-    """Place of an object or a camera: its name, and its pose in the frame that carries it."""
+@described
+@dataclass(frozen=True)
+class BodyPlace(DeclaredValue):
+    """Place of an object or a camera when a goal was shown: its pose on its carrier.
 
-    name: str
-    pose: Pose
+    Examples
+    --------
+    >>> BodyPlace("plate", Pose.at(0.4, 0, 0.05)).pose.position
+    array([0.4 , 0.  , 0.05])
+    """
+
+    name: Annotated[str, Name(), "Name of the object or camera."]
+    pose: Annotated[Pose, FLAT_POSE, "Pose of the body in the frame that carries it."] = IDENTITY
 
 
 Places = tuple[BodyPlace, ...]
 
 
 def make_places(value: Any) -> Places:
-    """Return places from {name: pose} or from pairs; raise GoalError for other values."""
+    """Return places from {name: pose} or from a list of places; GoalError for other values."""
     try:
-        poses = dict(value)
-    except (TypeError, ValueError):
-        raise GoalError(
-            f"goal places: expected {{name: pose}}, got {format_value(value)}"
-        ) from None
-    try:
-        return tuple(
-            BodyPlace(name, check_single_pose(pose, f"place of {format_value(name)}"))
-            for name, pose in poses.items()
-        )
+        if isinstance(value, Mapping):
+            return tuple(BodyPlace(name, pose) for name, pose in value.items())
+        places = tuple(value)
     except InputError as error:
         raise GoalError(f"goal places: {error}") from None
-
-
-@dataclass(frozen=True)
-class PlacesSpec(Spec):
-    """Declaration of places: a table of poses by the names of the bodies."""
-
-    form: ClassVar[str] = "table"
-    phrase: ClassVar[str] = 'poses by name, as in { plate = { position = "40, 0, 5 cm" } }'
-    python_phrase: ClassVar[str] = "{name: pose}"
-
-    def check(self, value: object, what: str) -> Places:
-        return make_places(value)
-
-    def read(self, raw: Raw, c: Context) -> Places:
-        if not isinstance(raw, Mapping):
-            raise make_expected_error(self.words(), raw)
-        before, poses = c.problems.total_count, _get_old_poses(c)
-        for name, table in raw.items():
-            if table == PythonValue(None):
-                poses.pop(name, None)
-            else:
-                inner = c.at(name, over=poses.get(name, MISSING))
-                poses[name] = inner.read_or_report(POSE, table)
-        if c.problems.total_count > before:
-            raise UnreadableValue
-        return make_places(poses)
-
-    def write(self, value: Any, c: Context) -> dict[str, Raw]:
-        old = _get_old_poses(c)
-        if old.keys() - dict(value).keys():
-            raise UnwritableChange
-        return {
-            name: POSE.write(pose, c.at(name, over=old.get(name, MISSING)))
-            for name, pose in value
-            if name not in old or pose.matrix.tobytes() != old[name].matrix.tobytes()
-        }
-
-    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
-        if value:
-            super().put(table, name, value, c)
-
-    def schema(self, define: DefineSchema) -> JSONSchema:
-        return {"type": "object", "additionalProperties": POSE.schema(define)}
-
-    def list_inner_classes(self) -> tuple[type[PoseTable], ...]:
-        return (PoseTable,)
-
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[PathPart]:
-        if keys[0] not in dict(value):
-            return []
-        name = keys.pop(0)
-
-        def put(places: Places, pose: Pose) -> Places:
-            return make_places({**dict(places), name: pose})
-
-        return [PathPart(POSE, c.at(name), lambda places: dict(places)[name], put, put)]
-
-
-def _get_old_poses(c: Context) -> dict[str, Pose]:
-    """Return the poses of the old places, which a text changes."""
-    return dict(c.over) if isinstance(c.over, tuple) else {}
+    except TypeError:
+        places = (value,)
+    names = [getattr(each, "name", None) for each in places]
+    if not all(isinstance(each, BodyPlace) for each in places) or len(set(names)) < len(names):
+        text = f"expected {{name: pose}}, one pose for each body, got {format_value(value)}"
+        raise GoalError(f"goal places: {text}")
+    return places
 
 
 def list_bodies(scene: Scene) -> dict[str, Body]:
@@ -132,8 +67,8 @@ def check_places(places: Iterable[BodyPlace], scene: Scene) -> None:
     for each in places:
         if each.name not in bodies:
             raise GoalError(
-                f"the goal was shown with {format_value(each.name)} at a place, and the scene has no such "
-                f"object or camera; "
+                f"the goal was shown with {format_value(each.name)} at a place, and the scene has "
+                "no such object or camera; "
                 f"{suggest_names(each.name, list(bodies), 'objects and cameras')}"
             )
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import GoalError, InputError
 from robsim.base.value import Value
+from robsim.declare import ListOf
 from robsim.declare.array_types import Numbers
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import prefix_path
@@ -21,10 +22,11 @@ from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import FLAT_POSE, POSE
 from robsim.robot.joints.floating_joint import FloatingJoint
+from robsim.robot.robot_table import MOST_LISTED_PARTS
 from robsim.servo.camera_target import CameraTarget, compute_relative_pose
 from robsim.servo.goals.body_place import (
+    BodyPlace,
     Places,
-    PlacesSpec,
     check_places,
     find_believed_places,
     make_places,
@@ -71,7 +73,7 @@ class TaughtGoal(Value):
         Poses of objects and cameras when the goal was shown, each in the frame that carries the
         body, as `Object.pose`. A body without an entry has its pose of the scene. The belief of a
         task keeps its error: a body at T_true with the believed pose T_true E was then believed to
-        be at place E. Stored as a tuple of pairs (name, pose).
+        be at place E. Stored as a tuple of places, each with `name` and `pose`.
 
     Raises
     ------
@@ -200,7 +202,7 @@ class GoalTable:
     s: Annotated[ArrayLike | None, Numbers(), "Features at the goal, as numbers."] = None
     places: Annotated[
         Places,
-        PlacesSpec(),
+        ListOf(Table(BodyPlace), most=MOST_LISTED_PARTS),
         "Objects and cameras that have moved since the goal was shown, at their places of then.",
     ] = ()
 
