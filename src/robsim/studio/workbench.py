@@ -8,15 +8,17 @@ from typing import Any
 from robsim.base.errors import InputError, format_value
 from robsim.declare.controls import Control
 from robsim.declare.name_lookup import suggest_dotted_names
+from robsim.page.explanation_card import build_card
 from robsim.page.recording_builder import Recording, RecordingBuilder
+from robsim.page.recording_frames import Entry
 from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.run.experiment import Experiment
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.studio.control_values import check_control_value
 from robsim.studio.handles import Handle, compute_drag_changes, list_handles
+from robsim.studio.live_explanation import list_watch_entries
 from robsim.studio.run_pair import RunPair
-from robsim.studio.scenario_shelf import read_experiment_remark
 
 RESTARTING = ("start", "run")  # changes in these tables restart the run
 
@@ -47,7 +49,7 @@ class Workbench:
 
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
-        self._adopt(experiment, {}, {}, None, read_experiment_remark(experiment))
+        self._adopt(experiment, {}, {}, None, list_watch_entries(experiment))
         warn_missing_meshes(experiment.scene)
 
     @property
@@ -82,7 +84,7 @@ class Workbench:
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(*self.current, self.second, None, self._remark)
+        self._adopt(*self.current, self.second, None, self._watch)
 
     def set(self, name: object, value: object) -> None:
         """Change a value of the experiment; raise InputError if the name or value is invalid."""
@@ -113,11 +115,11 @@ class Workbench:
                     "it must have the same values of run, and must not be a mission"
                 )
             difference = {control.path: check_control_value(control, second[1])}
-        self._adopt(*self.current, difference, None, self._remark)
+        self._adopt(*self.current, difference, None, self._watch)
 
-    def explain(self, explanation: Mapping[str, str]) -> None:
+    def explain(self, explained: Mapping[str, Any]) -> None:
         """Store the explanation of the run, as `explain_live_run` returns it."""
-        self.texts = {**self._initial_texts(), **explanation}
+        self.texts, self.why = explained["texts"], {**explained["why"], "watch": self._watch}
         self.news.add("texts")
 
     def recording(self) -> Recording:
@@ -127,7 +129,9 @@ class Workbench:
             return self._mission_recording
         assert self.builder is not None
         title = self.experiment.title or "experiment"
-        return self.builder.build_recording(title, self.pair.instants(), texts=self.texts)
+        return self.builder.build_recording(
+            title, self.pair.instants(), texts=self.texts, why=self.why
+        )
 
     def _get_control(self, name: object) -> Control:
         """Return the control of a dotted name; raise InputError if there is none."""
@@ -147,7 +151,7 @@ class Workbench:
         pair = (
             None if restarts or not self.pair else self.pair.continue_with(experiment, self.second)
         )
-        self._adopt(experiment, {**self.changes, **changes}, self.second, pair, self._remark)
+        self._adopt(experiment, {**self.changes, **changes}, self.second, pair, self._watch)
 
     def _adopt(
         self,
@@ -155,7 +159,7 @@ class Workbench:
         changes: Mapping[str, Any],
         second: Mapping[str, Any],
         pair: RunPair | None,
-        remark: str,
+        watch: list[Entry],
     ) -> None:
         """Build run, handles and recording builder of an experiment; then store them all.
 
@@ -174,17 +178,12 @@ class Workbench:
             if before is None or not builder.has_same_entries(before):
                 pair.forget()
                 before = None
-        self.current, self.second, self._remark = (experiment, changes), second, remark
+        self.current, self.second, self._watch = (experiment, changes), second, watch
         self.controls, self.handles, self.revision = controls, handles, self.revision + 1
         self.news |= {"controls", "texts"}
         if before is None or pair is None or pair.live.restarted:
             self.news.add("recording")
         self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
-        self.texts = {
-            **self._initial_texts(),
-            **(mission_recording.header["texts"] if mission_recording else {}),
-        }
-
-    def _initial_texts(self) -> dict[str, str]:
-        """Return the texts before the run has ended: the remark of the experiment, if any."""
-        return {"watch for": self._remark} if self._remark else {}
+        header = mission_recording.header if mission_recording else {}
+        self.texts = header.get("texts", {})
+        self.why = {**header.get("why", build_card("", False, [])), "watch": watch}
