@@ -24,6 +24,13 @@ export function element(kind, text = "", className = "") {
   return made;
 }
 
+export function closeButton(dialog) {
+  const button = element("button", "✕", "close");
+  button.setAttribute("aria-label", "close");
+  button.addEventListener("click", () => dialog.close());
+  return button;
+}
+
 // A placeholder for the scene if the browser cannot draw in 3-D.
 const FLAT = { frames: [], load() {}, extend() {}, place() {}, paint() {}, draw() {}, home() {} };
 
