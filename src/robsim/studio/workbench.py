@@ -250,7 +250,8 @@ class Workbench:
             return self._mission_recording
         assert self.builder is not None
         title = self.experiment.title or "experiment"
-        return self.builder.build_recording(title, self.pair.instants(), texts=self.texts)
+        entries = {"texts": self.texts, "why": self.why}
+        return self.builder.build_recording(title, self.pair.instants(), **entries)
 
     def _get_control(self, name: object) -> Control:
         """Return the control of a dotted name; raise InputError if there is none."""
