@@ -203,7 +203,7 @@ def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     path.unlink()
     bench.set("task.gain", 2.0)
     bench.reset()
-    assert bench.texts == {"watch for": "Watch it."}
+    assert [each["text"] for each in bench.why["watch"]] == ["Watch it."]
     assert "from_text" in format_python_code(*bench.current)
 
 

@@ -148,8 +148,8 @@ def test_another_experiment_is_opened_by_name(pages):
     state = pages.until(lambda state: len(state["handles"]) == 3 and state["playing"])
     assert [each["name"] for each in state["handles"]] == ["objects.plate", "start", "goal"]
     told = [json.loads(each) for each in pages.session.hello()]
-    texts = next(each["texts"] for each in told if each["type"] == "texts")
-    assert list(texts) == ["watch for"] and texts["watch for"].startswith("A Panda arm")
+    why = next(each["why"] for each in told if each["type"] == "texts")
+    assert why["headline"] == "" and why["watch"][0]["text"].startswith("A Panda arm")
 
 
 def test_the_saved_file_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import shlex
 import pytest
 
 import robsim as rs
-from robsim.studio.scenario_shelf import extract_remark
+from robsim.files.scenario_remark import extract_remark
 
 MOST = 330  # characters that fit on a card of the gallery
 SENTENCE = re.compile(r"[.?!](?= [A-Z]|$)")

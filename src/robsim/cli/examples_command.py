@@ -27,8 +27,8 @@ def copy_example(name: str | None, output: Path | None, force: bool) -> None:
 
     With NAME, the scenario and its JSON Schema are written, and a remark about it is printed.
     """
+    from robsim.files.scenario_remark import extract_remark
     from robsim.run.experiment import load_scenario
-    from robsim.studio.scenario_shelf import extract_remark
 
     if name is None:
         for each in examples.names():

@@ -1,4 +1,4 @@
-"""Curves, events and texts of a recording."""
+"""Curves and events of a recording."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
 from robsim.page.recording_frames import Entry
 from robsim.plot import palette, run_data
-from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import compute_frame_motion
 from robsim.world.scene import Scene
 
@@ -98,19 +96,3 @@ def list_run_events(run: xr.Dataset) -> list[Entry]:
     """Return the events of a run: its end, with the outcome."""
     end = float(run["end_time"])
     return [{"time": end, "text": run_data.describe_ending(run)}] if np.isfinite(end) else []
-
-
-def collect_run_texts(run: xr.Dataset, experiment: Experiment, trials: bool) -> dict[str, str]:
-    """Return the explanation of a run and the text of its experiment, or why they are missing."""
-    from robsim.analysis.explanation.explanation import explain
-
-    collected = {}
-    try:
-        collected["explanation"] = str(explain(run, experiment, trials=trials))
-    except InputError as reason:
-        collected["explanation"] = f"not explained: {reason}"
-    try:
-        collected["experiment"] = experiment.text
-    except InputError as reason:
-        collected["experiment"] = f"not available as text: {reason}"
-    return collected

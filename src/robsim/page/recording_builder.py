@@ -115,7 +115,7 @@ class RecordingBuilder:
             "format": FORMAT,
             "version": VERSION,
             "title": title,
-            **{"outcome": "", "texts": {}, "events": [], **entries},
+            **{"outcome": "", "texts": {}, "why": None, "events": [], **entries},
             "curves": [each.entry for each in instants.curves],
             "reach": self.reach,
             "frames": self.frames.frame_entries,

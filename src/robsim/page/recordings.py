@@ -5,7 +5,10 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
 
 * format, version: "robsim recording", and the number of the version.
 * title, outcome: title and outcome of the run; the outcome is a name of `robsim.Outcome`, or empty.
-* texts: {heading: text}, the ending, the explanation, and the experiment as TOML.
+* texts: {heading: text}, the explanation, and the experiment as TOML.
+* why: what happened and how far from the goal (headline), whether the goal was missed, and the
+  sentences of the explanation (findings) and of the remark in the scenario file (watch), each with
+  its head, its text, and the actions that a studio offers.
 * reach: lowest and highest coordinates of the origins of all frames over all instants.
 * frames: {name, group} of each frame. The array "poses" (T, frames, 7) has x, y, z and the unit
   quaternion x, y, z, w relative to the frame of the figures.
@@ -33,7 +36,8 @@ from numpy.typing import ArrayLike
 
 from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
-from robsim.page.curves_and_texts import build_joint_panels, collect_run_texts, list_run_events
+from robsim.page.curves_and_texts import build_joint_panels, list_run_events
+from robsim.page.explanation_card import build_card, collect_run_entries, list_remark_texts
 from robsim.page.recording_builder import (
     Recording,
     RecordingBuilder,
@@ -94,25 +98,23 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     instants = RecordingInstants.of(one, source.scene)
     warn_missing_meshes(source.scene)
     builder = RecordingBuilder(instants.motion, one, find_task_belief(source))
-    outcome = Outcome(int(one["outcome"])).name
-    entries = {
-        "outcome": outcome,
-        "texts": collect_run_texts(run, source, trials),
-        "events": list_run_events(one),
-    }
+    entries = collect_run_entries(run, source, trials)
+    entries["why"]["watch"] = list_remark_texts(source)
+    entries |= {"outcome": Outcome(int(one["outcome"])).name, "events": list_run_events(one)}
     return builder.build_recording(source.title or "run", instants, **entries)
 
 
 def _record_mission(mission: MissionRun) -> Recording:
     """Return the recording of a mission: the motion of all phases, without images."""
-    run, legs = mission.run, mission.legs
+    run, legs, ending = mission.run, mission.legs, _describe_mission_ending(mission)
     motion = SceneMotion.of_mission(mission)
     text = mission.attrs.get("scenario", "")
     starts = [{"time": leg.start, "text": leg.name} for leg in legs]
     entries = {
         "outcome": legs[-1].outcome.name,
         "texts": {"mission": str(mission), "experiment": text},
-        "events": [*starts, {"time": legs[-1].end, "text": _describe_mission_ending(mission)}],
+        "why": build_card(ending, not mission.succeeded, []),
+        "events": [*starts, {"time": legs[-1].end, "text": ending}],
     }
     title = Experiment.of(mission).title if text else None
     instants = RecordingInstants(run["time"].values, motion, build_joint_panels(run))

@@ -1,24 +1,117 @@
-"""The explanation of a run in progress."""
+"""The explanation of a run in progress, with the changes that its page offers."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
+from robsim.analysis.explanation.findings import Finding
 from robsim.base.errors import InputError
-from robsim.page.curves_and_texts import collect_run_texts
+from robsim.files.scenario_remark import (
+    RemarkEntry,
+    list_remark_entries,
+    parse_compare_command,
+    parse_run_command,
+)
+from robsim.page.explanation_card import collect_run_entries, read_experiment_remark
+from robsim.page.recording_frames import Entry
 from robsim.run.experiment import Experiment
+from robsim.run.mission_protocol import SelfSimulatingTask
+from robsim.studio.change_labels import describe_changes
 from robsim.studio.live_run import LiveRun
 
+# values in which the second scheme may differ
+_COMPARABLE = re.compile(r"(task|sensing|actuation|belief\.cameras)\.")
 
-def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dict[str, str]:
-    """Return the explanation of a run and the text of its experiment.
+
+def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dict[str, Any]:
+    """Return the entries "texts" and "why" of a run in progress.
 
     If `trials`, the explanation includes changes that improve the run, found by simulation.
     """
-    collected = collect_run_texts(live.segment.run(), live.segment, trials)
-    if live.start_time:
-        heading = f"After the last change at {live.start_time:.2f} s (times count from there):\n"
-        collected["explanation"] = heading + collected["explanation"]
-    with suppress(InputError):
-        collected["experiment"] = experiment.text
+
+    def build_actions(finding: Finding) -> list[Entry]:
+        return build_change_actions(experiment, finding.changes) if finding.changes else []
+
+    run, start = live.segment.run(), live.start_time
+    collected = collect_run_entries(run, live.segment, trials, build_actions, start)
+    if start:
+        note = f"After the last change at {start:.2f} s (times count from there):"
+        collected["texts"]["explanation"] = f"{note}\n{collected['texts']['explanation']}"
+        collected["why"]["findings"].insert(0, {"head": "", "text": note, "actions": []})
+    try:
+        collected["texts"]["experiment"] = experiment.text
+    except InputError:
+        pass  # the reason is the same for the segment
     return collected
+
+
+def list_watch_entries(experiment: Experiment) -> list[Entry]:
+    """Return the remark in the file of an experiment, with its commands as actions.
+
+    Commands that this experiment does not accept, and commands of other files, remain text.
+    """
+    name = Path(experiment.source).stem
+    return [
+        _build_watch_entry(experiment, name, each)
+        for each in list_remark_entries(read_experiment_remark(experiment))
+    ]
+
+
+def _build_watch_entry(experiment: Experiment, name: str, said: RemarkEntry) -> Entry:
+    """Return a sentence of a remark with the actions of its commands."""
+    lines, actions = [said.sentence], list[Entry]()
+    for command in said.commands:
+        offered = _build_command_actions(experiment, name, command)
+        actions += offered
+        lines += [] if offered else [command]
+    return {"head": "", "text": "\n".join(lines), "actions": actions}
+
+
+def _build_command_actions(experiment: Experiment, name: str, command: str) -> list[Entry]:
+    """Return the actions of a command; none if it is no single run of this experiment."""
+    path, values = parse_compare_command(command, name)
+    if values:
+        return [
+            {"label": f"{describe_changes({path: value})} beside it", "second": second}
+            for value in values
+            if (second := find_second_scheme(experiment, {path: value}))
+        ]
+    changes = parse_run_command(command, name)
+    return build_change_actions(experiment, changes) if changes else []
+
+
+def build_change_actions(experiment: Experiment, changes: Mapping[str, Any]) -> list[Entry]:
+    """Return the actions that make changes: for the run, and for the second scheme beside it.
+
+    The list is empty if the experiment does not accept the changes.
+    """
+    try:
+        experiment.at(changes)
+    except InputError:
+        return []
+    actions: list[Entry] = [{"label": f"Try {describe_changes(changes)}", "change": dict(changes)}]
+    second = find_second_scheme(experiment, changes)
+    return [*actions, {"label": "beside it", "second": second}] if second else actions
+
+
+def find_second_scheme(experiment: Experiment, changes: Mapping[str, Any]) -> Entry:
+    """Return the changes as {name: value of a control} of a second scheme; {} if there is none.
+
+    A second scheme differs in one value, which a control of the page can show, and an experiment
+    with a mission has none.
+    """
+    path, *others = changes
+    if others or not _COMPARABLE.match(path) or isinstance(experiment.task, SelfSimulatingTask):
+        return {}
+    try:
+        before, after = (
+            next((each for each in one.controls() if each.path == path), None)
+            for one in (experiment, experiment.at(changes))
+        )
+    except InputError:
+        return {}
+    differs = before and after and before.value != after.value
+    return {path: after.value} if differs and after.form in ("number", "choice") else {}

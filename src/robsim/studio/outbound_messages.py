@@ -7,7 +7,7 @@ The messages, by type:
 * rows: {"from", "recording"}, the instants from number "from" on.
 * controls: {"controls"}, the values that a page can change, with their declarations.
 * gallery: {"entries"}, experiments to choose from.
-* texts: {"texts"}, texts by heading.
+* texts: {"texts", "why"}, texts by heading, and the explanation with its actions.
 * state: playing, speed, factor, outcome, ending, note, second, changes, handles, and run (the
   number of the open run of the study).
 """
@@ -80,7 +80,7 @@ class OutboundMessages:
         elif bench.pair is not None:
             yield from self._encode_further_rows(bench, bench.pair)
         if "texts" in news:
-            yield from self._encode_if_new("texts", texts=bench.texts)
+            yield from self._encode_if_new("texts", texts=bench.texts, why=bench.why)
 
     def _encode_whole(self, bench: Workbench) -> str:
         """Return the message of a new recording."""

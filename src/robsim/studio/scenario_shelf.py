@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from itertools import takewhile
 from pathlib import Path
 
 from robsim.base.errors import FileError, check_known
 from robsim.files import examples
+from robsim.files.scenario_remark import extract_remark
 from robsim.files.toml import read_toml_text
 from robsim.run.experiment import Experiment, load_scenario
 
@@ -60,26 +60,6 @@ def _build_shelf_entry(name: str, path: Path) -> dict[str, str]:
         "title": _extract_title(text) or name,
         "about": extract_remark(text).partition("\n")[0],
     }
-
-
-def read_experiment_remark(experiment: Experiment) -> str:
-    """Return the remark at the head of the file of an experiment; "" without a file."""
-    path = Path(experiment.source)
-    return (
-        extract_remark(read_toml_text(path)) if experiment.source and path.suffix == ".toml" else ""
-    )
-
-
-def extract_remark(text: str) -> str:
-    """Return the remark at the head of a scenario file; only indented lines remain separate.
-
-    >>> extract_remark("# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no")
-    'A square. Watch it.\\nrobsim run x.toml'
-    """
-    lines = [line for line in text.splitlines() if not line.startswith("#:")]
-    head = [line[1:] for line in takewhile(lambda line: line.startswith("#"), lines)]
-    text_of_head = "".join(("\n" if line.startswith("  ") else " ") + line.strip() for line in head)
-    return text_of_head.strip()
 
 
 def _extract_title(text: str) -> str:

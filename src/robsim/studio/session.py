@@ -60,7 +60,7 @@ class Session:
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
         self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
-        self._explanations: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
+        self._explanations: queue.Queue[tuple[int, dict[str, Any]]] = queue.Queue()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._simulate, name="robsim-session", daemon=True)
 

@@ -11,7 +11,9 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, check_known, format_value
 from robsim.declare.controls import Control
 from robsim.declare.name_lookup import suggest_dotted_names
+from robsim.page.explanation_card import build_card
 from robsim.page.recording_builder import Recording, RecordingBuilder
+from robsim.page.recording_frames import Entry
 from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.run_data import describe_outcome
@@ -32,8 +34,8 @@ from robsim.studio.handles import (
     list_handles,
     solve_drag,
 )
+from robsim.studio.live_explanation import list_watch_entries
 from robsim.studio.run_pair import RunPair
-from robsim.studio.scenario_shelf import read_experiment_remark
 
 RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
 CHANGEABLE = "task", "run", "start", "sensing", "actuation", "safety", "endings"  # tables
@@ -72,9 +74,8 @@ class Workbench:
 
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
-        remark = read_experiment_remark(experiment)
         edit = Edit(experiment)
-        self._adopt(edit, _start_pair(edit), remark)
+        self._adopt(edit, _start_pair(edit), list_watch_entries(experiment))
         self.history = EditHistory(edit)
         self._original_controls = self.controls
         self.restarts, self.restarted_because = 0, ""
@@ -165,7 +166,7 @@ class Workbench:
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(self._edit, _start_pair(self._edit), self._remark)
+        self._adopt(self._edit, _start_pair(self._edit), self._watch)
         self.restarted_because = ""
 
     def set(self, name: object, value: object) -> None:
@@ -216,7 +217,7 @@ class Workbench:
         None ends the second scheme. Raise InputError if a value is invalid.
         """
         edit = Edit(self.experiment, self.changes, self._parse_second(second))
-        self._adopt(edit, _start_pair(edit), self._remark)
+        self._adopt(edit, _start_pair(edit), self._watch)
         self.history.add(edit, "second")
         self.restarted_because = ""
 
@@ -233,9 +234,9 @@ class Workbench:
         if self._edit is not self.history.original:
             self._commit(self.history.original)
 
-    def explain(self, explanation: Mapping[str, str]) -> None:
+    def explain(self, explained: Mapping[str, Any]) -> None:
         """Store the explanation of the run, as `explain_live_run` returns it."""
-        self.texts = {**self._initial_texts(), **explanation}
+        self.texts, self.why = explained["texts"], {**explained["why"], "watch": self._watch}
         self.news.add("texts")
 
     def saved_experiment(self) -> Experiment:
@@ -256,7 +257,8 @@ class Workbench:
             return self._mission_recording
         assert self.builder is not None
         title = self.experiment.title or "experiment"
-        return self.builder.build_recording(title, self.pair.instants(), texts=self.texts)
+        entries = {"texts": self.texts, "why": self.why}
+        return self.builder.build_recording(title, self.pair.instants(), **entries)
 
     def _get_control(self, name: object) -> Control:
         """Return the control of a dotted name; raise InputError if there is none."""
@@ -307,7 +309,7 @@ class Workbench:
         assert self.pair is not None
         q = solve_drag(self.experiment.scene, handle, pose, self.pair.live.now.q)
         self._adopt(
-            self._edit, self.pair.continue_with(self.experiment, self.second, q), self._remark
+            self._edit, self.pair.continue_with(self.experiment, self.second, q), self._watch
         )
         self.restarted_because = ""
 
@@ -326,7 +328,7 @@ class Workbench:
     def _run_edit(self, edit: Edit) -> None:
         """Continue the run with an edit, or start the run over; then store the edit."""
         pair, reason = self._continue_pair(edit)
-        self._adopt(edit, pair or _start_pair(edit), self._remark)
+        self._adopt(edit, pair or _start_pair(edit), self._watch)
         self.restarts += bool(reason)
         self.restarted_because = reason
 
@@ -359,7 +361,7 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(self, edit: Edit, pair: RunPair | None, remark: str) -> None:
+    def _adopt(self, edit: Edit, pair: RunPair | None, watch: list[Entry]) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
         `pair` are the runs; None simulates a mission. If an error is raised, nothing changes.
@@ -378,21 +380,16 @@ class Workbench:
             builder = pair.create_recording_builder(before.depth if before else None)
             if before is None or not builder.has_same_entries(before):
                 pair.forget()
-        self._edit, self._remark = edit, remark
+        self._edit, self._watch = edit, watch
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}
         if pair is None or pair.live.restarted:
             self.news.add("recording")
         self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
-        self.texts = {
-            **self._initial_texts(),
-            **(mission_recording.header["texts"] if mission_recording else {}),
-        }
-
-    def _initial_texts(self) -> dict[str, str]:
-        """Return the texts before the run has ended: the remark of the experiment, if any."""
-        return {"watch for": self._remark} if self._remark else {}
+        header = mission_recording.header if mission_recording else {}
+        self.texts = header.get("texts", {})
+        self.why = {**header.get("why", build_card("", False, [])), "watch": watch}
 
 
 def _start_pair(edit: Edit) -> RunPair | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robsim.analysis.explanation.ablation import (
     Ablation,
@@ -14,6 +14,7 @@ from robsim.analysis.explanation.ablation import (
     simulate_outcome,
 )
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.path_changes import find_trial_changes
 from robsim.analysis.explanation.text_format import format_list
 from robsim.run.experiment import Experiment
 
@@ -57,22 +58,37 @@ class SuccessCriterion:
         for curable_case in curable:
             alone = [(one, self.succeeds(one.change(curable_case))) for one in wrong]
             if any(trial for _, trial in alone):
-                return self._attribute_single(alone)
-        return self._attribute_set(curable[0], wrong) if curable else Attribution()
+                return self._attribute_single(case, curable_case, alone)
+        return self._attribute_set(case, curable[0], wrong) if curable else Attribution()
 
     def _attribute_single(
-        self, alone: Sequence[tuple[Ablation, AblationTrial | None]]
+        self,
+        original: Experiment,
+        case: Experiment,
+        alone: Sequence[tuple[Ablation, AblationTrial | None]],
     ) -> Attribution:
-        """Return the attribution if removing a single imperfection is enough."""
+        """Return the attribution if removing a single imperfection is enough.
+
+        `case` is the original, possibly with a longer duration.
+        """
         cured = [(one, trial) for one, trial in alone if trial]
-        causes = tuple(self._report_single(*pair, several=len(cured) > 1) for pair in cured)
+        causes = tuple(
+            replace(
+                self._report_single(one, trial, several=len(cured) > 1),
+                changes=find_trial_changes(original, one.change(case), trial),
+            )
+            for one, trial in cured
+        )
         harmless = tuple(one for one, trial in alone if not trial)
         return Attribution(causes, harmless, tuple(one for one, _ in cured) if cured[1:] else ())
 
-    def _attribute_set(self, case: Experiment, wrong: Sequence[Ablation]) -> Attribution:
+    def _attribute_set(
+        self, original: Experiment, case: Experiment, wrong: Sequence[Ablation]
+    ) -> Attribution:
         """Return the attribution if no single removal is enough."""
         needed = self._find_minimal_set(case, wrong)
-        trial = self.succeeds(remove_imperfections(case, needed))
+        cure = remove_imperfections(case, needed)
+        trial = self.succeeds(cure)
         assert trial is not None
         end = simulate_outcome(case)
         ends = {one: simulate_outcome(one.change(case)) for one in needed}
@@ -82,7 +98,10 @@ class SuccessCriterion:
         alone = ""
         if other not in (None, end):
             alone = f": without {needed[0].name} alone the run ends as {other.name}"
-        together = self._report_set(needed, trial, alone)
+        together = replace(
+            self._report_set(needed, trial, alone),
+            changes=find_trial_changes(original, cure, trial),
+        )
         return Attribution((together,), tuple(one for one in wrong if one not in needed))
 
     def _report_single(self, one: Ablation, trial: AblationTrial, several: bool) -> Finding:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+from robsim.declare.spec import Raw
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,9 @@ class Finding:
         The finding as a sentence.
     evidence : dict of str to float
         Numbers by name, in the units of the sentence.
+    changes : dict of str to object
+        Values at dotted names with which `Experiment.at` returns the experiment that was tried.
+        Empty if nothing was tried, or if the change cannot be written in this way.
 
     Examples
     --------
@@ -27,3 +33,4 @@ class Finding:
     about: str
     sentence: str
     evidence: dict[str, float] = field(default_factory=dict)
+    changes: Mapping[str, Raw] = field(default_factory=dict)

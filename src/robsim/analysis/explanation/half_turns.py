@@ -10,6 +10,7 @@ from robsim.analysis.explanation.ablation import extend_duration
 from robsim.analysis.explanation.attribution import SuccessTest
 from robsim.analysis.explanation.counterfactuals import replace_task_fields
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.path_changes import find_trial_changes
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_angle
 from robsim.base.errors import InputError
@@ -55,7 +56,9 @@ def find_upright_schemes(analysis: RunAnalysis, is_nearer: SuccessTest) -> Itera
         trial = is_nearer(case)
         if trial is not None:
             sentence = f"{how} the same start {trial.clause}, at its goal pose."
-            yield Finding("features", sentence, {"converges_after_s": trial.end_time})
+            evidence = {"converges_after_s": trial.end_time}
+            changes = find_trial_changes(analysis.case, case, trial)
+            yield Finding("features", sentence, evidence, changes)
 
 
 def _propose_schemes(analysis: RunAnalysis) -> Iterator[tuple[str, Experiment]]:

@@ -8,8 +8,9 @@ from contextlib import suppress
 import numpy as np
 
 from robsim.analysis.explanation import counterfactuals
-from robsim.analysis.explanation.ablation import run_trial
+from robsim.analysis.explanation.ablation import AblationTrial, run_trial
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.path_changes import find_path_changes, find_trial_changes
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_length, format_number
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
@@ -44,13 +45,22 @@ def find_remedies(analysis: RunAnalysis) -> list[Finding]:
     for remedy in _REMEDIES[analysis.outcome]:
         for about, how, case in remedy(analysis):
             trial = run_trial(case) if case is not None and len(advice) < MOST_REMEDIES else None
-            if trial is not None and trial.converged:
-                sentence = f"{how} the same start {trial.clause}."
-                evidence = {"converges_after_s": trial.end_time}
-                advice.append(Finding(about, sentence, evidence))
+            if case is not None and trial is not None and trial.converged:
+                advice.append(report_trial(analysis, about, how, case, trial))
                 if remedy in (propose_lower_gain, propose_higher_gain):
                     break
     return advice
+
+
+def report_trial(
+    analysis: RunAnalysis, about: str, how: str, case: Experiment, trial: AblationTrial
+) -> Finding:
+    """Return the advice of a case that converged in a trial."""
+    sentence, evidence = (
+        f"{how} the same start {trial.clause}.",
+        {"converges_after_s": trial.end_time},
+    )
+    return Finding(about, sentence, evidence, find_trial_changes(analysis.case, case, trial))
 
 
 def propose_interaction(analysis: RunAnalysis) -> Iterator[Proposal]:
@@ -235,13 +245,12 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
         else None
     )
     trial = run_trial(case, lambda snapshot, _: q.append(snapshot.q)) if case is not None else None
-    if trial is None:
+    if case is None or trial is None:
         return
     others = any(leaf.weighting for leaf in list_servo_tasks(analysis.case.task))
     how = f"With weighting='tukey'{' beside the present weighting' * others}"
     if trial.converged:
-        sentence = f"{how} the same start {trial.clause}."
-        yield Finding("weighting", sentence, {"converges_after_s": trial.end_time})
+        yield report_trial(analysis, "weighting", how, case, trial)
         return
     before = _mean_goal_distance(analysis.loop, [snapshot.q for snapshot in analysis.snapshots])
     after = _mean_goal_distance(trial.loop, q)
@@ -250,7 +259,8 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
             f"{how} the mean distance to the goal in the second half of the run is "
             f"{format_length(after)} instead of {format_length(before)}."
         )
-        yield Finding("weighting", sentence, {"off_m": after, "was_off_m": before})
+        evidence = {"off_m": after, "was_off_m": before}
+        yield Finding("weighting", sentence, evidence, find_path_changes(analysis.case, case))
 
 
 def _has_outliers(case: Experiment) -> bool:

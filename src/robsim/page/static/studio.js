@@ -26,6 +26,7 @@ export class Studio {
     find("controls").append((this.top = element("div", "", "top")));
     this.controls = new Controls(find("controls"), (name, value) => ask({ set: [name, value] }));
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
+    view.why.ask = ask;
     this.timeControls();
     this.choosing();
     clock.following = true;
@@ -43,7 +44,7 @@ export class Studio {
       rows: () => this.further(message),
       controls: () => this.offer(message.controls),
       gallery: () => (this.entries = message.entries),
-      texts: () => this.view.tellTexts({ ...message.texts }),
+      texts: () => this.view.tellTexts(message.texts, message.why),
       state: () => this.tell(message),
     }[message.type];
     if (done) return done();
@@ -118,6 +119,7 @@ export class Studio {
     this.tellRestart(state);
     this.tellRest(state);
     this.tellDistance(state);
+    this.view.why.mark(state.second);
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
     find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";

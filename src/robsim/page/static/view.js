@@ -5,6 +5,7 @@ import { Chart } from "./charts.js";
 import { extend } from "./growing.js";
 import { Picture } from "./picture.js";
 import { Space } from "./space.js";
+import { WhyCard } from "./why.js";
 
 const NAMES = {
   belief: "belief", second: "second scheme", goal: "goal", start: "start", trails: "paths",
@@ -39,6 +40,7 @@ export class View {
     this.clock = clock;
     this.pictures = [];
     this.charts = [];
+    this.why = new WhyCard(find("why"));
     try {
       this.space = new Space(find("space"));
     } catch (error) {
@@ -64,7 +66,7 @@ export class View {
     this.charts = header.curves.map((curve) => this.chart(curve));
     find("pictures").classList.toggle("several", this.pictures.length > 1);
     document.body.classList.toggle("blind", !this.pictures.length);
-    this.tellTexts(header.texts);
+    this.tellTexts(header.texts, header.why);
     this.tellOutcome(header.outcome, header.events.at(-1)?.text ?? "");
     this.shown = -1;
     this.repaint();
@@ -163,9 +165,12 @@ export class View {
     find("outcome").dataset.outcome = outcome;
   }
 
-  tellTexts(texts) {
+  // Show the card of the reason, and the other texts below the images.
+  tellTexts(texts, why) {
+    this.why.tell(why);
+    const others = Object.entries(texts).filter(([heading]) => !(why && heading === "explanation"));
     find("texts").replaceChildren(
-      ...Object.entries(texts).map(([heading, text]) => {
+      ...others.map(([heading, text]) => {
         const details = element("details");
         details.append(element("summary", heading), element(["experiment", "mission"].includes(heading) ? "pre" : "p", text));
         details.open = heading !== "experiment";

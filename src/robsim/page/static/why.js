@@ -1,1 +1,83 @@
-// The reason of an outcome, and the changes to try.
+// The reason of an outcome: how far from the goal, why, what to try, and what to watch for.
+
+import { element } from "./view.js";
+
+export class WhyCard {
+  // Without `ask` (a page of a recording) the card has no buttons.
+  constructor(place, ask = null) {
+    Object.assign(this, { place, ask, key: "", second: "" });
+    this.tell(null);
+  }
+
+  tell(why) {
+    const { headline = "", missed = false, findings = [], watch = [] } = why ?? {};
+    const key = JSON.stringify([headline, missed, findings, watch]);
+    if (key === this.key) return;
+    this.key = key;
+    this.place.hidden = !(headline || findings.length || watch.length);
+    this.place.classList.toggle("off-goal", missed);
+    this.place.replaceChildren();
+    if (headline) this.place.append(this.headline(headline));
+    this.place.append(...findings.map((each) => this.paragraph(each)));
+    if (watch.length) this.place.append(this.watching(watch));
+    this.mark();
+  }
+
+  headline(text) {
+    const line = element("h2", text[0].toUpperCase() + text.slice(1));
+    line.setAttribute("role", "status");
+    return line;
+  }
+
+  watching(watch) {
+    const section = element("section");
+    section.append(element("h3", "Watch for"), ...watch.map((each) => this.paragraph(each)));
+    return section;
+  }
+
+  paragraph({ head = "", text, actions = [] }) {
+    const block = element("div", "", "finding");
+    const paragraph = element("p");
+    if (head) paragraph.append(element("strong", head));
+    for (const line of text.split("\n")) paragraph.append(element(line.startsWith("robsim ") ? "code" : "span", line));
+    block.append(paragraph);
+    if (this.ask && actions.length) {
+      const row = element("div", "", "actions");
+      row.append(...actions.map((action) => this.button(action)));
+      block.append(row);
+    }
+    return block;
+  }
+
+  button({ label, change, second }) {
+    const button = element("button", label);
+    button.type = "button";
+    const changes = Object.entries(change ?? second).map(([path, value]) => `${path} = ${plainText(value)}`);
+    button.title = `${changes.join(", ")}${second ? ", as a second scheme beside this run" : ", from the start"}`;
+    if (second) button.dataset.second = JSON.stringify(second);
+    button.addEventListener("click", () => (second ? this.compare(button, second) : this.try(change)));
+    return button;
+  }
+
+  // The promise of a sentence holds for the start of the experiment, so the run starts over.
+  try(change) {
+    for (const request of [{ change }, { reset: true }, { play: true }]) this.ask(request);
+  }
+
+  compare(button, second) {
+    const shown = button.getAttribute("aria-pressed") === "true";
+    for (const request of [{ second: shown ? null : second }, { play: true }]) this.ask(request);
+  }
+
+  // Mark the button of the second scheme that runs.
+  mark(second = this.second) {
+    this.second = second;
+    for (const button of this.place.querySelectorAll("[data-second]"))
+      button.setAttribute("aria-pressed", String(button.dataset.second === JSON.stringify(second)));
+  }
+}
+
+function plainText(value) {
+  if (value === null) return "default";
+  return typeof value === "string" ? value : JSON.stringify(value);
+}
