@@ -47,7 +47,7 @@ class Workbench:
 
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
-        self._adopt(experiment, {}, {}, None, read_experiment_remark(experiment))
+        self._adopt(experiment, {}, {}, None, read_experiment_remark(experiment), None)
         warn_missing_meshes(experiment.scene)
 
     @property
@@ -82,7 +82,7 @@ class Workbench:
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(*self.current, self.second, None, self._remark)
+        self._adopt(*self.current, self.second, None, self._remark, self.builder)
 
     def set(self, name: object, value: object) -> None:
         """Change a value of the experiment; raise InputError if the name or value is invalid."""
@@ -113,7 +113,7 @@ class Workbench:
                     "it must have the same values of run, and must not be a mission"
                 )
             difference = {control.path: check_control_value(control, second[1])}
-        self._adopt(*self.current, difference, None, self._remark)
+        self._adopt(*self.current, difference, None, self._remark, self.builder)
 
     def explain(self, explanation: Mapping[str, str]) -> None:
         """Store the explanation of the run, as `explain_live_run` returns it."""
@@ -147,7 +147,8 @@ class Workbench:
         pair = (
             None if restarts or not self.pair else self.pair.continue_with(experiment, self.second)
         )
-        self._adopt(experiment, {**self.changes, **changes}, self.second, pair, self._remark)
+        changed = {**self.changes, **changes}
+        self._adopt(experiment, changed, self.second, pair, self._remark, self.builder)
 
     def _adopt(
         self,
@@ -156,13 +157,15 @@ class Workbench:
         second: Mapping[str, Any],
         pair: RunPair | None,
         remark: str,
+        former: RecordingBuilder | None,
     ) -> None:
         """Build run, handles and recording builder of an experiment; then store them all.
 
-        `pair` continues a run; None starts a run. If an error is raised, nothing changes.
+        `pair` continues a run; None starts a run. `former` is the builder of the same experiment
+        before a change. If an error is raised, nothing changes.
         """
         controls = {each.path: each for each in experiment.controls()}
-        before = self.builder if pair else None
+        continues = pair is not None
         handles: list[Handle] = []
         builder = mission_recording = None
         if isinstance(experiment.task, SelfSimulatingTask):
@@ -170,14 +173,11 @@ class Workbench:
         else:
             pair = pair or RunPair.of(experiment, second)
             handles = list_handles(experiment, controls, pair.live.template)
-            builder = pair.create_recording_builder(before.depth if before else None)
-            if before is None or not builder.has_same_entries(before):
-                pair.forget()
-                before = None
+            builder = pair.create_recording_builder(former)
         self.current, self.second, self._remark = (experiment, changes), second, remark
         self.controls, self.handles, self.revision = controls, handles, self.revision + 1
         self.news |= {"controls", "texts"}
-        if before is None or pair is None or pair.live.restarted:
+        if not continues or pair is None or pair.live.restarted:
             self.news.add("recording")
         self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
         self.texts = {
