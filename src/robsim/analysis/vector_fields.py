@@ -85,7 +85,7 @@ class VectorField:
 
     @property
     def goal(self) -> Array | None:
-        """The coordinates (nq, 1) of a taught goal; None for other goals."""
+        """The coordinates (nq, 1) that reach a taught goal; None if they are not known."""
         return None if self._regulated is None else self._regulated.q_goal
 
     @property
@@ -94,9 +94,13 @@ class VectorField:
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
-        if regulated is None or not regulated.exact or regulated.goal_values is not None:
+        if regulated is None or regulated.goal_values is not None:
             return None
-        T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
+        T_c_o = regulated.goal_views.compute_target_pose()
+        if T_c_o is None:
+            if not regulated.exact:
+                return None
+            T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
         assert T_c_o is not None
         return Pose(homogeneous_matrix(T_c_o)[0])
 

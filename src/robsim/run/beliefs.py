@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Callable
 from typing import Any
 
 from robsim.base.value import replace_unchecked
 from robsim.declare.fields import is_identical
+from robsim.servo.nested_tasks import list_servo_parts, replace_servo_tasks
 from robsim.world.scene import Scene
 
 
@@ -19,30 +19,14 @@ def find_common_belief(task: Any) -> Scene | None:
 
 def list_beliefs(task: Any) -> list[Scene | None]:
     """Return the belief of each servo task within a task; None is the true scene."""
-    if hasattr(task, "inner"):
-        return [belief for each in task.inner for belief in list_beliefs(each)]
-    return [task.belief] if hasattr(task, "belief") else []
+    return [each.belief for each in list_servo_parts(task)]
 
 
 def replace_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
     """Return a copy of a task with the belief of every inner task replaced by `change`."""
     changes = {id(one): (one, change(one)) for one in list_beliefs(task)}
-    return (
-        task
-        if all(new is old for old, new in changes.values())
-        else _replace_nested_beliefs(task, changes)
-    )
-
-
-def _replace_nested_beliefs(task: Any, changes: Mapping[int, tuple[Any, Any]]) -> Any:
-    """Return a task, or a part of one, with the replaced beliefs of all its parts."""
-    if isinstance(task, tuple):
-        return tuple(_replace_nested_beliefs(each, changes) for each in task)
-    if hasattr(task, "belief"):
-        return replace_unchecked(task, belief=changes[id(task.belief)][1])
-    if not any(hasattr(task, name) for name in ("inner", "task")):
+    if all(new is old for old, new in changes.values()):
         return task
-    own = {each.name: getattr(task, each.name) for each in fields(task)}
-    return replace_unchecked(
-        task, **{name: _replace_nested_beliefs(value, changes) for name, value in own.items()}
+    return replace_servo_tasks(
+        task, lambda servo: replace_unchecked(servo, belief=changes[id(servo.belief)][1])
     )

@@ -221,11 +221,9 @@ def get_camera_goal(controller: TaskController) -> Array | None:
     part = select_goal_controller(controller)
     if not isinstance(part, ServoController) or part.bound_features.goal_values is not None:
         return None
-    sight, q = part.sights[0], part.bound_features.q_goal
-    if q is None:
-        return part.bound_features.goals[sight.key].guess_last
-    seen = sight.project(q)
-    return compute_relative_pose(seen.T_w_c, seen.T_w_o)
+    regulated = part.bound_features
+    shown = regulated.goal_views.compute_target_pose()
+    return regulated.goals[part.sights[0].key].guess_last if shown is None else shown
 
 
 def measure_pose_difference(A: Array, B: Array) -> tuple[Array, Array]:

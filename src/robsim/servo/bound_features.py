@@ -34,6 +34,26 @@ class FeatureState:
 
 
 @dataclass(frozen=True, eq=False)
+class GoalViews:
+    """Observations of a goal by all camera-target pairs, in the scene in which it is shown.
+
+    That scene differs from the present scene if bodies have moved since (`TaughtGoal.places`).
+    """
+
+    q_shown: Array | None  # (nq, runs) configuration of a shown goal
+    truth: CameraTarget  # true first pair
+    sights: tuple[CameraTarget, ...]  # believed pairs, each once
+    observations: dict[PairKey, Observation]  # with the true depths
+
+    def compute_target_pose(self) -> Array | None:
+        """Return the true T_c_o (3, 4, runs) of the first pair; None unless the goal is shown."""
+        if self.q_shown is None:
+            return None
+        seen = self.truth.project(self.q_shown)
+        return compute_relative_pose(seen.T_w_c, seen.T_w_o)
+
+
+@dataclass(frozen=True, eq=False)
 class BoundFeatures:
     """The feature blocks of a task in a scene, with their goal and the commanded velocities."""
 
@@ -43,8 +63,7 @@ class BoundFeatures:
     columns: NDArray[np.int64]
     depths: DepthModel
     which: Interaction | Array  # model of L, or a constant L (k, 6)
-    goals: dict[PairKey, Observation]  # observation of each pair at the goal, with the true depths
-    q_goal: Array | None  # (nq, runs) configuration of a shown goal
+    goal_views: GoalViews
     goal_values: Array | None  # (k,) goal of numbers, `GoalFeatures.s`
     runs: int = 1  # number of runs with individual numbers, and therefore goals
 
@@ -59,6 +78,24 @@ class BoundFeatures:
         cached = ("_goal_projections", "_pair_observations", "_goal_observations")
         vars(copy).update((name, vars(self)[name]) for name in cached)
         return copy
+
+    @property
+    def goals(self) -> dict[PairKey, Observation]:
+        """Observation of each pair at the goal, with the true depths."""
+        return self.goal_views.observations
+
+    @property
+    def q_goal(self) -> Array | None:
+        """Configuration (nq, runs) that reaches a shown goal in the present scene; None if unknown.
+
+        It is unknown if bodies have moved since the goal was shown.
+        """
+        return None if self.has_moved_bodies else self.goal_views.q_shown
+
+    @property
+    def has_moved_bodies(self) -> bool:
+        """Whether the goal was shown in another scene than the present one."""
+        return self.goal_views.sights[0] is not self.sights[0]
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[PairKey, Array]) -> Array:
         """Return L J (k, n, B) with sdot = L (J_c - J_o) qdot, block by block."""
@@ -140,7 +177,8 @@ class BoundFeatures:
         """Features at the goal, with J at the configuration of the goal."""
         s = _stack_features([part.measure(view) for part, view in self._goal_views])
         projections, columns = self._goal_projections, self.columns
-        J = {t.key: t.jacobian(projections[t.key], t.moves(columns)) for t in self.sights}
+        pairs = self.goal_views.sights
+        J = {t.key: t.jacobian(projections[t.key], t.moves(columns)) for t in pairs}
         if isinstance(self.which, np.ndarray):
             each: list[Array] = []  # unused: all cameras move as one
             L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
@@ -213,11 +251,14 @@ class BoundFeatures:
 
     @cached_property
     def _goal_projections(self) -> dict[PairKey, Projection]:
-        """Believed projections at the goal configuration, or at home if the goal has none."""
-        q = self.q_goal
+        """Believed projections at the goal, in the scene in which it is shown."""
+        return self._project_at_goal(self.goal_views.sights)
+
+    def _project_at_goal(self, sights: Iterable[CameraTarget]) -> dict[PairKey, Projection]:
+        """Return projections at the configuration of a shown goal, or at home for other goals."""
+        q = self.goal_views.q_shown
         return {
-            sight.key: sight.project(sight.home(self.runs) if q is None else q)
-            for sight in self.sights
+            sight.key: sight.project(sight.home(self.runs) if q is None else q) for sight in sights
         }
 
     @cached_property
@@ -239,6 +280,8 @@ class BoundFeatures:
         """
         first = self.sights[0].key
         projections = self._goal_projections
+        if self.has_moved_bodies:  # the law commands the cameras as they are mounted now
+            projections = self._project_at_goal(self.sights)
         return [
             None
             if part.sights[0].key == first

@@ -57,6 +57,10 @@ class CameraTarget:
         marks, camera = np.shape(self.target.marks), self.eye.camera.rows.shape
         return int(max(*marks[2:], camera[1], self.scene.tree.runs))
 
+    def in_scene(self, scene: Scene) -> CameraTarget:
+        """Return the pair of the same names in another scene."""
+        return CameraTarget(scene, scene.camera(self.eye.name), scene.object(self.target.name))
+
     def home(self, runs: int) -> Array:
         """Return the coordinates (nq, runs) of the scene with all robots at home."""
         return np.repeat(self.scene.home[:, None], runs, axis=1)

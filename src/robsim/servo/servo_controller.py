@@ -116,7 +116,7 @@ def compute_goal_rank(regulated: BoundFeatures) -> int | NDArray[np.int64]:
     The result is (runs,) for several runs with individual goals.
     """
     goal = regulated.at_goal
-    if regulated.q_goal is None:
+    if regulated.goal_views.q_shown is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
     ranks = compute_rank(goal.task_jacobian, goal.J if regulated.has_single_motion else SAME_UNITS)
     return ranks if len(ranks) > 1 else int(ranks[0])

@@ -13,6 +13,7 @@ from robsim.engine.instant import Instant
 from robsim.page.recording_builder import RecordingBuilder, RecordingInstants, find_task_belief
 from robsim.plot.scene_motion import SceneMotion
 from robsim.run.experiment import Experiment
+from robsim.studio.control_values import build_changes
 from robsim.studio.live_run import LiveRun
 
 AHEAD = 2000  # steps that are simulated in advance to determine the size of the scene
@@ -39,25 +40,35 @@ class RunPair:
             LiveRun(build_second_experiment(experiment, second)) if second else None,
         )
 
-    def continue_with(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return runs of another experiment that continue these runs, or raise InputError."""
+    def continue_with(
+        self, experiment: Experiment, second: Mapping[str, Any], q: Array | None = None
+    ) -> RunPair:
+        """Return runs of another experiment that continue these runs, or raise InputError.
+
+        The first run continues from the coordinates q (nq,) if they are passed.
+        """
         other = self.other and self.other.continue_with(build_second_experiment(experiment, second))
-        return RunPair(self.live.continue_with(experiment), other)
+        return RunPair(self.live.continue_with(experiment, q), other)
+
+    def start_again(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
+        """Return runs of another experiment from its start, in place of runs at their start."""
+        other = self.other and self.other.start_again(build_second_experiment(experiment, second))
+        return RunPair(self.live.start_again(experiment), other)
 
     @property
-    def ended(self) -> bool:
+    def idle(self) -> bool:
         """Whether neither run has more instants."""
-        return self.live.ended and (self.other is None or self.other.ended)
+        return self.live.idle and (self.other is None or self.other.idle)
 
     @property
     def end(self) -> Instant | None:
-        """The instant of the end of the first run; None while it goes on."""
-        return self.live.end
+        """The instant that decided the outcome of the first run; None before."""
+        return self.live.decision
 
     @property
     def end_of_second(self) -> Instant | None:
-        """The instant of the end of the second run; None while it goes on, or if there is none."""
-        return self.other.end if self.other else None
+        """The instant that decided the outcome of the second run; None before, or without one."""
+        return self.other.decision if self.other else None
 
     def step(self) -> None:
         """Advance both runs by one instant."""
@@ -104,12 +115,21 @@ class RunPair:
 
 
 def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:
-    """Return the experiment of the second scheme; raise InputError if it lacks the varied value."""
+    """Return the experiment of the second scheme, with the changes `second` of `Experiment.at`.
+
+    Raise InputError if the experiment lacks a value that differs.
+    """
     controls = {each.path: each for each in experiment.controls()}
-    (name, value), *_ = second.items()
-    if name not in controls:
-        raise InputError(f"the second scheme differs in {name}, which this experiment lacks")
-    return experiment.at(controls[name].changes(value))
+    try:
+        return experiment.at(build_changes(controls, second))
+    except InputError as error:
+        lacking = [name for name in second if name not in controls]
+        if not lacking:
+            raise
+        names = ", ".join(lacking)
+        raise InputError(
+            f"the second scheme differs in {names}, which this experiment lacks: {error}"
+        ) from None
 
 
 def _simulate_ahead(experiment: Experiment) -> Array:

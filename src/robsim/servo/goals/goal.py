@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +18,18 @@ from robsim.declare.problems import prefix_path
 from robsim.declare.spec import MISSING, Context, NoTextError, Raw
 from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
-from robsim.geometry.pose import Pose, check_single_pose, homogeneous_matrix
+from robsim.geometry.pose import Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import FLAT_POSE, POSE
 from robsim.robot.joints.floating_joint import FloatingJoint
 from robsim.servo.camera_target import CameraTarget, compute_relative_pose
+from robsim.servo.goals.body_place import (
+    Places,
+    PlacesSpec,
+    check_places,
+    find_believed_places,
+    make_places,
+    place_bodies,
+)
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 
@@ -51,15 +59,25 @@ class TaughtGoal(Value):
     run, so wrong intrinsics or a wrong hand-eye pose leave no final error. A task accepts the
     configuration itself as its goal.
 
+    If objects or cameras have moved since the goal was shown, `places` keeps their places of that
+    time: the goal remains the image that was shown, and the robot follows the target to its new
+    place. Without `places` the goal is shown in the scene as it is.
+
     Parameters
     ----------
     q : array_like of shape (nq,) or dict of robot names to arrays, optional
         Configuration of the shown goal, as in `simulate`. Default: the home configuration.
+    places : dict of names to pose_like, optional
+        Poses of objects and cameras when the goal was shown, each in the frame that carries the
+        body, as `Object.pose`. A body without an entry has its pose of the scene. The belief of a
+        task keeps its error: a body at T_true with the believed pose T_true E was then believed to
+        be at place E. Stored as a tuple of pairs (name, pose).
 
     Raises
     ------
     GoalError
-        If q is not an array of finite numbers; by `simulate`, if a mark is outside the image at q.
+        If q is not an array of finite numbers, or a place is not a pose; by `simulate`, if a mark
+        is outside the image at q, or if the scene lacks a body of `places`.
 
     Examples
     --------
@@ -68,12 +86,23 @@ class TaughtGoal(Value):
     >>> from robsim import IBVS
     >>> IBVS([0.1, 0.2]).goal == TaughtGoal([0.1, 0.2])
     True
+
+    The camera follows a plate that was pulled 6 cm after its image was shown:
+
+    >>> import robsim as rs
+    >>> one = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    >>> goal = TaughtGoal(one.task.goal.q, places={"plate": one.scene.object("plate").pose})
+    >>> pulled = one.at({"task.goal": goal, "objects.plate.position": "37, 0, 10 cm"})
+    >>> f"{1000 * float(pulled.run().distance_to_goal):.1f} mm"
+    '0.0 mm'
     """
 
     q: Configuration | None = None
+    places: Mapping[str, PoseLike] | Places = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", _copy_configuration(self.q))
+        object.__setattr__(self, "places", make_places(self.places))
 
 
 @dataclass(frozen=True)
@@ -150,7 +179,10 @@ Goal = GoalKind | Configuration  # a goal, or the configuration of a shown goal
 class GoalTable:
     """Table of a goal in a text: a configuration, a pose, or numbers."""
 
-    rivals: ClassVar[Any] = ((("q",), ("pose",), ("computed",), ("s",)),)
+    rivals: ClassVar[Any] = (
+        (("q",), ("pose",), ("computed",), ("s",)),
+        (("places",), ("computed",), ("s",)),
+    )
 
     q: Annotated[
         ArrayLike | None,
@@ -166,6 +198,11 @@ class GoalTable:
         "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
     ] = None
     s: Annotated[ArrayLike | None, Numbers(), "Features at the goal, as numbers."] = None
+    places: Annotated[
+        Places,
+        PlacesSpec(),
+        "Objects and cameras that have moved since the goal was shown, at their places of then.",
+    ] = ()
 
     def build_value(self, c: Context) -> GoalKind:
         """Return the goal."""
@@ -173,7 +210,11 @@ class GoalTable:
             return GoalFeatures(self.s)
         if self.computed is not None:
             return GoalPose(self.computed)
-        return TaughtGoal(parse_start(self.q, self.pose, c.facts.get("scene"), "goal q"))
+        scene = c.facts.get("scene")
+        if scene is not None:
+            with prefix_path("places"):
+                check_places(self.places, scene)
+        return TaughtGoal(parse_start(self.q, self.pose, scene, "goal q"), self.places)
 
     @classmethod
     def of(cls, value: GoalKind, c: Context) -> GoalTable:
@@ -182,12 +223,13 @@ class GoalTable:
             return cls(computed=value.T_c_o)
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
-        scene = c.facts.get("scene")
+        scene, places = c.facts.get("scene"), cast(Places, value.places)
         if scene is None:
-            return cls()
+            return cls(places=places)
         if c.facts.get("by_hand"):
-            return cls(*describe_start(value.q, scene))
-        return cls(None if value.q is None else scene.coordinates(value.q, limits=False))
+            return cls(*describe_start(value.q, scene), places=places)
+        q = None if value.q is None else scene.coordinates(value.q, limits=False)
+        return cls(q, places=places)
 
 
 @dataclass(frozen=True)
@@ -245,6 +287,31 @@ def find_goal_configuration(goal: GoalKind, scene: Scene, runs: int) -> Array | 
     if q.ndim != 1:
         raise GoalError(f"a goal is shown at one q of shape ({scene.nq},), got {q.shape}")
     return np.repeat(q[:, None], runs, axis=1)
+
+
+Pairs = tuple[CameraTarget, ...]
+
+
+def find_goal_pairs(goal: GoalKind, truths: Pairs, beliefs: Pairs) -> tuple[Pairs, Pairs]:
+    """Return the true and the believed pairs in the scenes in which a goal is shown.
+
+    They differ from the present pairs if the goal has `places`. Raises GoalError if the scene lacks
+    a body of the places.
+    """
+    if not isinstance(goal, TaughtGoal) or not goal.places:
+        return truths, beliefs
+    places = cast(Places, goal.places)
+    scene, belief = truths[0].scene, beliefs[0].scene
+    check_places(places, scene)
+    shown = place_bodies(scene, {each.name: each.pose for each in places})
+    if belief is scene:
+        believed = shown
+    else:
+        believed = place_bodies(belief, find_believed_places(places, scene, belief))
+    moved_truths = tuple(each.in_scene(shown) for each in truths)
+    if beliefs is truths:
+        return moved_truths, moved_truths
+    return moved_truths, tuple(each.in_scene(believed) for each in beliefs)
 
 
 def observe_goal(

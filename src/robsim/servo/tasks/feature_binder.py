@@ -13,10 +13,15 @@ from robsim.base.errors import InputError, format_value
 from robsim.declare.problems import prefix_path
 from robsim.features.feature import Feature
 from robsim.servo.bound_block import BoundBlock
-from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.bound_features import BoundFeatures, GoalViews
 from robsim.servo.camera_target import CameraTarget, PairKey, make_camera_target
 from robsim.servo.feature_block import FeatureBlock
-from robsim.servo.goals.goal import GoalFeatures, find_goal_configuration, observe_goal
+from robsim.servo.goals.goal import (
+    GoalFeatures,
+    find_goal_configuration,
+    find_goal_pairs,
+    observe_goal,
+)
 from robsim.servo.laws.broyden_rule import Broyden, Interaction
 from robsim.servo.tasks.task_checks import is_collinear
 from robsim.world.scene import Scene
@@ -50,10 +55,13 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
     with prefix_path("belief"):
         believed = truth if exact else _find_believed_targets(belief, scene, truth)
     truths, sights = deduplicate_targets(truth), deduplicate_targets(believed)
-    pairs = zip(truths, sights, strict=True)
     runs = max(depths.runs, *(each.runs for each in (*truths, *sights)))
-    q_goal = find_goal_configuration(goal, scene, runs)
-    goals = {t.key: observe_goal(goal, q_goal, t, b, sights[0], runs) for t, b in pairs}
+    q_shown = find_goal_configuration(goal, scene, runs)
+    shown, goal_sights = find_goal_pairs(goal, truths, truths if exact else sights)
+    goals = {
+        t.key: observe_goal(goal, q_shown, t, b, goal_sights[0], runs)
+        for t, b in zip(shown, goal_sights, strict=True)
+    }
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
     with prefix_path("features"):
@@ -62,7 +70,8 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
         "current" if isinstance(task.interaction, Broyden) else task.interaction
     )
     s_goal = np.asarray(goal.s) if isinstance(goal, GoalFeatures) else None
-    draft = BoundFeatures(bound, sights, exact, columns, depths, which, goals, q_goal, s_goal, runs)
+    views = GoalViews(q_shown, shown[0], goal_sights, goals)
+    draft = BoundFeatures(bound, sights, exact, columns, depths, which, views, s_goal, runs)
     return draft.measure_from_goal()
 
 
@@ -126,8 +135,8 @@ def _find_believed_targets(belief: Any, scene: Scene, truth: BlockTargets) -> Bl
         raise InputError(f"the belief has the joints {believed_joints}, the scene {joints}")
     by_key: dict[PairKey, CameraTarget] = {}
     for true in deduplicate_targets(truth):
-        camera, target = true.key
-        by_key[true.key] = CameraTarget(belief, belief.camera(camera), belief.object(target))
+        target = true.target.name
+        by_key[true.key] = true.in_scene(belief)
         marks = len(by_key[true.key].target.marks), len(true.target.marks)
         if marks[0] != marks[1]:
             raise InputError(f"the belief has {marks[0]} marks on '{target}', the scene {marks[1]}")

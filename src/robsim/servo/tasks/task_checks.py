@@ -174,7 +174,8 @@ def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
     regulated = controller.bound_features
     full = min(6 * regulated.motions, controller.columns.size)
     fixed = int(np.min(controller.full_rank))
-    if regulated.q_goal is None and regulated.goal_values is None and regulated.has_single_motion:
+    shown = regulated.goal_views.q_shown is not None
+    if not shown and regulated.goal_values is None and regulated.has_single_motion:
         # there is no Jacobian at the goal
         fixed = min(fixed, int(compute_rank(regulated.at_goal.L, CAMERA_TWIST)[0]))
     return fixed, full
