@@ -101,14 +101,14 @@ def test_a_page_that_comes_late_has_it_all(pages):
     late, early = rows_of(pages.session.hello()), rows_of(pages.told)
     assert all(np.array_equal(late[name], early[name]) for name in early)
     kinds = [json.loads(message)["type"] for message in pages.session.hello()]
-    assert kinds[:3] == ["controls", "gallery", "recording"] and kinds[-1] == "state"
+    assert kinds[:4] == ["controls", "gallery", "shapes", "recording"] and kinds[-1] == "state"
 
 
 def test_a_change_is_echoed_with_its_consequences(pages):
     pages.ask({"set": ["task.gain", 1.25]})
     pages.until(lambda state: "task.gain" in state["changes"])
-    listed = pages.messages("controls")[-1]["controls"]
-    assert next(each["value"] for each in listed if each["path"] == "task.gain") == 1.25
+    (changed,) = pages.messages("values")[-1]["controls"]
+    assert (changed["path"], changed["value"]) == ("task.gain", 1.25)
     assert pages.session.bench.experiment.task.gain == 1.25
 
 
@@ -181,7 +181,7 @@ def test_an_error_of_the_simulation_is_reported_and_nothing_ends(pages, monkeypa
 
 
 def test_messages_sent_in_parts_come_whole_to_a_late_page(pages, monkeypatch):
-    monkeypatch.setattr("robsim.studio.outbound_messages.LONGEST", 3)
+    monkeypatch.setattr("robsim.studio.scene_messages.TAIL", 3)
     for gain in (0.6, 0.7, 0.8, 0.9, 1.0, 1.1):
         pages.ask({"step": 4})
         pages.ask({"set": ["task.gain", gain]})

@@ -25,7 +25,7 @@ def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[En
     return [
         {
             "frame": frames.add_frame(each.name),
-            "points": frames.store_array(f"{each.name}.marks", each.marks),
+            "points": frames.shapes.store_points(each.marks),
             "colors": wireframe.list_object_mark_colors(each, first),
         }
         for each in targets
@@ -42,9 +42,7 @@ def list_camera_entries(
         {
             "name": eye.name,
             "frame": frames.add_frame(eye.name),
-            "frustum": frames.store_array(
-                f"{eye.name}.frustum", 2 * depth * _compute_view_lines(eye.camera)
-            ),
+            "frustum": frames.shapes.store_points(2 * depth * _compute_view_lines(eye.camera)),
             **_build_lens_entry(eye.camera),
             **(
                 _build_pixels_entry(frames, run, eye)

@@ -75,7 +75,7 @@ class Workbench:
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
         edit = Edit(experiment)
-        self._adopt(edit, _start_pair(edit), list_watch_entries(experiment))
+        self._adopt(edit, _start_pair(edit), list_watch_entries(experiment), opens=True)
         self.history = EditHistory(edit)
         self._original_controls = self.controls
         self.restarts, self.restarted_because = 0, ""
@@ -361,14 +361,16 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(self, edit: Edit, pair: RunPair | None, watch: list[Entry]) -> None:
+    def _adopt(
+        self, edit: Edit, pair: RunPair | None, watch: list[Entry], opens: bool = False
+    ) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
-        `pair` are the runs; None simulates a mission. If an error is raised, nothing changes.
+        `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
+        with shapes of its own. If an error is raised, nothing changes.
         """
         experiment = edit.experiment
         controls = {each.path: each for each in experiment.controls()}
-        before = self.builder if pair and not pair.live.restarted else None
         handles: list[Handle] = []
         carried: list[Handle] = []
         builder = mission_recording = None
@@ -377,9 +379,7 @@ class Workbench:
         else:
             handles = list_handles(experiment, controls, pair.live.template)
             carried = list_carried_handles(experiment.scene, pair.live.now.q)
-            builder = pair.create_recording_builder(before.depth if before else None)
-            if before is None or not builder.has_same_entries(before):
-                pair.forget()
+            builder = pair.create_recording_builder(None if opens else self.builder)
         self._edit, self._watch = edit, watch
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
