@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 100_000  # largest number of stored instants
+NEAR, ALIGNED = 1e-3, math.radians(0.1)  # metres and radians from the goal that are negligible
 REST = 1.0  # seconds from convergence until a run rests
 
 
@@ -180,6 +182,21 @@ class LiveRun:
         many = template.isel(time=np.zeros(len(instants), dtype=int))
         many = many.assign({n: (many[n].dims, x) for n, x in values.items() if n in template})
         return many.assign_coords(time=("time", np.array([each.time for each in instants])))
+
+    @property
+    def gain(self) -> float:
+        """The decay rate of a small error, in 1/s; the lowest of several tasks."""
+        adaptive = getattr(self.segment.task, "gain", None)
+        return float(getattr(adaptive, "at_zero", np.min(self.controller.pace)))
+
+    def predict_return(self) -> float:
+        """Return the seconds in which an error that decays by the gain becomes negligible.
+
+        The bounds are `NEAR` and `ALIGNED`. 0 if the goal pose is not known.
+        """
+        length, angle, _ = self.measure_distance()
+        ratio = float(np.nanmax([length / NEAR, angle / ALIGNED, 1.0]))
+        return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
 
 
 def _make_template(loop: Loop, segment: Experiment) -> xr.Dataset:

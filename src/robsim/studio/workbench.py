@@ -36,6 +36,7 @@ from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
 RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
+PROMPT = 5.0  # seconds; a longer return to the goal is explained by the gain
 CHANGEABLE = "task", "run", "start", "sensing", "actuation", "safety", "endings"  # tables
 
 
@@ -58,6 +59,9 @@ class Workbench:
         Number of changes that started the run over because it had ended or could not continue.
     restarted_because : str
         The reason if the last change started the run over; else "".
+    delay_remark : str
+        The expected duration of the return to the goal if the last change moved a body and the
+        gain is low; else "".
     news : set of {"recording", "controls", "texts"}
         Kinds of data that have changed since they were sent to the pages.
     """
@@ -65,7 +69,7 @@ class Workbench:
     def __init__(self, experiment: Experiment) -> None:
         self.news: set[str] = set()
         self.revision = self.restarts = 0
-        self.restarted_because = ""
+        self.restarted_because = self.delay_remark = ""
         self.builder: RecordingBuilder | None = None
         self.pair: RunPair | None = None
         self.open(experiment)
@@ -301,6 +305,8 @@ class Workbench:
             task = keep_shown_goals(after.task, before.scene, after.scene)
             after = after if task is after.task else after.with_(task=task)
         self._commit(Edit(after, {**self.changes, **changes}, self.second), values)
+        if after.scene is not before.scene:
+            self._remark_delay()
 
     def _push(self, handle: Handle, pose: object) -> None:
         """Continue the run with the carried body of a handle at a pose."""
@@ -310,6 +316,17 @@ class Workbench:
             self._edit, self.pair.continue_with(self.experiment, self.second, q), self._remark
         )
         self.restarted_because = ""
+        self._remark_delay()
+
+    def _remark_delay(self) -> None:
+        """Store the expected duration of the return to the goal if the gain is low."""
+        seconds = self.pair.live.predict_return() if self.pair else 0.0
+        if seconds > PROMPT and not self.idle:
+            gain = self.pair.live.gain if self.pair else 0.0
+            self.delay_remark = (
+                f"the gain of {gain:.3g} 1/s is low: the return to 1 mm and 0.1 deg from the goal "
+                f"takes about {seconds:.2g} s"
+            )
 
     def _commit(self, edit: Edit, values: object = None) -> None:
         """Run an edit and store it in the history; if an error is raised, nothing changes."""
@@ -378,7 +395,7 @@ class Workbench:
             builder = pair.create_recording_builder(before.depth if before else None)
             if before is None or not builder.has_same_entries(before):
                 pair.forget()
-        self._edit, self._remark = edit, remark
+        self._edit, self._remark, self.delay_remark = edit, remark, ""
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}
