@@ -327,8 +327,10 @@ def test_without_a_change_during_the_run_the_saved_experiment_is_the_experiment(
     bench = open_bench("eye_in_hand")
     bench.set("task.gain", 2.0)
     advance(bench, 0.4)
-    assert bench.saved_experiment() == bench.experiment == bench.history.original.experiment.at(
-        "task.gain", 2.0
+    assert (
+        bench.saved_experiment()
+        == bench.experiment
+        == bench.history.original.experiment.at("task.gain", 2.0)
     )
 
 

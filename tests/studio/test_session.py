@@ -151,11 +151,11 @@ def test_a_change_after_a_failure_starts_over_and_plays(pages):
     pages.ask({"open": "eye_in_hand"}, {"speed": 0.0})
     pages.until(lambda state: len(state["handles"]) == 4)
     pages.ask({"set": ["task.gain", 200.0]})
-    state = pages.until(lambda state: state["outcome"] == "JOINT_LIMIT")
-    assert state["missed"] and not state["playing"] and state["restarts"] == 0
+    state = pages.until(lambda state: state["missed"])
+    assert not state["playing"] and state["restarts"] == 0
     pages.ask({"set": ["task.gain", 0.8]})
     state = pages.until(lambda state: state["restarts"] == 1)
-    assert state["restarted_because"].startswith("the run had ended: joint limit after")
+    assert state["restarted_because"].startswith("the run had ended: ")
     state = pages.until(lambda state: state["resting"])
     assert not state["missed"] and state["distance"]["length"] < 1e-3 and state["since"] == 0.0
     assert pages.session.bench.experiment.task.gain == 0.8
@@ -169,7 +169,8 @@ def test_a_change_wakes_a_run_that_rests(pages):
     assert len(pages.session.bench.pair.live.instants) == count
     pages.ask({"drag": ["objects.square", [0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]})
     woken = pages.until(lambda state: state["goal"]["kept"])
-    assert woken["playing"] and not woken["resting"] and woken["since"] == 21.4 - 1.0 + 1.0
+    assert woken["playing"] and not woken["resting"]
+    assert woken["since"] == pytest.approx(21.4)
     state = pages.until(lambda state: state["resting"])
     assert state["outcome"] == "CONVERGED" and state["distance"]["length"] < 1e-4
 

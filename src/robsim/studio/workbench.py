@@ -53,6 +53,8 @@ class Workbench:
 
     Attributes
     ----------
+    edit : Edit
+        The experiment with all changes, and the second scheme.
     revision : int
         Number of changes.
     restarts : int
@@ -87,22 +89,22 @@ class Workbench:
     @property
     def current(self) -> tuple[Experiment, Mapping[str, Any]]:
         """The experiment with all changes, and {dotted name: value} of the changes."""
-        return self._edit.experiment, self._edit.changes
+        return self.edit.experiment, self.edit.changes
 
     @property
     def experiment(self) -> Experiment:
         """The experiment with all changes."""
-        return self._edit.experiment
+        return self.edit.experiment
 
     @property
     def changes(self) -> Mapping[str, Any]:
         """The changes since the experiment was opened."""
-        return self._edit.changes
+        return self.edit.changes
 
     @property
     def second(self) -> Mapping[str, Any]:
         """The values {dotted name: value} that differ in the second scheme; empty without it."""
-        return self._edit.second
+        return self.edit.second
 
     @property
     def time(self) -> float:
@@ -154,7 +156,7 @@ class Workbench:
     def edited(self) -> bool:
         """Whether the experiment or the second scheme differs from the original."""
         original = self.history.original
-        same = self._edit is original or self.experiment == original.experiment
+        same = self.edit is original or self.experiment == original.experiment
         return not same or self.second != original.second
 
     @property
@@ -169,7 +171,7 @@ class Workbench:
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(self._edit, _start_pair(self._edit), self._remark)
+        self._adopt(self.edit, _start_pair(self.edit), self._remark)
         self.restarted_because = ""
 
     def set(self, name: object, value: object) -> None:
@@ -234,7 +236,7 @@ class Workbench:
 
     def restore_original(self) -> None:
         """Return to the experiment as it was opened."""
-        if self._edit is not self.history.original:
+        if self.edit is not self.history.original:
             self._commit(self.history.original)
 
     def explain(self, explanation: Mapping[str, str]) -> None:
@@ -313,7 +315,7 @@ class Workbench:
         assert self.pair is not None
         q = solve_drag(self.experiment.scene, handle, pose, self.pair.live.now.q)
         self._adopt(
-            self._edit, self.pair.continue_with(self.experiment, self.second, q), self._remark
+            self.edit, self.pair.continue_with(self.experiment, self.second, q), self._remark
         )
         self.restarted_because = ""
         self._remark_delay()
@@ -395,7 +397,7 @@ class Workbench:
             builder = pair.create_recording_builder(before.depth if before else None)
             if before is None or not builder.has_same_entries(before):
                 pair.forget()
-        self._edit, self._remark, self.delay_remark = edit, remark, ""
+        self.edit, self._remark, self.delay_remark = edit, remark, ""
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}

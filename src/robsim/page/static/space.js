@@ -280,6 +280,7 @@ export class Space {
     });
     for (const move of this.moving) move(index);
     if (this.shown.follow) this.follow();
+    this.placed?.();
     this.dirty = true;
   }
 
