@@ -101,7 +101,7 @@ def test_a_page_that_comes_late_has_it_all(pages):
     late, early = rows_of(pages.session.hello()), rows_of(pages.told)
     assert all(np.array_equal(late[name], early[name]) for name in early)
     kinds = [json.loads(message)["type"] for message in pages.session.hello()]
-    assert kinds[:3] == ["controls", "gallery", "recording"] and kinds[-1] == "state"
+    assert kinds[:4] == ["controls", "gallery", "shapes", "recording"] and kinds[-1] == "state"
 
 
 def test_a_change_is_echoed_with_its_consequences(pages):
@@ -109,8 +109,8 @@ def test_a_change_is_echoed_with_its_consequences(pages):
     state = pages.until(lambda state: state["edited"])
     change = {"path": "task.gain", "before": "0.5 1/s", "after": "1.25 1/s"}
     assert state["changes"] == [change]
-    listed = pages.messages("controls")[-1]["controls"]
-    assert next(each["value"] for each in listed if each["path"] == "task.gain") == 1.25
+    (changed,) = pages.messages("values")[-1]["controls"]
+    assert (changed["path"], changed["value"]) == ("task.gain", 1.25)
     assert pages.session.bench.experiment.task.gain == 1.25
 
 
@@ -248,7 +248,7 @@ def test_an_error_of_the_simulation_is_reported_and_nothing_ends(pages, monkeypa
 
 
 def test_messages_sent_in_parts_come_whole_to_a_late_page(pages, monkeypatch):
-    monkeypatch.setattr("robsim.studio.outbound_messages.LONGEST", 3)
+    monkeypatch.setattr("robsim.studio.scene_messages.TAIL", 3)
     for gain in (0.6, 0.7, 0.8, 0.9, 1.0, 1.1):
         pages.ask({"step": 4})
         pages.ask({"set": ["task.gain", gain]})

@@ -170,6 +170,8 @@ class LiveRun:
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from number `start` on as a run."""
+        import xarray as xr
+
         template, instants = self.template, self.instants[start:]
         owner = "camera" if "camera_velocity" in template else "frame"
         parts = ("q", "qd", "error", "pixels", "qd_actual")
@@ -179,9 +181,14 @@ class LiveRun:
         _, twists = compute_frame_motion(self.experiment.scene, frame, q[None], rates[None])
         values["error_norm"] = np.linalg.norm(values["error"], axis=1)
         values[f"{owner}_velocity"] = twists[0]
-        many = template.isel(time=np.zeros(len(instants), dtype=int))
-        many = many.assign({n: (many[n].dims, x) for n, x in values.items() if n in template})
-        return many.assign_coords(time=("time", np.array([each.time for each in instants])))
+        values["time"] = np.array([each.time for each in instants])
+        every = {
+            name: xr.Variable(variable.dims, values[name], variable.attrs) if name in values else variable
+            for name, variable in template.variables.items()
+            if name in values or "time" not in variable.dims
+        }
+        coords = {name: every.pop(name) for name in template.coords if name in every}
+        return xr.Dataset(every, coords, template.attrs)
 
     @property
     def gain(self) -> float:

@@ -80,7 +80,7 @@ class Workbench:
         """Open another experiment; raise InputError if it cannot run."""
         remark = read_experiment_remark(experiment)
         edit = Edit(experiment)
-        self._adopt(edit, _start_pair(edit), remark)
+        self._adopt(edit, _start_pair(edit), remark, opens=True)
         self.history = EditHistory(edit)
         self._original_controls = self.controls
         self.restarts, self.restarted_because = 0, ""
@@ -378,14 +378,16 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(self, edit: Edit, pair: RunPair | None, remark: str) -> None:
+    def _adopt(
+        self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False
+    ) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
-        `pair` are the runs; None simulates a mission. If an error is raised, nothing changes.
+        `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
+        with shapes of its own. If an error is raised, nothing changes.
         """
         experiment = edit.experiment
         controls = {each.path: each for each in experiment.controls()}
-        before = self.builder if pair and not pair.live.restarted else None
         handles: list[Handle] = []
         carried: list[Handle] = []
         builder = mission_recording = None
@@ -394,9 +396,7 @@ class Workbench:
         else:
             handles = list_handles(experiment, controls, pair.live.template)
             carried = list_carried_handles(experiment.scene, pair.live.now.q)
-            builder = pair.create_recording_builder(before.depth if before else None)
-            if before is None or not builder.has_same_entries(before):
-                pair.forget()
+            builder = pair.create_recording_builder(None if opens else self.builder)
         self.edit, self._remark, self.delay_remark = edit, remark, ""
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
