@@ -50,11 +50,16 @@ def case(seed):
 
 def wish_of(draw, bench):
     """One request of a page, most often a wrong one."""
-    name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "quit"])
+    name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "change", "quit"])
     if name in ("set", "second"):
         return {
             name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])
         }
+    if name == "change":
+        values = {str(path_of(draw, bench)): value_of(draw, bench) for _ in range(draw.randint(1, 3))}
+        return {name: draw.choice([values, draw.choice(ODD)])}
+    if name == "show_goal":
+        return {name: draw.choice(["anew", "here", draw.choice(ODD)])}
     if name == "drag":
         handles = [each.name for each in bench.handles] or ["none"]
         pose = [draw.choice([0.0, 0.3, -1.0, 50.0]) for _ in range(3)]
