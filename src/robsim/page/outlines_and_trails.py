@@ -60,9 +60,7 @@ def list_goal_entries(frames: RecordingFrames, run: xr.Dataset, depth: float) ->
             **shapes.store_solid(wire),
         }
         for name, T in goal_outlines.read_goal_pose(run).items()
-        for wire in goal_outlines.build_frame_outline(
-            scene, name, depth, shapes.list_drawable, shapes.build_solid
-        )
+        for wire in shapes.list_frame_outline(scene, name, depth)
     ]
 
 

@@ -41,7 +41,7 @@ class RecordingFrames:
         self, motion: SceneMotion, shapes: BodyShapes, former: Iterable[FrameKey], live: bool
     ) -> None:
         self.motion, self.shapes, self.live = motion, shapes, live
-        self._poses: dict[FrameKey, PosesOf] = dict.fromkeys(former, _return_unknown_poses)
+        self._poses: dict[FrameKey, PosesOf | None] = dict.fromkeys(former)  # None: not used
         self._numbers = {key: number for number, key in enumerate(self._poses)}
 
     def add_frame(
@@ -53,7 +53,7 @@ class RecordingFrames:
         By default, these are the poses of the frame in the scene.
         """
         key = name, group
-        if self._poses.get(key, _return_unknown_poses) is _return_unknown_poses:
+        if self._poses.get(key) is None:
             self._poses[key] = of(name) if of else methodcaller("poses", name)
         return self._numbers.setdefault(key, len(self._numbers))
 
@@ -69,10 +69,12 @@ class RecordingFrames:
 
     def compute_poses(self, motion: SceneMotion) -> Array:
         """Return the poses (T, frames, 7) of all frames."""
-        if not self._poses:
-            return np.zeros((motion.count, 0, 7))
-        tracks = [poses(motion) for poses in self._poses.values()]
-        return convert_poses_to_numbers(np.stack(tracks, axis=1))
+        numbers = np.full((motion.count, len(self._poses), 7), np.nan)
+        tracks = {i: poses(motion) for i, poses in enumerate(self._poses.values()) if poses}
+        if tracks:
+            together = np.stack(list(tracks.values()), axis=1)
+            numbers[:, list(tracks)] = convert_poses_to_numbers(together)
+        return numbers
 
     def has_frame(self, name: str) -> bool:
         """Return whether the scene has a frame of this name in the recording."""
@@ -109,11 +111,10 @@ def build_solid_entries(
     `of` maps the name of a frame to a function that returns its poses. By default, these are the
     poses of the frame in the shown scene. `shown` selects the frames with parts by their names.
     """
-    return [
-        _build_solid_entry(frames, part, group, of)
-        for part in frames.shapes.list_scene_parts(scene, depth)
-        if shown is None or shown(part.frame)
-    ]
+    parts = frames.shapes.list_scene_parts(scene, depth)
+    names = dict.fromkeys(part.frame for part in parts)
+    chosen = {name for name in names if shown is None or shown(name)}
+    return [_build_solid_entry(frames, part, group, of) for part in parts if part.frame in chosen]
 
 
 def _build_solid_entry(
@@ -125,8 +126,3 @@ def _build_solid_entry(
     if part.to:
         return {**entry, "to": frames.add_frame(part.to, group, of)}
     return {**entry, **frames.shapes.store_solid(part.wire), "sheer": part.wire.transparent}
-
-
-def _return_unknown_poses(motion: SceneMotion) -> Array:
-    """Return poses (T, 4, 4) of NaN."""
-    return np.full((motion.count, 4, 4), np.nan)
