@@ -32,11 +32,11 @@ def case(seed):
     here = session(draw.choice(FILES))
     bench = here.bench
     for _ in range(draw.randint(1, 4)):
-        before = bench.current, bench.pair, bench.second, bench.builder
+        before = bench.edit, bench.pair, bench.builder
         note = here.do(wish_of(draw, bench))
         if "internal error" in note:
             raise Wrong(note)
-        after = bench.current, bench.pair, bench.second, bench.builder
+        after = bench.edit, bench.pair, bench.builder
         if note and any(x is not y for x, y in zip(before, after, strict=True)):
             raise Wrong(f"it was refused, and something changed: {note[:200]}")
         for message in here.outgoing.news(here, bench, here.shelf):
@@ -50,11 +50,16 @@ def case(seed):
 
 def wish_of(draw, bench):
     """One request of a page, most often a wrong one."""
-    name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "quit"])
+    name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "change", "quit"])
     if name in ("set", "second"):
         return {
             name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])
         }
+    if name == "change":
+        values = {str(path_of(draw, bench)): value_of(draw, bench) for _ in range(draw.randint(1, 3))}
+        return {name: draw.choice([values, draw.choice(ODD)])}
+    if name == "show_goal":
+        return {name: draw.choice(["anew", "here", draw.choice(ODD)])}
     if name == "drag":
         handles = [each.name for each in bench.handles] or ["none"]
         pose = [draw.choice([0.0, 0.3, -1.0, 50.0]) for _ in range(3)]

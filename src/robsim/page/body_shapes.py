@@ -5,15 +5,20 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette, wireframe
+from robsim.plot.goal_outlines import build_frame_outline
 from robsim.plot.wireframe import ScenePart, WireSolid
 from robsim.world.scene import Scene
+
+
+T = TypeVar("T")
+BodyKey = tuple[str, int]  # kind of the result, and identity of the body
 
 
 class BodyShapes:
@@ -31,8 +36,9 @@ class BodyShapes:
 
     def __init__(self, former: BodyShapes | None = None) -> None:
         self.arrays: dict[str, NDArray[Any]] = {}
-        self._built: dict[tuple[str, int], tuple[object, Any]] = {}  # keys: kind, identity
+        self._built: dict[BodyKey, tuple[object, Any]] = {}  # the body stays alive; Any: by kind
         self._former = former._built if former else {}
+        self._used: set[BodyKey] = set()
 
     def forget_former(self) -> None:
         """Delete the shapes that were not used since the change."""
@@ -40,7 +46,19 @@ class BodyShapes:
 
     def list_scene_parts(self, scene: Scene, depth: float) -> list[ScenePart]:
         """Return the parts of a scene; the depth of a frustum is in metres."""
-        return wireframe.list_scene_parts(scene, depth, self.list_drawable, self.build_solid)
+
+        def list_parts(_: Scene) -> list[ScenePart]:
+            return wireframe.list_scene_parts(scene, depth, self.list_drawable, self.build_solid)
+
+        return self._find_in_scene(f"parts {depth}", scene, list_parts)
+
+    def list_frame_outline(self, scene: Scene, name: str, depth: float) -> list[WireSolid]:
+        """Return the outline of the body of a frame; the depth of a frustum is in metres."""
+
+        def list_outline(_: Scene) -> list[WireSolid]:
+            return build_frame_outline(scene, name, depth, self.list_drawable, self.build_solid)
+
+        return self._find_in_scene(f"outline {depth} {name}", scene, list_outline)
 
     def list_drawable(self, shapes: Iterable[Primitive]) -> list[Primitive]:
         """Return the shapes to draw, with the content of mesh files."""
@@ -71,11 +89,24 @@ class BodyShapes:
         name, self.arrays[name] = named
         return name
 
+    def _find_in_scene(self, kind: str, scene: Scene, build: Callable[[Scene], T]) -> T:
+        """Return the result of `build` for a scene; the shapes that it uses are kept with it."""
+
+        def build_with_keys(_: Scene) -> tuple[T, set[BodyKey]]:
+            self._used = set()
+            return build(scene), self._used
+
+        result: T
+        result, keys = self._find(kind, scene, build_with_keys)
+        self._built |= {key: self._former[key] for key in keys if key not in self._built}
+        return result
+
     def _find(self, kind: str, body: object, build: Callable[[Any], Any]) -> Any:  # Any: by kind
         """Return the result of `build` for a body, which is built once."""
         key = kind, id(body)
+        self._used.add(key)
         if key not in self._built:
-            self._built[key] = self._former.get(key) or (body, build(body))  # the body stays alive
+            self._built[key] = self._former.get(key) or (body, build(body))
         return self._built[key][1]
 
 

@@ -98,13 +98,12 @@ def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
 
 def _build_pixels_entry(frames: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
     """Return the names of the arrays of an image, and colours and targets of its feature points."""
-    view = run_data.select_camera_view(run, eye.name)
-    numbers = view["mark_number"].values.tolist()
+    targets = run_data.number_camera_marks(run, eye.name)
     second = {"second": f"{eye.name}.pixels second"} if frames.motion.second else {}
     return {
         "pixels": f"{eye.name}.pixels",
         **second,
         "goal": f"{eye.name}.goal",
-        "colors": [palette.cycle_color(number) for number in numbers],
-        "targets": view["mark_target"].values.tolist(),
+        "colors": [palette.cycle_color(number) for number in targets],
+        "targets": list(targets.values()),
     }

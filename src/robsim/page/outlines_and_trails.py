@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import cycle
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,7 @@ def list_outline_entries(
         scene,
         depth,
         "start",
-        lambda name: _hold_frame_pose(frames.motion.poses(name)[0]),
+        lambda name: _hold_pose(frames.motion.poses(name)[0])(name),
         frames.is_moving,
     )
     if belief is not None:
@@ -53,17 +54,13 @@ def list_goal_entries(frames: RecordingFrames, run: xr.Dataset, depth: float) ->
     shapes = frames.shapes
     return [
         {
-            "frame": frames.add_frame(
-                name, "goal", _hold_frame_pose(scene.display.matrix @ T.matrix)
-            ),
+            "frame": frames.add_frame(name, "goal", _hold_pose(scene.display.matrix @ T.matrix)),
             "label": f"goal of {wire.label}",
             "color": palette.GOAL,
             **shapes.store_solid(wire),
         }
         for name, T in goal_outlines.read_goal_pose(run).items()
-        for wire in goal_outlines.build_frame_outline(
-            scene, name, depth, shapes.list_drawable, shapes.build_solid
-        )
+        for wire in shapes.list_frame_outline(scene, name, depth)
     ]
 
 
@@ -85,16 +82,16 @@ def list_trail_entries(frames: RecordingFrames) -> list[Entry]:
         return entries
     return entries + [
         {
-            "frame": frames.add_frame(name, "second", _move_frame_in_second(name)),
+            "frame": frames.add_frame(name, "second", _move_frame_in_second),
             "color": palette.ORANGE,
         }
         for name in moving
     ]
 
 
-def _hold_frame_pose(T: Array) -> PosesOf:
-    """Return a function that returns the poses of a frame at rest at T (4, 4)."""
-    return lambda motion: np.repeat(T[None], motion.count, axis=0)
+def _hold_pose(T: Array) -> Callable[[str], PosesOf]:
+    """Return a function from a name to the poses of a frame at rest at T (4, 4)."""
+    return lambda _: lambda motion: np.repeat(T[None], motion.count, axis=0)
 
 
 def _move_frame_in_second(name: str) -> PosesOf:

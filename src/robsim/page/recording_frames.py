@@ -41,17 +41,21 @@ class RecordingFrames:
         self, motion: SceneMotion, shapes: BodyShapes, former: Iterable[FrameKey], live: bool
     ) -> None:
         self.motion, self.shapes, self.live = motion, shapes, live
-        self._poses: dict[FrameKey, PosesOf] = dict.fromkeys(former, _return_unknown_poses)
+        self._poses: dict[FrameKey, PosesOf | None] = dict.fromkeys(former)  # None: not used
+        self._numbers = {key: number for number, key in enumerate(self._poses)}
 
-    def add_frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
+    def add_frame(
+        self, name: str, group: str = "true", of: Callable[[str], PosesOf] | None = None
+    ) -> int:
         """Return the number of a frame, after adding it if it is new.
 
-        `poses` returns the poses (T, 4, 4) of the frame in a motion; by default, the poses of the
-        frame `name` of the scene.
+        `of` maps the name of the frame to a function that returns its poses (T, 4, 4) in a motion.
+        By default, these are the poses of the frame in the scene.
         """
-        if self._poses.get((name, group), _return_unknown_poses) is _return_unknown_poses:
-            self._poses[name, group] = poses or methodcaller("poses", name)
-        return list(self._poses).index((name, group))
+        key = name, group
+        if self._poses.get(key) is None:
+            self._poses[key] = of(name) if of else methodcaller("poses", name)
+        return self._numbers.setdefault(key, len(self._numbers))
 
     @property
     def keys(self) -> list[FrameKey]:
@@ -63,16 +67,14 @@ class RecordingFrames:
         """The frames in their order, as entries of a header."""
         return [{"name": name, "group": group} for name, group in self._poses]
 
-    def compute_track(self, number: int) -> Array:
-        """Return the poses (T, 7) of a frame."""
-        return convert_poses_to_numbers(list(self._poses.values())[number](self.motion))
-
     def compute_poses(self, motion: SceneMotion) -> Array:
         """Return the poses (T, frames, 7) of all frames."""
-        if not self._poses:
-            return np.zeros((motion.count, 0, 7))
-        tracks = [poses(motion) for poses in self._poses.values()]
-        return convert_poses_to_numbers(np.stack(tracks, axis=1))
+        numbers = np.full((motion.count, len(self._poses), 7), np.nan)
+        tracks = {i: poses(motion) for i, poses in enumerate(self._poses.values()) if poses}
+        if tracks:
+            together = np.stack(list(tracks.values()), axis=1)
+            numbers[:, list(tracks)] = convert_poses_to_numbers(together)
+        return numbers
 
     def has_frame(self, name: str) -> bool:
         """Return whether the scene has a frame of this name in the recording."""
@@ -109,27 +111,18 @@ def build_solid_entries(
     `of` maps the name of a frame to a function that returns its poses. By default, these are the
     poses of the frame in the shown scene. `shown` selects the frames with parts by their names.
     """
-    return [
-        _build_solid_entry(frames, part, group, of)
-        for part in frames.shapes.list_scene_parts(scene, depth)
-        if shown is None or shown(part.frame)
-    ]
+    parts = frames.shapes.list_scene_parts(scene, depth)
+    names = dict.fromkeys(part.frame for part in parts)
+    chosen = {name for name in names if shown is None or shown(name)}
+    return [_build_solid_entry(frames, part, group, of) for part in parts if part.frame in chosen]
 
 
 def _build_solid_entry(
     frames: RecordingFrames, part: ScenePart, group: str, of: Callable[[str], PosesOf] | None
 ) -> Entry:
     """Return the entry of a solid, or of a line between two frames."""
-    start, end = (
-        frames.add_frame(name, group, of(name) if of else None) if name else None
-        for name in (part.frame, part.to)
-    )
+    start = frames.add_frame(part.frame, group, of)
     entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": end}
+        return {**entry, "to": frames.add_frame(part.to, group, of)}
     return {**entry, **frames.shapes.store_solid(part.wire), "sheer": part.wire.transparent}
-
-
-def _return_unknown_poses(motion: SceneMotion) -> Array:
-    """Return poses (T, 4, 4) of NaN."""
-    return np.full((motion.count, 4, 4), np.nan)

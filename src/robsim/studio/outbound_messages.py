@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from robsim.studio.session import Session
     from robsim.studio.workbench import Workbench
 
+DescribedControl = tuple["Control", dict[str, Any]]  # a control, and its fields; Any: JSON
+
 AFTER = ("texts", "state")  # types that are sent after the recording
 FAST = 1  # compression level of a map; its numbers hardly repeat
 
@@ -53,7 +55,7 @@ class OutboundMessages:
             self._study.append(_encode_message("study", recording=recording))
         self._latest: dict[str, str] = {}  # by type
         self._scene = SceneMessages()
-        self._controls: dict[str, dict[str, Any]] = {}  # by path; Any: JSON
+        self._controls: dict[str, DescribedControl] = {}  # by path
         self._count = 0  # number of sent instants
         self._revision = -1  # revision of the bench when the last instants were sent
 
@@ -88,12 +90,17 @@ class OutboundMessages:
 
     def _encode_changed_controls(self, controls: Iterable[Control]) -> Iterator[str]:
         """Yield the messages of the controls with other values, or of all if others exist."""
-        before, now = self._controls, {each.path: _describe_control(each) for each in controls}
+        before = self._controls
+        now: dict[str, DescribedControl] = {}
+        for each in controls:
+            known = before.get(each.path)
+            is_known = known is not None and known[0] == each
+            now[each.path] = known if known and is_known else (each, _describe_control(each))
         self._controls = now
         if list(before) != list(now):
             yield from _encode_controls(now)
-        elif changed := [each for path, each in now.items() if each != before[path]]:
-            yield _encode_message("values", controls=changed)
+        elif changed := [each for path, each in now.items() if each is not before[path]]:
+            yield _encode_message("values", controls=[entry for _, entry in changed])
 
     def _encode_mission(self, bench: Workbench) -> Iterator[str]:
         """Yield the messages of a mission as a whole."""
@@ -140,9 +147,9 @@ def _describe_control(control: Control) -> dict[str, Any]:
     return {name: _replace_non_finite(value) for name, value in vars(control).items()}
 
 
-def _encode_controls(controls: dict[str, dict[str, Any]]) -> list[str]:
+def _encode_controls(controls: dict[str, DescribedControl]) -> list[str]:
     """Return the messages of all controls, in parts that are small enough."""
-    entries, parts, room = list(controls.values()), [], 0
+    entries, parts, room = [entry for _, entry in controls.values()], [], 0
     for entry in entries:
         size = len(json.dumps(entry, ensure_ascii=False)) + 2
         if size > room:

@@ -348,6 +348,7 @@ export class Space {
     });
     for (const { moves } of this.items.values()) for (const move of moves) move(index);
     if (this.shown.follow) this.follow();
+    this.placed?.();
     this.dirty = true;
   }
 

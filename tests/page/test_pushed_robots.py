@@ -1,0 +1,45 @@
+"""Handles of bodies that a robot carries, in a real browser."""
+
+import numpy as np
+import pytest
+from page.conftest import until
+
+import robsim as rs
+from robsim.studio.studio import studio
+
+pytestmark = pytest.mark.browser
+AT = """(name) => {
+  const { space } = robsim.view;
+  const index = space.header.frames.findIndex((f) => f.name === name && f.group === "true");
+  return space.frames[index].position.toArray();
+}"""
+BALL = "(name) => robsim.handles.balls.get(name)?.position.toArray()"
+
+
+def test_a_pushed_camera_returns_to_its_goal(chromium):
+    with studio(rs.load_scenario(rs.examples.path("eye_in_hand"))) as server:
+        context = chromium.new_context(viewport={"width": 1280, "height": 800})
+        page = context.new_page()
+        page.goto(server.address)
+        until(page, "document.body.dataset.ready")
+        page.evaluate("robsim.link.ask({ speed: 0 })")
+        page.evaluate("robsim.link.ask({ play: true })")
+        until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
+        goal = np.array(page.evaluate(AT, "camera"))
+        assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-6)
+        page.evaluate("robsim.link.ask({ play: false })")
+        until(page, "!robsim.state.playing")
+        page.evaluate("robsim.handles.hold('cameras.camera')")
+        page.evaluate(
+            "const ball = robsim.handles.balls.get('cameras.camera');"
+            "ball.position.x += 0.03; robsim.handles.send(true);"
+        )
+        until(page, "robsim.state.since > 5 && !robsim.state.resting")
+        until(page, "robsim.clock.index === robsim.clock.times.length - 1")
+        pushed = np.array(page.evaluate(AT, "camera"))
+        assert pushed - goal == pytest.approx([0.03, 0.0, 0.0], abs=1e-5)
+        page.evaluate("robsim.link.ask({ play: true })")
+        until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
+        assert page.evaluate(AT, "camera") == pytest.approx(goal, abs=1e-5)
+        assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-5)
+        context.close()
