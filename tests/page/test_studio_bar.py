@@ -54,7 +54,7 @@ def test_a_refused_value_springs_back_with_the_reason_beside_it(desk):
     field = enter(page, "gain (1/s)", "0")
     until(page, "robsim.state.refusals.length === 1")
     assert field.input_value() == "0.5" and read_gain(desk) == 0.5
-    assert re.search("greater than 0.*1/s", read_reason(page, "gain (1/s)"))
+    assert "must be greater than 0" in read_reason(page, "gain (1/s)")
     assert row(page, "gain (1/s)").get_attribute("class").endswith("refused")
     enter(page, "gain (1/s)", "0.8")
     until(page, f"{GAIN} === 0.8 && robsim.state.refusals.length === 0")
@@ -65,7 +65,7 @@ def test_a_value_refused_twice_springs_back_twice(desk):
     page = desk.page()
     for _ in range(2):
         field = enter(page, "gain (1/s)", "0")
-        page.wait_for_timeout(1800)
+        until(page, "robsim.state.refusals.length === 1 && document.querySelector('.refused')")
         assert field.input_value() == "0.5"
         assert "greater than 0" in read_reason(page, "gain (1/s)")
 
@@ -155,6 +155,7 @@ def test_changes_are_taken_back_and_repeated_by_buttons_and_keys(desk):
     assert undo.is_disabled() and redo.is_disabled() and original.is_disabled()
     field = enter(page, "gain (1/s)", "0.8")
     until(page, f"{GAIN} === 0.8 && robsim.state.undo")
+    page.wait_for_timeout(1100)  # changes of one value within a second are one edit
     enter(page, "gain (1/s)", "0.9")
     until(page, f"{GAIN} === 0.9")
     steps = [
