@@ -208,7 +208,9 @@ def test_the_copied_python_runs_and_gives_the_experiment(desk):
     code = page.evaluate("navigator.clipboard.readText()")
     names = {}
     exec(code.replace("rs.show(run)", ""), names)  # noqa: S102  code of the product
-    assert names["experiment"] == rs.load_scenario(rs.examples.path("visp_tutorial")).at("task.gain", 0.8)
+    assert names["experiment"] == rs.load_scenario(rs.examples.path("visp_tutorial")).at(
+        "task.gain", 0.8
+    )
     assert names["run"].sizes["time"] > 10
 
 
@@ -234,7 +236,9 @@ def test_the_page_is_saved_where_it_cannot_be_shared(desk, tmp_path):
 
 def test_the_reason_of_a_missing_film_is_shown(desk):
     page = desk.page()
-    page.route("**/download/film.*", lambda route: route.fulfill(status=409, body="films need ffmpeg"))
+    page.route(
+        "**/download/film.*", lambda route: route.fulfill(status=409, body="films need ffmpeg")
+    )
     page.get_by_role("button", name="film").click()
     until(page, "document.querySelector('#bar .told').textContent.includes('films need ffmpeg')")
     assert page.get_by_role("button", name="film").is_enabled()
