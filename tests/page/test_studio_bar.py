@@ -359,7 +359,10 @@ def test_texts_have_enough_contrast(desk):
         .reduce((sum, x, i) => sum + x * [0.2126, 0.7152, 0.0722][i], 0);
       const ratio = (one, two) => (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05);
       const probe = document.body.appendChild(document.createElement("i"));
-      const value = (name) => (probe.style.color = `var(--${name})`, light(getComputedStyle(probe).color));
+      const value = (name) => {
+        probe.style.color = `var(--${name})`;
+        return light(getComputedStyle(probe).color);
+      };
       return ["ink", "soft", "accent", "warm"].map((name) =>
         Math.min(ratio(value(name), value("panel")), ratio(value(name), value("sky"))));
     }"""
