@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import gzip
 import hashlib
+import html
 import json
 import re
 from io import BytesIO
@@ -55,6 +56,14 @@ def test_numbers_come_back_as_float32(demo, tmp_path):
     assert np.array_equal(error[:, 0], demo.error_norm.values.astype(np.float32))
     made = build_recording(demo)
     assert back.header == json.loads(json.dumps(made.header))
+
+
+def test_an_exported_page_has_the_title_of_its_recording_as_text(tmp_path):
+    title = "</title><script>{recording} & 'more'</script>"
+    scene = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(title=title)
+    text = export_html(scene, tmp_path / "page.html").read_text(encoding="utf-8")
+    (written,) = re.findall("<title>(.*?)</title>", text)
+    assert html.unescape(written) == title and "<" not in written
 
 
 def test_the_same_run_gives_the_same_bytes(demo, tmp_path):

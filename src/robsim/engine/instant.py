@@ -50,9 +50,9 @@ class Instant:
     outcome: Outcome
 
 
-def iterate_instants(loop: Loop) -> Iterator[Instant]:
-    """Yield the instants of the single run of a loop."""
-    for step, chunk in loop.instants(np.arange(1)):
+def iterate_instants(loop: Loop, past_convergence: bool = False) -> Iterator[Instant]:
+    """Yield the instants of the single run of a loop, as `Loop.instants`."""
+    for step, chunk in loop.instants(np.arange(1), past_convergence):
         yield _make_instant(loop, step, chunk)
 
 

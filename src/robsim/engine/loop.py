@@ -16,6 +16,7 @@ from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
 from robsim.engine.endings import Ending
 from robsim.engine.image_stream import ImageStream, check_sensing
+from robsim.engine.outcome import Outcome
 from robsim.engine.plant import Plant, has_actuation_dynamics
 from robsim.engine.recorder import Record, Recorder
 from robsim.engine.termination_checks import TerminationChecks
@@ -102,13 +103,27 @@ class Loop:
             seconds = max(time.perf_counter() - began, 1e-9)
             burst = min(max(int(burst * min(LOOK / seconds, 2.0)), 1), BURST)
 
-    def instants(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, Chunk]]:
-        """Simulate a chunk of runs, and yield each step with the chunk."""
+    def instants(
+        self, rows: NDArray[np.int64], past_convergence: bool = False
+    ) -> Iterator[tuple[int, Chunk]]:
+        """Simulate a chunk of runs, and yield each step with the chunk.
+
+        With `past_convergence`, converged runs go on until the last step; their outcome is
+        CONVERGED at each instant with a small error.
+        """
         going = ChunkProgress(rows)
         while not going.done:
             chunk = self._take(going, 1)
             yield going.step - 1, chunk
+            if past_convergence and going.step <= self.steps:
+                self._revive_converged_runs(chunk)
             self._settle(going)
+
+    def _revive_converged_runs(self, chunk: Chunk) -> None:
+        """Let the converged runs of a chunk go on."""
+        converged = chunk.get(self.sequence.judge.outcome) == Outcome.CONVERGED
+        alive = chunk.get(self.sequence.alive)
+        chunk.put(self.sequence.alive, np.where(converged, 1.0, alive))
 
     def leave(self, chunks: Sequence[ChunkProgress]) -> None:
         """Store the last instants of the runs that have begun."""

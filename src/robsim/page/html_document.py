@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import html
 import re
 from functools import cache
 from importlib import resources
@@ -29,7 +30,7 @@ MODULES = (
         "time",
     ),
     *("columns", "stamps", "scatter", "shades", "rows", "study"),
-    *("why", "gallery", "matrix", "keys", "bar", "pendant"),
+    *("quantities", "fields", "why", "gallery", "matrix", "keys", "bar", "pendant"),
     *("link", "handles", "controls", "studio", "main"),
 )
 STYLES = ("vendor", "page", "why", "gallery", "matrix", "bar", "pendant")
@@ -43,14 +44,13 @@ def build_html(recording: Recording) -> str:
     The page sends no requests, and its content security policy forbids them. Texts of the recording
     are inserted as data, not as markup.
     """
-    return _fill_page_template(
-        encode_recording_text(recording.header, recording.arrays, {"poses"}), "'none'"
-    )
+    data = encode_recording_text(recording.header, recording.arrays, {"poses"})
+    return _fill_page_template(recording.header["title"], data, "'none'")
 
 
 def build_live_html() -> str:
     """Return the HTML text of a page that shows the messages of its own server."""
-    return _fill_page_template("", "'self'")
+    return _fill_page_template("RobSim", "", "'self'")
 
 
 def encode_recording_text(
@@ -64,9 +64,10 @@ def encode_recording_text(
     return base64.b64encode(pack_recording(header, arrays, quantised, level)).decode()
 
 
-def _fill_page_template(recording: str, connect_source: str) -> str:
+def _fill_page_template(title: str, recording: str, connect_source: str) -> str:
     """Return the page with a recording; its policy permits connections to `connect_source` only."""
     parts = {
+        "title": html.escape(title),
         "policy": _build_policy(connect_source),
         "style": _read_page_style(),
         "recording": recording,

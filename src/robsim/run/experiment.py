@@ -607,7 +607,7 @@ class Experiment(Value, Generic[TaskT_co]):
                 with self.prefix_error_keys("task"):
                     self.task.checked(self, view=view)
                 return
-            loop = self._loop_from_start()
+            loop = self.loop_from_start()
             if view:
                 check_start_visibility(loop)
 
@@ -759,10 +759,10 @@ class Experiment(Value, Generic[TaskT_co]):
                 "steps: one start is needed, and there are several runs: take of_run(i)"
             )
         with self._named_errors():
-            loop = self._loop_from_start()
+            loop = self.loop_from_start()
         return iterate_instants(loop)
 
-    def _loop_from_start(self) -> Loop:
+    def loop_from_start(self) -> Loop:
         """Return the loop without a record; InputError if the task cannot begin at a start."""
         loop = self.with_(record="summary").loop()
         with self.prefix_error_keys("task"):

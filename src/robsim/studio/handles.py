@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
 from robsim.studio.control_values import is_json_number
+from robsim.studio.frame_placement import find_carrier, solve_frame_placement
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -25,26 +26,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FAR = 1e3  # largest coordinate of a dragged pose, metres
-RESTARTS = 8  # of inverse kinematics; few, for a quick response
 
 
 @dataclass(frozen=True)
 class Handle:
     """A pose that a user can drag, relative to the frame of the figures.
 
+    The handle of a body that a robot carries moves with the body; dragging it moves the robot.
+
     Attributes
     ----------
     name : str
-        "start", "goal", or the dotted name of a fixed body, such as "objects.plate".
+        "start", "goal", or the dotted name of a body, such as "objects.plate".
     frame : str
         Frame of the scene at this pose.
     pose : list of 7 float
-        Position and quaternion (x, y, z, w).
+        Position and quaternion (x, y, z, w); of a carried body, at the last change.
+    carried : bool
+        Whether a robot carries the body.
     """
 
     name: str
     frame: str
     pose: list[float]
+    carried: bool = False
 
 
 def list_handles(
@@ -60,7 +65,7 @@ def list_handles(
         for name, body in _list_fixed_bodies(scene)
     ]
     frame = str(template["goal_pose"].attrs.get("frame", "")) if "goal_pose" in template else ""
-    if not frame or not _is_reachable_frame(scene, frame, q):
+    if not frame or _find_movable_robot(scene, frame) is None:
         return handles
     handles.append(_build_handle(scene, "start", frame, scene.pose(frame, q)))
     goal = template["goal_pose"].values.reshape(-1, 4, 4)[0]
@@ -69,12 +74,30 @@ def list_handles(
     return handles
 
 
+def list_carried_handles(scene: Scene, q: Array) -> list[Handle]:
+    """Return the handles of the bodies that commanded robots carry, at the coordinates q (nq,)."""
+    return [
+        replace(_build_handle(scene, name, body.name, scene.pose(body.name, q)), carried=True)
+        for name, body in _list_bodies(scene)
+        if scene.tree.flag_moves(body.name).any() and _find_movable_robot(scene, body.name)
+    ]
+
+
+def solve_drag(scene: Scene, handle: Handle, pose: Any, q: Array) -> Array:
+    """Return coordinates (nq,) near q that place the carried body of a handle at a pose (7,).
+
+    Raise InputError if the pose is invalid or cannot be reached.
+    """
+    T = scene.display.inv() @ _parse_dragged_pose(pose)
+    return solve_frame_placement(scene, handle.frame, T, q)
+
+
 def compute_drag_changes(
     experiment: Experiment, controls: Mapping[str, Control], handle: Handle, pose: Any
 ) -> dict[str, Any]:
     """Return the changes that move a handle to a pose (7,) relative to the frame of the figures.
 
-    Raise InputError if the pose is invalid or cannot be reached.
+    The body of the handle is fixed. Raise InputError if the pose is invalid or cannot be reached.
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
     T = scene.display.inv() @ _parse_dragged_pose(pose)
@@ -89,7 +112,7 @@ def compute_drag_changes(
             _compute_target_in_camera(experiment, handle.frame, T, q),
         )
     root = "start" if handle.name == "start" else "task.goal"
-    reached = _solve_frame_pose(scene, handle.frame, T, q)
+    reached = solve_frame_placement(scene, handle.frame, T, q)
     if f"{root}.q" in controls:
         return controls[f"{root}.q"].changes(reached.tolist())
     return _build_pose_changes(controls, root, Pose.from_quaternion(reached[:3], reached[3:]))
@@ -107,12 +130,18 @@ def _read_start_configuration(experiment: Experiment) -> Array:
     return np.asarray(np.atleast_2d(start)[0])
 
 
-def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCamera]]:
-    """Yield the dotted name and the body of each object and camera that no robot moves."""
+def _list_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCamera]]:
+    """Yield the dotted name and the body of each object and camera."""
     for kind in ("objects", "cameras"):
         for body in getattr(scene, kind):
-            if not scene.tree.flag_moves(body.name).any():
-                yield f"{kind}.{body.name}", body
+            yield f"{kind}.{body.name}", body
+
+
+def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCamera]]:
+    """Yield the dotted name and the body of each object and camera that no robot moves."""
+    for name, body in _list_bodies(scene):
+        if not scene.tree.flag_moves(body.name).any():
+            yield name, body
 
 
 def _parse_dragged_pose(value: Any) -> Pose:
@@ -144,44 +173,10 @@ def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Ar
     return T_w_c.inv() @ T_w_o
 
 
-def _find_carrier(scene: Scene, frame: str) -> tuple[Robot, str]:
-    """Return the robot and the link that carry a frame; raise InputError without such a robot."""
-    carriers = {obj.name: obj.on for obj in scene.objects}
-    carriers |= {eye.name: eye.on for eye in scene.cameras}
-    while frame in carriers:
-        frame = carriers[frame]
-    owner, _, link = frame.partition(".")
-    robot = next((each for each in scene.robots if each.name == owner), None)
-    if robot is None:
-        raise InputError(f"no robot carries {frame}")
-    return robot, link
-
-
-def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
-    """Return whether inverse kinematics can place a frame; it cannot for a vehicle."""
+def _find_movable_robot(scene: Scene, frame: str) -> Robot | None:
+    """Return the robot that carries a frame; None without one, or if its motion is prescribed."""
     try:
-        _solve_frame_pose(scene, frame, scene.pose(frame, q), q)
+        robot, _ = find_carrier(scene, frame)
     except InputError:
-        return False
-    return True
-
-
-def _solve_frame_pose(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
-    """Return coordinates (nq,), near q, that place a frame at a pose in the world.
-
-    If the pose is not reachable, the position alone is used, because the arm may have fewer than
-    six joints. Raise InputError if the position is not reachable either.
-    """
-    robot, link = _find_carrier(scene, frame)
-    name = f"{robot.name}.{link}"
-    T_l_f = scene.pose(name, q).inv() @ scene.pose(frame, q)
-    T_w_b = scene.pose(f"{robot.name}.{robot.links[0].name}", q)
-    first = sum(each.nq for each in scene.robots[: scene.robots.index(robot)])
-    own = slice(first, first + robot.nq)
-    T_b_l = T_w_b.inv() @ T_w_f @ T_l_f.inv()
-    result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS)
-    if not result.success:  # an arm with fewer joints: solve for the position alone
-        result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS, mask="position")
-    if not result.success:
-        raise InputError(f"{frame} does not reach this pose")
-    return np.concatenate([q[: own.start], result.q, q[own.stop :]])
+        return None
+    return None if any(each.robot == robot.name for each in scene.motions) else robot

@@ -13,9 +13,10 @@ from robsim.engine.instant import Instant
 from robsim.page.recording_builder import RecordingBuilder, RecordingInstants, find_task_belief
 from robsim.plot.scene_motion import SceneMotion
 from robsim.run.experiment import Experiment
+from robsim.studio.control_values import build_changes
 from robsim.studio.live_run import LiveRun
 
-AHEAD = 2000  # steps that are simulated in advance to determine the moving frames
+AHEAD = 2000  # steps that are simulated in advance to determine the size of the scene
 
 
 class RunPair:
@@ -39,25 +40,35 @@ class RunPair:
             LiveRun(build_second_experiment(experiment, second)) if second else None,
         )
 
-    def continue_with(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return runs of another experiment that continue these runs, or raise InputError."""
+    def continue_with(
+        self, experiment: Experiment, second: Mapping[str, Any], q: Array | None = None
+    ) -> RunPair:
+        """Return runs of another experiment that continue these runs, or raise InputError.
+
+        The first run continues from the coordinates q (nq,) if they are passed.
+        """
         other = self.other and self.other.continue_with(build_second_experiment(experiment, second))
-        return RunPair(self.live.continue_with(experiment), other)
+        return RunPair(self.live.continue_with(experiment, q), other)
+
+    def start_again(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
+        """Return runs of another experiment from its start, in place of runs at their start."""
+        other = self.other and self.other.start_again(build_second_experiment(experiment, second))
+        return RunPair(self.live.start_again(experiment), other)
 
     @property
-    def ended(self) -> bool:
+    def idle(self) -> bool:
         """Whether neither run has more instants."""
-        return self.live.ended and (self.other is None or self.other.ended)
+        return self.live.idle and (self.other is None or self.other.idle)
 
     @property
     def end(self) -> Instant | None:
-        """The instant of the end of the first run; None while it goes on."""
-        return self.live.end
+        """The instant that decided the outcome of the first run; None before."""
+        return self.live.decision
 
     @property
     def end_of_second(self) -> Instant | None:
-        """The instant of the end of the second run; None while it goes on, or if there is none."""
-        return self.other.end if self.other else None
+        """The instant that decided the outcome of the second run; None before, or without one."""
+        return self.other.decision if self.other else None
 
     def step(self) -> None:
         """Advance both runs by one instant."""
@@ -79,27 +90,46 @@ class RunPair:
             table, scene, (self.other.table(start), self.other.experiment.scene)
         )
 
-    def create_recording_builder(self, depth: float | None = None) -> RecordingBuilder:
-        """Return the builder of recordings of both runs, after a simulation in advance.
+    def create_recording_builder(self, former: RecordingBuilder | None = None) -> RecordingBuilder:
+        """Return the builder of recordings of both runs; `former` is the builder before a change.
 
-        The simulation determines the moving frames.
+        Without it, a simulation in advance determines the size of the shown scene.
         """
         experiment, second = self.live.experiment, None
-        q = _simulate_ahead(experiment)
+        q = self._look_ahead(self.live, former)
         if self.other is not None:
-            q, q_other = _pad_to_equal_length(q, _simulate_ahead(self.other.experiment))
+            q, q_other = _pad_to_equal_length(q, self._look_ahead(self.other, former))
             second = SceneMotion.of(self.other.experiment.scene, q_other)
         motion = SceneMotion.of(experiment.scene, q, second)
-        return RecordingBuilder(motion, self.live.template, find_task_belief(experiment), depth)
+        belief = find_task_belief(experiment)
+        return RecordingBuilder(motion, self.live.template, belief, live=True, former=former)
+
+    @staticmethod
+    def _look_ahead(run: LiveRun, former: RecordingBuilder | None) -> Array:
+        """Return the coordinates (T, nq) of a whole run, or of its start and the present."""
+        if former is None:
+            return _simulate_ahead(run.experiment)
+        scene, start = run.experiment.scene, run.experiment.start
+        first = scene.coordinates(scene.home if start is None else start, limits=False)
+        return np.stack([np.atleast_2d(first)[0], run.now.q])
 
 
 def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:
-    """Return the experiment of the second scheme; raise InputError if it lacks the varied value."""
+    """Return the experiment of the second scheme, with the changes `second` of `Experiment.at`.
+
+    Raise InputError if the experiment lacks a value that differs.
+    """
     controls = {each.path: each for each in experiment.controls()}
-    (name, value), *_ = second.items()
-    if name not in controls:
-        raise InputError(f"the second scheme differs in {name}, which this experiment lacks")
-    return experiment.at(controls[name].changes(value))
+    try:
+        return experiment.at(build_changes(controls, second))
+    except InputError as error:
+        lacking = [name for name in second if name not in controls]
+        if not lacking:
+            raise
+        names = ", ".join(lacking)
+        raise InputError(
+            f"the second scheme differs in {names}, which this experiment lacks: {error}"
+        ) from None
 
 
 def _simulate_ahead(experiment: Experiment) -> Array:

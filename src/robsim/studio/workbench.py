@@ -5,60 +5,106 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robsim.base.errors import InputError, format_value
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, check_known, format_value
 from robsim.declare.controls import Control
 from robsim.declare.name_lookup import suggest_dotted_names
 from robsim.page.recording_builder import Recording, RecordingBuilder
 from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
+from robsim.plot.run_data import describe_outcome
 from robsim.run.experiment import Experiment
 from robsim.run.mission_protocol import SelfSimulatingTask
-from robsim.studio.control_values import check_control_value
-from robsim.studio.handles import Handle, compute_drag_changes, list_handles
+from robsim.servo.goals.kept_goal import (
+    keep_shown_goals,
+    list_shown_goals,
+    show_goals_anew,
+    show_goals_at,
+)
+from robsim.studio.control_values import build_changes, check_control_value, describe_differences
+from robsim.studio.edit_history import Edit, EditHistory
+from robsim.studio.handles import (
+    Handle,
+    compute_drag_changes,
+    list_carried_handles,
+    list_handles,
+    solve_drag,
+)
 from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
-RESTARTING = ("start", "run")  # changes in these tables restart the run
+RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
+PROMPT = 5.0  # seconds; a longer return to the goal is explained by the gain
+CHANGEABLE = "task", "run", "start", "sensing", "actuation", "safety", "endings"  # tables
 
 
 class Workbench:
     """An experiment with its changes, its run so far, and a second scheme if there is one.
+
+    A change during a run continues the run from the present configuration. It starts the run over
+    if the run had ended by a failure or the time limit, if the run cannot continue, or if it
+    changes the start or the settings of the run. Shown goals remain the images that were shown
+    when a body is moved.
 
     A mission cannot be changed during its run: it is simulated as a whole, and pages show the
     recording. A change that raises an error has no effect.
 
     Attributes
     ----------
-    current : (Experiment, dict)
-        The experiment, and {dotted name: value} of its changes since it was opened.
-    second : dict
-        {dotted name: value} of the value that differs in the second scheme; empty without it.
+    edit : Edit
+        The experiment with all changes, and the second scheme.
     revision : int
         Number of changes.
+    restarts : int
+        Number of changes that started the run over because it had ended or could not continue.
+    restarted_because : str
+        The reason if the last change started the run over; else "".
+    delay_remark : str
+        The expected duration of the return to the goal if the last change moved a body and the
+        gain is low; else "".
     news : set of {"recording", "controls", "texts"}
         Kinds of data that have changed since they were sent to the pages.
     """
 
     def __init__(self, experiment: Experiment) -> None:
         self.news: set[str] = set()
-        self.revision = 0
+        self.revision = self.restarts = 0
+        self.restarted_because = self.delay_remark = ""
         self.builder: RecordingBuilder | None = None
+        self.pair: RunPair | None = None
         self.open(experiment)
 
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
-        self._adopt(experiment, {}, {}, None, read_experiment_remark(experiment))
+        remark = read_experiment_remark(experiment)
+        edit = Edit(experiment)
+        self._adopt(edit, _start_pair(edit), remark, opens=True)
+        self.history = EditHistory(edit)
+        self._original_controls = self.controls
+        self.restarts, self.restarted_because = 0, ""
         warn_missing_meshes(experiment.scene)
+
+    @property
+    def current(self) -> tuple[Experiment, Mapping[str, Any]]:
+        """The experiment with all changes, and {dotted name: value} of the changes."""
+        return self.edit.experiment, self.edit.changes
 
     @property
     def experiment(self) -> Experiment:
         """The experiment with all changes."""
-        return self.current[0]
+        return self.edit.experiment
 
     @property
     def changes(self) -> Mapping[str, Any]:
         """The changes since the experiment was opened."""
-        return self.current[1]
+        return self.edit.changes
+
+    @property
+    def second(self) -> Mapping[str, Any]:
+        """The values {dotted name: value} that differ in the second scheme; empty without it."""
+        return self.edit.second
 
     @property
     def time(self) -> float:
@@ -66,59 +112,148 @@ class Workbench:
         return self.pair.live.now.time if self.pair else 0.0
 
     @property
+    def since(self) -> float:
+        """Time of the last change during the run, in seconds; 0 without such a change."""
+        return self.pair.live.start_time if self.pair else 0.0
+
+    @property
+    def idle(self) -> bool:
+        """Whether the run has no more instants until it is changed or reset."""
+        return self.pair is None or self.pair.idle
+
+    @property
     def ended(self) -> bool:
-        """Whether the run has no more instants."""
-        return self.pair is None or self.pair.ended
+        """Whether a failure, the time limit or the number of stored instants has ended the run."""
+        return self.pair is None or self.pair.live.ended
+
+    @property
+    def rests(self) -> bool:
+        """Whether the run has converged and rests until a change."""
+        return self.pair is not None and self.pair.idle and not self.ended
 
     @property
     def full(self) -> bool:
         """Whether the run stopped because the number of stored instants is limited."""
-        return self.pair is not None and self.pair.ended and self.pair.end is None
+        return self.pair is not None and self.pair.live.full and not self.pair.live.failed
+
+    @property
+    def handles(self) -> list[Handle]:
+        """The poses that a user can drag; robots are pushed only after the start of the run."""
+        at_start = self.pair is None or self.pair.live.is_at_start
+        return self._handles if at_start else self._handles + self._carried_handles
+
+    @property
+    def has_shown_goals(self) -> bool:
+        """Whether the task has goals that can be shown anew."""
+        return bool(list_shown_goals(self.experiment.task))
+
+    @property
+    def keeps_goals(self) -> bool:
+        """Whether a shown goal is kept although bodies have moved since."""
+        return any(goal.places for goal in list_shown_goals(self.experiment.task))
+
+    @property
+    def edited(self) -> bool:
+        """Whether the experiment or the second scheme differs from the original."""
+        original = self.history.original
+        same = self.edit is original or self.experiment == original.experiment
+        return not same or self.second != original.second
+
+    @property
+    def differences(self) -> list[dict[str, Any]]:
+        """Path, original value, and texts before and after of each value that has changed."""
+        return describe_differences(self._original_controls, self.controls, self.changes)
 
     def step(self) -> None:
-        """Advance both schemes by one instant, unless both have ended."""
-        if self.pair is not None and not self.pair.ended:
+        """Advance both schemes by one instant, unless both have ended or rest."""
+        if self.pair is not None and not self.pair.idle:
             self.pair.step()
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(*self.current, self.second, None, self._remark)
+        self._adopt(self.edit, _start_pair(self.edit), self._remark)
+        self.restarted_because = ""
 
     def set(self, name: object, value: object) -> None:
         """Change a value of the experiment; raise InputError if the name or value is invalid."""
         control = self._get_control(name)
-        self._apply_changes(control.changes(check_control_value(control, value)))
+        self._change(control.changes(check_control_value(control, value)), control.path)
+
+    def change(self, values: object) -> None:
+        """Change values {dotted name: value as `Experiment.at` accepts it}, all or none."""
+        if not isinstance(values, dict) or not values:
+            raise InputError(f"change: expected {{name: value}}, got {format_value(values)}")
+        for name in values:
+            if name not in self.controls:
+                check_known(name.partition(".")[0], CHANGEABLE, "change: no table {}", "tables")
+        self._change(build_changes(self.controls, values))
 
     def drag(self, name: object, pose: object) -> None:
-        """Place the body of a handle at a pose; raise InputError if the pose is not reachable."""
+        """Place the body of a handle at a pose; raise InputError if the pose is not reachable.
+
+        A body on a robot is pushed together with the robot: the run continues from there, and the
+        experiment remains as it is.
+        """
         handle = next((each for each in self.handles if each.name == name), None)
         if handle is None:
             names = ", ".join(each.name for each in self.handles)
             raise InputError(f"no handle {format_value(name)}; handles: {names or 'none'}")
-        self._apply_changes(compute_drag_changes(self.experiment, self.controls, handle, pose))
+        if handle.carried:
+            self._push(handle, pose)
+            return
+        experiment = self.experiment
+        if name == "goal" and self.keeps_goals:  # a dragged goal is shown where the bodies are now
+            experiment = experiment.with_(task=show_goals_anew(experiment.task))
+        changes = compute_drag_changes(experiment, self.controls, handle, pose)
+        self._change(changes, name, experiment)
+
+    def show_goal(self, how: object) -> None:
+        """Show the goals in the scene as it is: "anew" at their own q, "here" at the present q."""
+        check_known(how, ("anew", "here"), "show_goal: unknown {}", "ways")
+        if not self.has_shown_goals or self.pair is None:
+            raise InputError("show_goal: this task has no goal that is shown at a configuration")
+        task, q = self.experiment.task, self.pair.live.now.q
+        task = show_goals_anew(task) if how == "anew" else show_goals_at(task, q)
+        self._commit(Edit(self.experiment.with_(task=task), self.changes, self.second))
 
     def compare(self, second: object) -> None:
-        """Run a second scheme beside the first; it differs in `second` = [name, value].
+        """Run a second scheme beside the first; it differs in [name, value] or {name: value}.
 
-        None ends the second scheme. Raise InputError if the value is invalid.
+        None ends the second scheme. Raise InputError if a value is invalid.
         """
-        difference: dict[str, Any] = {}
-        if second is not None:
-            if not isinstance(second, list) or len(second) != 2:
-                raise InputError("second: expected [name, value]")
-            control = self._get_control(second[0])
-            if self.pair is None or control.path.partition(".")[0] == "run":
-                raise InputError(
-                    "a second scheme runs step by step beside the first: "
-                    "it must have the same values of run, and must not be a mission"
-                )
-            difference = {control.path: check_control_value(control, second[1])}
-        self._adopt(*self.current, difference, None, self._remark)
+        edit = Edit(self.experiment, self.changes, self._parse_second(second))
+        self._adopt(edit, _start_pair(edit), self._remark)
+        self.history.add(edit, "second")
+        self.restarted_because = ""
+
+    def undo(self) -> None:
+        """Return to the experiment and the second scheme before the last change."""
+        self._return_to(self.history.before, "undo: nothing has been changed")
+
+    def redo(self) -> None:
+        """Repeat the change that was undone last."""
+        self._return_to(self.history.after, "redo: nothing has been undone")
+
+    def restore_original(self) -> None:
+        """Return to the experiment as it was opened."""
+        if self.edit is not self.history.original:
+            self._commit(self.history.original)
 
     def explain(self, explanation: Mapping[str, str]) -> None:
         """Store the explanation of the run, as `explain_live_run` returns it."""
         self.texts = {**self._initial_texts(), **explanation}
         self.news.add("texts")
+
+    def saved_experiment(self) -> Experiment:
+        """Return the experiment of the run since the last change during the run.
+
+        Its start is the configuration and its seed the seed of that run. Its instants are those of
+        the page from the time `since` on, bit by bit.
+        """
+        if not self.since or self.pair is None:
+            return self.experiment
+        segment = self.pair.live.segment
+        return self.experiment.with_(start=segment.start, seed=segment.seed)
 
     def recording(self) -> Recording:
         """Return the recording of all instants so far."""
@@ -140,44 +275,133 @@ class Workbench:
             raise InputError(f"no control {format_value(name)}; {guess}")
         return self.controls[name]
 
-    def _apply_changes(self, changes: Mapping[str, Any]) -> None:
-        """Apply changes and continue the run from here, or restart it if the start has changed."""
-        experiment = self.experiment.at(changes)
-        restarts = any(name.partition(".")[0] in RESTARTING for name in changes)
-        pair = (
-            None if restarts or not self.pair else self.pair.continue_with(experiment, self.second)
+    def _parse_second(self, second: object) -> dict[str, Any]:
+        """Return the values that differ in a second scheme; raise InputError if it cannot run."""
+        if second is None:
+            return {}
+        if isinstance(second, list) and len(second) == 2:
+            control = self._get_control(second[0])
+            second = {control.path: check_control_value(control, second[1])}
+        if not isinstance(second, dict) or not second:
+            raise InputError("second: expected [name, value] or {name: value}")
+        if self.pair is None or any(name.partition(".")[0] in ("run", "start") for name in second):
+            raise InputError(
+                "a second scheme runs step by step beside the first: "
+                "it must have the same values of run and start, and must not be a mission"
+            )
+        return second
+
+    def _change(
+        self,
+        changes: Mapping[str, Any],
+        values: object = None,
+        experiment: Experiment | None = None,
+    ) -> None:
+        """Apply changes to the experiment; shown goals remain the images that were shown.
+
+        Consecutive changes with equal `values` are one edit.
+        """
+        before = experiment or self.experiment
+        after = before.at(changes)
+        if after.scene is not before.scene:
+            task = keep_shown_goals(after.task, before.scene, after.scene)
+            after = after if task is after.task else after.with_(task=task)
+        self._commit(Edit(after, {**self.changes, **changes}, self.second), values)
+        if after.scene is not before.scene:
+            self._remark_delay()
+
+    def _push(self, handle: Handle, pose: object) -> None:
+        """Continue the run with the carried body of a handle at a pose."""
+        assert self.pair is not None
+        q = solve_drag(self.experiment.scene, handle, pose, self.pair.live.now.q)
+        self._adopt(
+            self.edit, self.pair.continue_with(self.experiment, self.second, q), self._remark
         )
-        self._adopt(experiment, {**self.changes, **changes}, self.second, pair, self._remark)
+        self.restarted_because = ""
+        self._remark_delay()
+
+    def _remark_delay(self) -> None:
+        """Store the expected duration of the return to the goal if the gain is low."""
+        seconds = self.pair.live.predict_return() if self.pair else 0.0
+        if seconds > PROMPT and not self.idle:
+            gain = self.pair.live.gain if self.pair else 0.0
+            self.delay_remark = (
+                f"the gain of {gain:.3g} 1/s is low: the return to 1 mm and 0.1 deg from the goal "
+                f"takes about {seconds:.2g} s"
+            )
+
+    def _commit(self, edit: Edit, values: object = None) -> None:
+        """Run an edit and store it in the history; if an error is raised, nothing changes."""
+        self._run_edit(edit)
+        self.history.add(edit, values)
+
+    def _return_to(self, edit: Edit | None, reason: str) -> None:
+        """Run a stored edit; raise InputError if there is none."""
+        if edit is None:
+            raise InputError(reason)
+        self._run_edit(edit)
+        self.history.go_to(edit)
+
+    def _run_edit(self, edit: Edit) -> None:
+        """Continue the run with an edit, or start the run over; then store the edit."""
+        pair, reason = self._continue_pair(edit)
+        self._adopt(edit, pair or _start_pair(edit), self._remark)
+        self.restarts += bool(reason)
+        self.restarted_because = reason
+
+    def _continue_pair(self, edit: Edit) -> tuple[RunPair | None, str]:
+        """Return the run continued with an edit; else None, and the reason for starting over.
+
+        The reason is empty if the edit itself demands a new start, or the run is at its start.
+        """
+        if self.pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
+            return None, ""
+        live, same_second = self.pair.live, self.second == edit.second
+        if live.is_at_start and same_second:
+            return self.pair.start_again(edit.experiment, edit.second), ""
+        if not same_second or self._demands_start(edit.experiment):
+            return None, ""
+        if live.full:
+            return None, "the run had ended: the largest number of instants was stored"
+        if live.failed and not live.failed_at_once:
+            assert live.decision is not None
+            outcome, time = live.decision.outcome, live.decision.time
+            return None, f"the run had ended: {describe_outcome(outcome, time, False)}"
+        try:
+            return self.pair.continue_with(edit.experiment, edit.second), ""
+        except InputError as error:
+            return None, f"the run could not continue with this change: {error}"
+
+    def _demands_start(self, experiment: Experiment) -> bool:
+        """Return whether another experiment differs in the start or in settings of the run."""
+        old = self.experiment
+        same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
+        return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
     def _adopt(
-        self,
-        experiment: Experiment,
-        changes: Mapping[str, Any],
-        second: Mapping[str, Any],
-        pair: RunPair | None,
-        remark: str,
+        self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False
     ) -> None:
-        """Build run, handles and recording builder of an experiment; then store them all.
+        """Build handles and recording builder of an edit; then store them all.
 
-        `pair` continues a run; None starts a run. If an error is raised, nothing changes.
+        `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
+        with shapes of its own. If an error is raised, nothing changes.
         """
+        experiment = edit.experiment
         controls = {each.path: each for each in experiment.controls()}
-        before = self.builder if pair else None
         handles: list[Handle] = []
+        carried: list[Handle] = []
         builder = mission_recording = None
-        if isinstance(experiment.task, SelfSimulatingTask):
+        if pair is None:
             mission_recording = build_recording(experiment.run())
         else:
-            pair = pair or RunPair.of(experiment, second)
             handles = list_handles(experiment, controls, pair.live.template)
-            builder = pair.create_recording_builder(before.depth if before else None)
-            if before is None or not builder.has_same_entries(before):
-                pair.forget()
-                before = None
-        self.current, self.second, self._remark = (experiment, changes), second, remark
-        self.controls, self.handles, self.revision = controls, handles, self.revision + 1
+            carried = list_carried_handles(experiment.scene, pair.live.now.q)
+            builder = pair.create_recording_builder(None if opens else self.builder)
+        self.edit, self._remark, self.delay_remark = edit, remark, ""
+        self.controls, self.revision = controls, self.revision + 1
+        self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}
-        if before is None or pair is None or pair.live.restarted:
+        if pair is None or pair.live.restarted:
             self.news.add("recording")
         self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
         self.texts = {
@@ -188,3 +412,15 @@ class Workbench:
     def _initial_texts(self) -> dict[str, str]:
         """Return the texts before the run has ended: the remark of the experiment, if any."""
         return {"watch for": self._remark} if self._remark else {}
+
+
+def _start_pair(edit: Edit) -> RunPair | None:
+    """Return the runs of an edit at their start; None for a mission."""
+    if isinstance(edit.experiment.task, SelfSimulatingTask):
+        return None
+    return RunPair.of(edit.experiment, edit.second)
+
+
+def _get_start(experiment: Experiment) -> Array:
+    """Return the start configuration of an experiment."""
+    return np.asarray(experiment.scene.home if experiment.start is None else experiment.start)

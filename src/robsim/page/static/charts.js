@@ -48,7 +48,7 @@ export class Chart {
       {
         width,
         height,
-        padding: [6, 8, 0, 0],
+        padding: [6, 14, 0, 0],
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, points: { show: false } },
         scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3, range: decadesOfData } : { range: aroundData } },

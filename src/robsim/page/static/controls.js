@@ -1,14 +1,15 @@
 // The values that may be changed; their declarations come from the studio.
 
 import { GUI } from "./vendor.js";
+import { NumberField, PlainField } from "./fields.js";
+import { fromShown, shownUnit, toShown } from "./quantities.js";
 
 const FIRST = ["task", "start", "sensing", "actuation", "safety", "belief", "objects", "cameras", "robots", "run"];
 const OPEN = new Set(["task", "start", "start q"]);
-const DEGREE = Math.PI / 180;
 
 export class Controls {
   constructor(element, set) {
-    Object.assign(this, { element, set, rows: new Map() });
+    Object.assign(this, { element, set, rows: new Map(), open: new Set(OPEN) }); // open: folders
   }
 
   // Show controls; existing controls only take their new values.
@@ -19,9 +20,21 @@ export class Controls {
     else this.build(controls, key);
   }
 
+  // Show the values in effect.
   echo(controls) {
-    for (const control of controls) this.rows.get(control.path)?.(control);
     this.known = new Map(controls.map((c) => [c.path, c]));
+    for (const control of controls) this.rows.get(control.path)?.take(control);
+  }
+
+  // Show the values in effect after a request was handled.
+  settle() {
+    for (const row of this.rows.values()) row.settle();
+  }
+
+  // Show the reasons of refusals {path, reason} below their fields.
+  refuse(refusals) {
+    const reasons = new Map(refusals.map(({ path, reason }) => [path, reason]));
+    for (const [path, row] of this.rows) row.tell(reasons.get(path) ?? "");
   }
 
   build(controls, key) {
@@ -50,41 +63,70 @@ export class Controls {
         else this.one(gui, inside, words(name));
       }
     };
-    if (OPEN.has(path)) fill();
-    else gui.close();
-    gui.onOpenClose(() => fill());
+    if (this.open.has(path)) fill();
+    this.keepOpen(gui, path);
+    gui.onOpenClose((changed) => changed === gui && fill());
+  }
+
+  // A folder that a person has opened stays open when the values of another scheme are shown.
+  keepOpen(gui, path) {
+    if (!this.open.has(path)) gui.close();
+    gui.$title.addEventListener("click", () => this.open[gui._closed ? "delete" : "add"](path));
   }
 
   one(gui, control, name) {
-    const state = { value: shown(this.known.get(control.path) ?? control, control.unit) };
-    const row = rowOf(gui, state, control, [control.low, control.high]).name(labelled(name, control.unit));
-    row.domElement.title = control.meaning;
-    row.onChange((value) => this.set(control.path, control.form === "number" ? inside(value, control.unit) : value));
-    this.rows.set(control.path, (news) => takeOver(row, state, shown(news, control.unit)));
+    const field = fieldOf(gui, { ...control, ...this.known.get(control.path) }, name, (value) => this.set(control.path, value));
+    this.rows.set(control.path, { ...field, take: (news) => field.take(news.value) });
   }
 
+  // Several numbers are one value: a change of one sends them all.
   several(gui, control, path) {
     const now = this.known.get(control.path) ?? control;
-    const numbers = { value: [...now.value] };
-    gui.domElement.title = control.meaning;
     const units = control.names.map((_, i) => (Array.isArray(control.unit) ? control.unit[i] : control.unit));
     const short = control.names.map((name) => name.split(".").at(-1));
     const plain = new Set(short).size === short.length ? short : control.names;
-    const rows = control.names.map((_, i) => {
-      const state = { value: outside(numbers.value[i], units[i]) };
-      const row = numberRow(gui, state, numbers.value[i], units[i], [control.low[i], control.high[i]]).name(labelled(plain[i], units[i]));
-      row.onChange((value) => {
-        numbers.value[i] = inside(value, units[i]);
-        this.set(control.path, [...numbers.value]);
-      });
-      return [row, state];
-    });
-    if (!OPEN.has(path)) gui.close();
-    this.rows.set(control.path, (news) => {
-      numbers.value = [...news.value];
-      rows.forEach(([row, state], i) => takeOver(row, state, outside(news.value[i], units[i])));
+    let [wanted, last] = [[...now.value], 0];
+    gui.domElement.title = control.meaning;
+    const fields = control.names.map((_, i) => numberField(gui, {
+      ...control, value: now.value[i], unit: units[i], low: control.low[i], high: control.high[i],
+    }, plain[i], (value) => {
+      wanted[(last = i)] = value;
+      this.set(control.path, [...wanted]);
+    }));
+    this.keepOpen(gui, path);
+    this.rows.set(control.path, {
+      take: (news) => {
+        wanted = [...news.value];
+        fields.forEach((field, i) => field.take(news.value[i]));
+      },
+      settle: () => {
+        wanted = [...this.known.get(control.path).value];
+        fields.forEach((field) => field.settle());
+      },
+      tell: (reason) => fields.forEach((field, i) => field.tell(i === last ? reason : "")),
     });
   }
+}
+
+// The field of a control: it sends and takes values with SI units, and reasons of refusals.
+export function fieldOf(gui, control, name, send) {
+  const { form, meaning, options, value } = control;
+  if (!["choice", "flag"].includes(form)) return numberField(gui, control, name, send);
+  const field = new PlainField(gui, { label: name, meaning, value, options: form === "choice" ? options : null }, send);
+  return adapt(field, (news) => news);
+}
+
+function numberField(gui, control, name, send) {
+  const { form, meaning, unit } = control;
+  const [value, low, high] = [control.value, control.low, control.high].map((x) => toShown(x, unit));
+  const shown = shownUnit(unit);
+  const about = { label: shown ? `${name} (${shown})` : name, meaning, unit: shown, value, low, high, whole: form === "whole" };
+  const field = new NumberField(gui.$children, about, (next) => send(fromShown(next, unit)));
+  return adapt(field, (news) => toShown(news, unit));
+}
+
+function adapt(field, shown) {
+  return { take: (news) => field.take(shown(news)), tell: (reason) => field.tell(reason), settle: () => field.settle() };
 }
 
 function treeOf(controls) {
@@ -111,58 +153,6 @@ function treeOf(controls) {
 function rank(name) {
   const at = FIRST.indexOf(name);
   return at < 0 ? FIRST.length : at;
-}
-
-function rowOf(gui, state, control, ends) {
-  if (control.form === "choice") return gui.add(state, "value", control.options);
-  if (control.form === "flag") return gui.add(state, "value");
-  if (control.form === "whole") return gui.add(state, "value").step(1);
-  return numberRow(gui, state, control.value, control.unit, ends);
-}
-
-function numberRow(gui, state, value, unit, bounds) {
-  const ends = bounds.map((end) => outside(end, unit));
-  const row = gui.add(state, "value", ...ends).decimals(places(ends[1] - ends[0], outside(value, unit)));
-  row.domElement.querySelector("input").addEventListener("input", (event) => reach(row, parseFloat(event.target.value)), true);
-  return row;
-}
-
-// Decimals that show a thousandth of the span, and two digits of the value.
-function places(span, value) {
-  const fine = value ? 1 - Math.floor(Math.log10(Math.abs(value))) : 0;
-  return Math.min(Math.max(Math.ceil(3 - Math.log10(span)), Math.abs(value) < span / 100 ? fine : 0, 0), 9);
-}
-
-// Extend a slider to a typed value; the studio checks the value.
-function reach(row, value) {
-  if (value < row._min) row.min(value);
-  if (value > row._max) row.max(value);
-}
-
-// Show the true value, unless the user is editing it.
-function takeOver(row, state, value) {
-  if (row.domElement.contains(document.activeElement) && document.activeElement.matches("input")) return;
-  reach(row, value);
-  state.value = value;
-  row.updateDisplay();
-}
-
-function shown(control, unit) {
-  return control.form === "number" ? outside(control.value, unit) : control.value;
-}
-
-// Angles are shown in degrees.
-function outside(value, unit) {
-  return unit.startsWith("rad") ? value / DEGREE : value;
-}
-
-function inside(value, unit) {
-  return unit.startsWith("rad") ? value * DEGREE : value;
-}
-
-function labelled(name, unit) {
-  const shownUnit = unit === "per second" ? "1/s" : unit.replace("rad", "deg");
-  return unit && unit !== "1" ? `${name} (${shownUnit})` : name;
 }
 
 function words(name) {

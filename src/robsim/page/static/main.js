@@ -1,9 +1,10 @@
 // The page: a recording with time controls, the map of a study, or the messages of a studio.
 
 import { Clock } from "./clock.js";
+import { listenForKeys } from "./keys.js";
 import { Studio } from "./studio.js";
 import { StudyMap } from "./study.js";
-import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
+import { listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
 import { View, find } from "./view.js";
 
@@ -55,10 +56,14 @@ function timeControls(clock, view) {
   listenForTime(clock, () => clock.toggle(), (count) => clock.step(count));
   offerSpeeds(SPEEDS, (speed) => (clock.speed = speed));
   clock.listen(() => showTime(clock, clock.playing));
-  listenForKeys((leap) => ({
-    " ": () => clock.toggle(), ArrowRight: () => clock.step(leap), ArrowLeft: () => clock.step(-leap),
-    Home: () => clock.seek(0), End: () => clock.seek(clock.end), h: () => view.space.home(),
-  }));
+  listenForKeys([
+    { keys: [" "], words: "play or pause", act: () => clock.toggle() },
+    { keys: ["ArrowRight"], words: "one instant on, with shift ten", act: (leap) => clock.step(leap) },
+    { keys: ["ArrowLeft"], words: "one instant back, with shift ten", act: (leap) => clock.step(-leap) },
+    { keys: ["Home"], words: "the first instant", act: () => clock.seek(0) },
+    { keys: ["End"], words: "the last instant", act: () => clock.seek(clock.end) },
+    { keys: ["h"], words: "reset the view of the scene", act: () => view.space.home() },
+  ]);
 }
 
 function theme(changed) {

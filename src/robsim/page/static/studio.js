@@ -1,25 +1,33 @@
 // The page of a studio: it shows the messages of the simulation, and sends the user's requests.
 
 import { GUI } from "./vendor.js";
-import { Controls } from "./controls.js";
+import { Bar } from "./bar.js";
+import { Controls, fieldOf } from "./controls.js";
 import { Handles } from "./handles.js";
+import { listenForKeys } from "./keys.js";
 import { Link } from "./link.js";
+import { angleText, lengthText } from "./quantities.js";
 import { StudyMap } from "./study.js";
-import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
+import { listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
 import { element, find } from "./view.js";
 
 const FASTNESS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 0]; // 0: maximum speed
 const COMPARED = /^(task|sensing|actuation|belief\.cameras)\./; // values in which two schemes may differ
-const FILES = ["experiment.toml", "experiment.py", "run.nc", "run.html"];
+const FLASH = 5000; // milliseconds that a page shows why a run started over
 
 export class Studio {
   constructor(view, clock) {
     Object.assign(this, { view, clock, state: {}, entries: [], live: true });
     for (const id of ["controls", "choose", "reset", "step"]) find(id).hidden = false;
     document.body.classList.add("studio");
-    this.saving();
-    this.controls = new Controls(find("controls"), (name, value) => this.link.ask({ set: [name, value] }));
+    const ask = (request) => this.link.ask(request);
+    this.bar = new Bar(find("bar"), ask);
+    find("controls").append((this.top = element("div", "", "top")));
+    this.controls = new Controls(find("controls"), (path, value) => {
+      if (path === this.askedSecond) this.askedSecond = undefined;
+      ask({ set: [path, value] });
+    });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
     this.timeControls();
     this.choosing();
@@ -34,9 +42,12 @@ export class Studio {
   hear(message) {
     const done = {
       study: () => this.chart(message),
+      shapes: () => this.keepShapes(message),
       recording: () => this.record(message),
+      entries: () => this.view.change(message.header),
       rows: () => this.further(message),
-      controls: () => this.offer(message.controls),
+      controls: () => this.collect(message),
+      values: () => this.offer(replaced(this.listed, message.controls)),
       gallery: () => (this.entries = message.entries),
       texts: () => this.view.tellTexts({ ...message.texts }),
       state: () => this.tell(message),
@@ -94,8 +105,22 @@ export class Studio {
     document.body.dataset.ready = "yes";
   }
 
+  async keepShapes({ recording }) {
+    const { header, arrays } = await unpack(recording);
+    this.view.shapes.add(header, arrays);
+  }
+
+  // Further instants; from number 0 on, the run starts anew.
   async further({ from, recording }) {
-    this.view.extend(from, (await unpack(recording)).arrays);
+    const { arrays } = await unpack(recording);
+    if (from === 0) this.clock.following = this.live;
+    this.view.extend(from, arrays);
+  }
+
+  // The controls arrive in several messages.
+  collect({ controls, from, count }) {
+    this.parts = from === 0 ? controls : [...this.parts, ...controls];
+    if (this.parts.length === count) this.offer(this.parts);
   }
 
   offer(controls) {
@@ -108,7 +133,11 @@ export class Studio {
     this.state = state;
     this.tellNote(state.note);
     this.tellRun(state);
-    if (state.note && this.listed) this.controls.echo(this.listed); // resets rejected values
+    this.tellRefusals(state);
+    this.bar.tell({ ...state, live: this.live });
+    this.tellRestart(state);
+    this.tellRest(state);
+    this.tellDistance(state);
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
     find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";
@@ -140,6 +169,42 @@ export class Studio {
     this.map?.tellNote(text);
   }
 
+  // Each handled request ends the wait of the fields: they show the values in effect, and the reasons of refusals.
+  tellRefusals({ requests, refusals = [] }) {
+    const handled = requests !== this.requests;
+    this.requests = requests;
+    this.controls.refuse(refusals.filter((each) => each.path !== this.askedSecond));
+    const refused = refusals.find((each) => each.path === this.askedSecond);
+    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
+    if (!handled) return;
+    for (const each of [this.controls, this.second, this.secondValue]) each?.settle();
+  }
+
+  // Flash the reason why the run started over because of a change.
+  tellRestart({ restarts = 0, restarted_because: reason }) {
+    const grown = this.restarts !== undefined && restarts > this.restarts;
+    this.restarts = restarts;
+    if (!grown) return;
+    find("flash").textContent = `started over: ${reason || "the change concerns the start"}`;
+    find("flash").hidden = false;
+    clearTimeout(this.flashing);
+    this.flashing = setTimeout(() => (find("flash").hidden = true), FLASH);
+  }
+
+  tellRest({ resting = false }) {
+    const text = resting ? "converged: waiting for you (drag the target, or change a value)" : "";
+    find("resting").hidden = !text;
+    if (find("resting").textContent !== text) find("resting").textContent = text;
+  }
+
+  tellDistance({ distance = null, missed = false }) {
+    const { length = null, angle = null } = (this.live && distance) || {};
+    const parts = [length === null ? "" : lengthText(length), angle === null ? "" : angleText(angle)].filter(Boolean);
+    find("distance").textContent = parts.length ? `${parts.join(" and ")} from the goal` : "";
+    find("distance").title = distance?.frame ? `of ${distance.frame}` : "";
+    document.body.classList.toggle("missed", this.live && missed);
+  }
+
   tellThere(there) {
     const problem = find("problem");
     problem.hidden = there;
@@ -156,10 +221,23 @@ export class Studio {
     find("reset").addEventListener("click", () => this.reset());
     find("step").addEventListener("click", () => this.step(1));
     clock.listen(() => showTime(clock, this.playing));
-    listenForKeys((leap) => ({
-      " ": toggle, ArrowRight: () => this.step(leap), ArrowLeft: () => scrub(-leap), r: () => this.reset(),
-      Home: () => scrub(-Infinity), End: () => scrub(Infinity), h: () => this.view.space.home(),
-    }));
+    this.keys(toggle, scrub);
+  }
+
+  keys(toggle, scrub) {
+    const ask = (request) => this.link.ask(request);
+    listenForKeys([
+      { keys: [" "], words: "play or pause", act: toggle },
+      { keys: ["ArrowRight"], words: "one step, with shift ten", act: (leap) => this.step(leap) },
+      { keys: ["ArrowLeft"], words: "look back by one instant, with shift ten", act: (leap) => scrub(-leap) },
+      { keys: ["Home"], words: "look at the first instant", act: () => scrub(-Infinity) },
+      { keys: ["End"], words: "follow the last instant", act: () => scrub(Infinity) },
+      { keys: ["r"], words: "back to the start", act: () => this.reset() },
+      { keys: ["h"], words: "reset the view of the scene", act: () => this.view.space.home() },
+      { keys: ["g"], words: "show the goal anew", act: () => this.bar.anew.click() },
+      { keys: ["ctrl+z"], words: "undo", act: () => ask({ undo: true }) },
+      { keys: ["ctrl+shift+z", "ctrl+y"], words: "redo", act: () => ask({ redo: true }) },
+    ]);
   }
 
   play(playing) {
@@ -217,45 +295,38 @@ export class Studio {
   offerSecond() {
     const choices = (this.listed ?? []).filter((c) => ["choice", "number"].includes(c.form) && COMPARED.test(c.path));
     const [path, value] = Object.entries(this.state.second ?? {})[0] ?? ["", null];
-    const key = JSON.stringify([this.live, choices.map((c) => c.path), path, value]);
-    if (key === this.secondKey) return;
+    const key = JSON.stringify([this.live, choices.map((c) => c.path), path]);
+    if (key !== this.secondKey) this.buildSecond(key, choices, path, value);
+    if (value !== this.secondShown) this.secondValue?.take(value);
+    this.secondShown = value;
+  }
+
+  buildSecond(key, choices, path, value) {
     this.secondKey = key;
     this.secondGui?.destroy();
-    this.secondGui = null;
+    [this.secondGui, this.second, this.secondValue] = [null, null, null];
     if (!this.live) return;
     const gui = (this.secondGui = new GUI({ container: this.top, title: "second scheme", injectStyles: false }));
-    const chosen = { path: path || "none", value };
-    gui.add(chosen, "path", ["none", ...choices.map((c) => c.path)]).name("differs in").onChange((name) => {
+    const differing = { form: "choice", value: path || "none", options: ["none", ...choices.map((c) => c.path)], unit: "" };
+    this.second = fieldOf(gui, differing, "differs in", (name) => {
       const control = choices.find((c) => c.path === name);
-      this.link.ask({ second: control ? [name, otherValue(control)] : null });
+      this.askSecond(control ? [name, otherValue(control)] : null);
     });
     const control = choices.find((c) => c.path === path);
     if (!control) return;
-    const row = control.options.length
-      ? gui.add(chosen, "value", control.options)
-      : gui.add(chosen, "value", control.low ?? 0, control.high ?? 1);
-    row.name("is").onFinishChange((next) => this.link.ask({ second: [path, next] }));
+    this.secondValue = fieldOf(gui, { ...control, value }, "is", (next) => this.askSecond([path, next]));
   }
 
-  saving() {
-    this.top = element("div", "", "top");
-    const row = element("p", "", "files");
-    for (const name of FILES) {
-      const link = element("a", name);
-      Object.assign(link, { href: `/download/${name}`, download: name });
-      row.append(link);
-    }
-    const copy = element("button", "copy the Python");
-    copy.addEventListener("click", async () => {
-      const code = await (await fetch("/download/experiment.py")).text();
-      await navigator.clipboard.writeText(code);
-      copy.textContent = "copied";
-      setTimeout(() => (copy.textContent = "copy the Python"), 1500);
-    });
-    row.append(copy);
-    row.title = "The experiment with all changes, and its run from the start.";
-    find("controls").append(this.top, row);
+  askSecond(second) {
+    this.askedSecond = second?.[0];
+    this.link.ask({ second });
   }
+}
+
+// A list of controls with those that have changed.
+function replaced(controls, changed) {
+  const news = new Map(changed.map((control) => [control.path, control]));
+  return controls.map((control) => news.get(control.path) ?? control);
 }
 
 // An initial value that differs from the first scheme.

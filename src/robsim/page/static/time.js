@@ -1,4 +1,4 @@
-// The controls of time at the foot of the page, and its keys.
+// The controls of time at the foot of the page.
 
 import { find } from "./view.js";
 
@@ -20,17 +20,4 @@ export function offerSpeeds(speeds, changed) {
   const speed = find("speed");
   for (const each of speeds) speed.add(new Option(each ? `${each} x` : "max", each, each === 1, each === 1));
   speed.addEventListener("change", () => changed(Number(speed.value)));
-}
-
-// Keys of the page and their actions; keys typed into a field belong to the field.
-export function listenForKeys(actions) {
-  document.addEventListener("keydown", (event) => {
-    if (document.body.classList.contains("map")) return; // the map has its own keys
-    if (event.target.closest("select, textarea, input:not(#slider), dialog")) return;
-    if (event.key === " " && event.target.closest("summary, button")) return; // the key presses it
-    const action = actions(event.shiftKey ? 10 : 1)[event.key];
-    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
-    action();
-    event.preventDefault();
-  });
 }
