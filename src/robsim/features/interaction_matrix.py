@@ -58,7 +58,7 @@ class InteractionMatrix:
     >>> L.rank, L @ [1.0, 0.0, 0.0]
     (2, array([-2.,  0.]))
     >>> L.free_motions()
-    ('a : b : c = 0.1 : 0.2 : 1',)
+    ('a 0.1, b 0.2, c 1',)
     """
 
     matrix: Array

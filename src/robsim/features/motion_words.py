@@ -8,7 +8,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 
+NEAR = 1e-4  # metres that words do not mention
 SMALL = 1e-6  # relative size of components that count as zero
+MINOR = 0.01  # relative size of joint velocities that are not listed
 DIGITS = 3  # significant digits of numbers in words
 
 
@@ -62,30 +64,30 @@ def describe_twist(V: Array) -> str:
     if size <= SMALL * np.linalg.norm(v):
         return f"the camera may move along {_name_direction(v, 'its {} axis')}"
     point, pitch = np.cross(omega, v) / size**2, omega @ v / size**2
-    if np.linalg.norm(point) < SMALL:
+    if np.linalg.norm(point) < NEAR:
         axis = _name_direction(omega, "its {} axis")
     else:
-        where = ", ".join(_format_number(x) for x in point)
+        where = ", ".join(_format_number(round(x, 4)) for x in point)
         axis = f"the axis parallel to {_name_direction(omega, '{}')} through ({where}) m"
-    advance = 10 * np.pi * abs(pitch) / 18 * 1000  # mm in 10 degrees
-    text = f"the camera may turn about {axis}"
-    if advance < 1e-3:
+    text, advance = f"the camera may turn about {axis}", np.radians(10) * abs(pitch)
+    if advance < NEAR:
         return text
-    return f"{text} and move {_format_number(advance)} mm along it per 10 degrees"
+    return f"{text} and move {_format_number(1000 * advance)} mm along it per 10 degrees"
 
 
 def describe_joint_motion(qd: Array, names: Sequence[str]) -> str:
-    """Return joint velocities (n,) in words, as their ratio.
+    """Return joint velocities (n,) in words, relative to the largest.
 
-    >>> describe_joint_motion(np.array([0.0, 2.0, -1.0]), ["a", "b", "c"])
-    'b : c = 1 : -0.5'
+    >>> describe_joint_motion(np.array([0.0, 2.0, -1.0, 0.001]), ["a", "b", "c", "d"])
+    'b 1, c -0.5, others below 0.01'
     """
-    moving = np.flatnonzero(np.abs(qd) > SMALL * np.abs(qd).max())
-    if len(moving) == 1:
-        return f"{names[moving[0]]} alone"
     ratio = qd / qd[np.argmax(np.abs(qd))]
-    own = " : ".join(names[i] for i in moving)
-    return f"{own} = {' : '.join(_format_number(ratio[i]) for i in moving)}"
+    sizes = np.abs(ratio)
+    if (sizes > SMALL).sum() == 1:
+        return f"{names[int(np.argmax(sizes))]} alone"
+    pairs = [f"{names[i]} {_format_number(ratio[i])}" for i in np.flatnonzero(sizes >= MINOR)]
+    rest = ["others below 0.01"] if ((sizes > SMALL) & (sizes < MINOR)).any() else []
+    return ", ".join([*pairs, *rest])
 
 
 def _name_direction(d: Array, axis: str) -> str:

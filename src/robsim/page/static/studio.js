@@ -6,6 +6,7 @@ import { Controls, fieldOf } from "./controls.js";
 import { Handles } from "./handles.js";
 import { listenForKeys } from "./keys.js";
 import { Link } from "./link.js";
+import { MatrixPanel } from "./matrix.js";
 import { angleText, lengthText } from "./quantities.js";
 import { StudyMap } from "./study.js";
 import { listenForTime, offerSpeeds, showTime } from "./time.js";
@@ -29,6 +30,7 @@ export class Studio {
       ask({ set: [path, value] });
     });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
+    this.matrix = new MatrixPanel(clock, ask);
     this.timeControls();
     this.choosing();
     clock.following = true;
@@ -51,6 +53,7 @@ export class Studio {
       gallery: () => (this.entries = message.entries),
       texts: () => this.view.tellTexts({ ...message.texts }),
       state: () => this.tell(message),
+      interaction: () => this.matrix.tell(message),
     }[message.type];
     if (done) return done();
     this.tellNote(message.error ?? "");
@@ -126,6 +129,7 @@ export class Studio {
   offer(controls) {
     this.listed = controls;
     this.controls.renew(controls);
+    this.matrix.renew();
     this.offerSecond();
   }
 
@@ -234,6 +238,7 @@ export class Studio {
       { keys: ["End"], words: "follow the last instant", act: () => scrub(Infinity) },
       { keys: ["r"], words: "back to the start", act: () => this.reset() },
       { keys: ["h"], words: "reset the view of the scene", act: () => this.view.space.home() },
+      { keys: ["m"], words: "show the interaction matrix of the instant", act: () => this.matrix.toggle() },
       { keys: ["g"], words: "show the goal anew", act: () => this.bar.anew.click() },
       { keys: ["ctrl+z"], words: "undo", act: () => ask({ undo: true }) },
       { keys: ["ctrl+shift+z", "ctrl+y"], words: "redo", act: () => ask({ redo: true }) },
