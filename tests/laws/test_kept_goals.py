@@ -11,6 +11,7 @@ import pytest
 
 import robsim as rs
 from robsim.features import FeatureBlock
+from robsim.plot.goal_outlines import build_goal_outlines
 from robsim.servo.goals.kept_goal import (
     keep_shown_goals,
     list_shown_goals,
@@ -281,3 +282,24 @@ def test_goals_that_are_not_shown_are_left_alone():
         assert change(computed) is computed
     still = named(SCHEMES["mean"])
     assert keep_shown_goals(still, before, before) is still
+
+
+def test_a_batch_of_pulled_targets_is_its_single_runs():
+    one = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    goal = TaughtGoal(places={"plate": one.scene.object().pose})
+    belief = one.scene.believe(place=rs.Pose.at(0.01, 0, 0.02), focal=1.1)
+    kept = one.with_(task=replace(one.task, goal=goal, belief=belief), duration=0.4)
+    name, positions = "objects.plate.position", [[0.33, 0.01 * i, 0.1] for i in range(3)]
+    batch = kept.vary({name: positions}).run()
+    for i, position in enumerate(positions):
+        assert np.array_equal(batch.q[i], kept.at(name, position).run().q)
+
+
+def test_the_outline_of_a_kept_goal_follows_the_target():
+    before, after, task = make_scene(), make_scene(M), named(SCHEMES["mean"])
+    kept = keep_shown_goals(task, before, after)
+    (one, *_), (other, *_) = (
+        build_goal_outlines(scene, goal, None, scene.home, 0.1)
+        for scene, goal in ((before, task), (after, kept))
+    )
+    np.testing.assert_allclose(other.points, M @ one.points, atol=1e-9)

@@ -97,12 +97,9 @@ class VectorField:
         if regulated is None or regulated.goal_values is not None:
             return None
         T_c_o = regulated.goal_views.compute_target_pose()
-        if T_c_o is None:
-            if not regulated.exact:
-                return None
+        if T_c_o is None and regulated.exact:
             T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
-        assert T_c_o is not None
-        return Pose(homogeneous_matrix(T_c_o)[0])
+        return None if T_c_o is None else Pose(homogeneous_matrix(T_c_o)[0])
 
     def pose(self, q: Array) -> Pose:
         """Return T_c_o (B) of the first target in the first camera."""

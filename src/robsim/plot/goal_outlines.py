@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -19,6 +20,7 @@ from robsim.plot.wireframe import (
     WireSolid,
     build_shape_solid,
 )
+from robsim.servo.goals.body_place import Places, place_bodies
 from robsim.servo.goals.goal import Goal, GoalFeatures, GoalPose, TaughtGoal
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
@@ -60,15 +62,24 @@ def _find_goal_poses(scene: Scene, goal: DrawableGoal, q: Array) -> dict[str, Po
     if isinstance(goal, GoalFeatures):
         return {}
     if isinstance(goal, GoalPose):
-        return _resolve_relative_goal(scene, goal, q)
+        return _resolve_relative_goal(scene, lambda eye, target: goal.T_c_o, q)
     if isinstance(goal, TaughtGoal):
-        return _compute_frame_poses(
-            scene, scene.home if goal.q is None else cast("ArrayLike", goal.q)
-        )
+        return _find_shown_poses(scene, goal, q)
     values = cast("ArrayLike", goal)
     if is_pose_like(values) and np.shape(values) != (scene.nq,):
         return {_list_goal_frames(scene)[0]: check_single_pose(values, "goal")}
     return _compute_frame_poses(scene, values)
+
+
+def _find_shown_poses(scene: Scene, goal: TaughtGoal, q: Array) -> dict[str, Pose]:
+    """Return the poses of frames at a shown goal, relative to bodies that have moved since."""
+    q_shown = scene.home if goal.q is None else cast("ArrayLike", goal.q)
+    if not goal.places:
+        return _compute_frame_poses(scene, q_shown)
+    shown = place_bodies(scene, {each.name: each.pose for each in cast(Places, goal.places)})
+    return _resolve_relative_goal(
+        scene, lambda *pair: _compute_target_pose(shown, *pair, q_shown), q
+    )
 
 
 def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
@@ -99,15 +110,26 @@ def _compute_frame_poses(scene: Scene, q: ArrayLike) -> dict[str, Pose]:
     return {name: scene.pose(name, values) for name in _list_goal_frames(scene)}
 
 
-def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
-    """Return the goal pose of the camera if it moves, otherwise the goal pose of the target."""
+def _compute_target_pose(scene: Scene, eye: str, target: str, q: ArrayLike) -> Pose:
+    """Return the pose T_c_o of a target in a camera at q (nq,)."""
+    return Pose(scene.pose(eye, q).matrix).inv() @ Pose(scene.pose(target, q).matrix)
+
+
+def _resolve_relative_goal(
+    scene: Scene, find_goal: Callable[[str, str], Pose], q: Array
+) -> dict[str, Pose]:
+    """Return the goal pose of the camera if it moves, otherwise the goal pose of the target.
+
+    `find_goal` returns T_c_o at the goal from the names of camera and target.
+    """
     targets = [obj.name for obj in scene.objects if len(obj.marks)]
     if not scene.cameras or not targets:
         return {}
     eye, target = scene.cameras[0].name, targets[0]
+    T_c_o = find_goal(eye, target)
     if scene.tree.flag_moves(eye).any():
-        return {eye: Pose(scene.pose(target, q).matrix) @ goal.T_c_o.inv()}
-    return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
+        return {eye: Pose(scene.pose(target, q).matrix) @ T_c_o.inv()}
+    return {target: Pose(scene.pose(eye, q).matrix) @ T_c_o}
 
 
 def build_frame_outline(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import queue
 import threading
 import time
@@ -16,6 +17,7 @@ from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
 from robsim.studio.control_values import convert_radians, is_json_integer
+from robsim.studio.interaction_message import InteractionMessages
 from robsim.studio.live_explanation import explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
 from robsim.studio.scenario_shelf import ScenarioShelf
@@ -54,9 +56,11 @@ class Session:
         self.broadcast: Callable[[str], None] = lambda message: None
         self.outgoing = OutboundMessages(build_study_map(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
+        self.handled = 0  # number of requests that were handled
         self.refusals: dict[str, str] = {}  # reason by the path of a control, or by handle
         self._played_to_end = False
         self._explained = -1  # revision of the bench whose run was explained
+        self.matrices = InteractionMessages()
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
         self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
@@ -138,7 +142,12 @@ class Session:
 
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
         """Handle the requests of pages, and store their error messages for all pages."""
+        for look in [each for each in requests if each.keys() == {"interaction"}]:
+            requests.remove(look)  # it changes nothing, so notes and speed remain
+            message = self.matrices.build(self.open_bench, look["interaction"])
+            self.broadcast(json.dumps(message, allow_nan=False))
         notes = [self.do(request) for request in requests if not self._over.is_set()]
+        self.handled += len(notes)
         if requests:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
 

@@ -16,6 +16,8 @@ from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
+from robsim.features.feature import Feature, Observation
+from robsim.features.interaction_matrix import InteractionMatrix, check_features, stack_interactions
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import POSE
 from robsim.robot.frame import Frame
@@ -496,6 +498,97 @@ class Scene(SceneCoordinates):
             marks = as_floats(points, "points", ("N", 3))
         depth = np.asarray(T_w_c.inv() @ marks)[..., 2]
         return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
+
+    def interaction(
+        self,
+        q: Configuration | None = None,
+        camera: str | tuple[str, str] | None = None,
+        target: str | None = None,
+        features: str | Feature | Sequence[str | Feature] = "points",
+    ) -> InteractionMatrix:
+        """Return the interaction matrix L of features of an object, with true depths.
+
+        L relates the features to the twist V = (v, omega) of the camera in camera axes while the
+        object stands still,
+
+            sdot = L V.
+
+        For the normalised coordinates (x, y) of a point at depth Z (chapter, eq. 4; Chaumette and
+        Hutchinson 2006),
+
+            L_x = (-1/Z, 0, x/Z, xy, -(1 + x^2), y),    L_y = (0, -1/Z, y/Z, 1 + y^2, -xy, -x).
+
+        Use `ServoTask.task_jacobian` for the matrix L J with respect to joint velocities, as the
+        controller of a task models it.
+
+        Parameters
+        ----------
+        q : array_like of shape (..., nq), optional
+            Coordinates of the scene. Default: `home`.
+        camera : str, or (str, str) for features of a stereo pair, optional
+            Name of the camera; the twist is of the first. Default: the only camera.
+        target : str, optional
+            Name of the object with the marks. Default: the only object that has marks.
+        features : str, feature, or list of them, default "points"
+            Features that are stacked. A pose feature is relative to its `T_goal_o`.
+
+        Returns
+        -------
+        InteractionMatrix
+            The numbers (..., k, 6) with names of rows and columns, rank, condition, and the motions
+            that change no feature. Rows of marks behind the camera are NaN.
+
+        Raises
+        ------
+        InputError
+            If the camera, object or feature does not exist, or if the object has too few marks.
+
+        Examples
+        --------
+        >>> from robsim import Camera
+        >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
+        >>> scene = Scene(objects=Object("dot", marks=[[0.2, 0, 2]]), cameras=eye)
+        >>> L = scene.interaction()
+        >>> L.matrix + 0.0
+        array([[-0.5 ,  0.  ,  0.05,  0.  , -1.01,  0.  ],
+               [ 0.  , -0.5 ,  0.  ,  1.  ,  0.  , -0.1 ]])
+        >>> L.rank, L.free_motions()[0]
+        (2, 'the camera may move along (0.0995, 0, 0.995)')
+        """
+        names = camera if isinstance(camera, tuple | list) else (camera,)
+        eyes = [self.camera(name) for name in names]
+        thing = self.object(target)
+        kinds = check_features(features, len(eyes), len(thing.marks))
+        T_w_o = Pose(self.pose(thing.name, q).matrix)
+        first, *others = [(eye, Pose(self.pose(eye.name, q).matrix)) for eye in eyes]
+        seen = self._observe(*first, thing, T_w_o)
+        for eye, T_w_c in others:
+            other = self._observe(eye, T_w_c, thing, T_w_o)
+            between = (first[1].inv() @ T_w_c).matrix.reshape(-1, 4, 4)
+            seen = Observation.of(
+                seen.pixels,
+                seen.depth,
+                seen.camera,
+                model=thing.marks,
+                pose=seen.pose,
+                other=other,
+                between=between,
+            )
+        return stack_interactions(kinds, seen, (T_w_o @ IDENTITY).matrix.shape[:-2])
+
+    def _observe(self, eye: MountedCamera, T_w_c: Pose, thing: Object, T_w_o: Pose) -> Observation:
+        """Return the exact observation of the marks of an object, with its true pose."""
+        marks = T_w_o @ thing.marks
+        T_c_o = T_w_c.inv() @ T_w_o
+        depth = np.asarray(T_w_c.inv() @ marks)[..., 2]
+        N = len(thing.marks)
+        return Observation.of(
+            eye.camera.project(marks, T_w_c).reshape(-1, N, 2),
+            depth.reshape(-1, N),
+            eye.camera,
+            model=thing.marks,
+            pose=T_c_o.matrix.reshape(-1, 4, 4),
+        )
 
     def _check_names(self) -> dict[str, str]:
         """Return the kind of each part by its name; raise InputError if two parts share a name."""

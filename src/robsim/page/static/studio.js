@@ -6,6 +6,7 @@ import { Controls, fieldOf } from "./controls.js";
 import { Handles } from "./handles.js";
 import { listenForKeys } from "./keys.js";
 import { Link } from "./link.js";
+import { MatrixPanel } from "./matrix.js";
 import { angleText, lengthText } from "./quantities.js";
 import { StudyMap } from "./study.js";
 import { listenForTime, offerSpeeds, showTime } from "./time.js";
@@ -24,9 +25,13 @@ export class Studio {
     const ask = (request) => this.link.ask(request);
     this.bar = new Bar(find("bar"), ask);
     find("controls").append((this.top = element("div", "", "top")));
-    this.controls = new Controls(find("controls"), (name, value) => ask({ set: [name, value] }));
+    this.controls = new Controls(find("controls"), (path, value) => {
+      if (path === this.askedSecond) this.askedSecond = undefined;
+      ask({ set: [path, value] });
+    });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
     view.why.ask = ask;
+    this.matrix = new MatrixPanel(clock, ask);
     this.timeControls();
     this.choosing();
     clock.following = true;
@@ -49,6 +54,7 @@ export class Studio {
       gallery: () => (this.entries = message.entries),
       texts: () => this.view.tellTexts(message.texts, message.why),
       state: () => this.tell(message),
+      interaction: () => this.matrix.tell(message),
     }[message.type];
     if (done) return done();
     this.tellNote(message.error ?? "");
@@ -124,6 +130,7 @@ export class Studio {
   offer(controls) {
     this.listed = controls;
     this.controls.renew(controls);
+    this.matrix.renew();
     this.offerSecond();
   }
 
@@ -131,7 +138,7 @@ export class Studio {
     this.state = state;
     this.tellNote(state.note);
     this.tellRun(state);
-    this.controls.refuse(state.refusals ?? []);
+    this.tellRefusals(state);
     this.bar.tell({ ...state, live: this.live });
     this.tellRestart(state);
     this.tellRest(state);
@@ -166,6 +173,17 @@ export class Studio {
     find("note").hidden = !text;
     find("note").textContent = text;
     this.map?.tellNote(text);
+  }
+
+  // Each handled request ends the wait of the fields: they show the values in effect, and the reasons of refusals.
+  tellRefusals({ requests, refusals = [] }) {
+    const handled = requests !== this.requests;
+    this.requests = requests;
+    this.controls.refuse(refusals.filter((each) => each.path !== this.askedSecond));
+    const refused = refusals.find((each) => each.path === this.askedSecond);
+    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
+    if (!handled) return;
+    for (const each of [this.controls, this.second, this.secondValue]) each?.settle();
   }
 
   // Flash the reason why the run started over because of a change.
@@ -222,6 +240,7 @@ export class Studio {
       { keys: ["End"], words: "follow the last instant", act: () => scrub(Infinity) },
       { keys: ["r"], words: "back to the start", act: () => this.reset() },
       { keys: ["h"], words: "reset the view of the scene", act: () => this.view.space.home() },
+      { keys: ["m"], words: "show the interaction matrix of the instant", act: () => this.matrix.toggle() },
       { keys: ["g"], words: "show the goal anew", act: () => this.bar.anew.click() },
       { keys: ["ctrl+z"], words: "undo", act: () => ask({ undo: true }) },
       { keys: ["ctrl+shift+z", "ctrl+y"], words: "redo", act: () => ask({ redo: true }) },
@@ -287,8 +306,6 @@ export class Studio {
     if (key !== this.secondKey) this.buildSecond(key, choices, path, value);
     if (value !== this.secondShown) this.secondValue?.take(value);
     this.secondShown = value;
-    const refused = (this.state.refusals ?? []).find((each) => each.path === this.askedSecond);
-    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
   }
 
   buildSecond(key, choices, path, value) {

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import make_read_only
+from robsim.base.arrays import make_read_only, move_runs_last
 from robsim.declare import Number, described
 from robsim.declare.spec import Context, Raw
+from robsim.features.interaction_matrix import InteractionMatrix
 from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.controller_matrices import compute_controller_matrices
 from robsim.servo.feature_block import (
     CAMERAS,
     TARGET,
@@ -21,7 +23,7 @@ from robsim.servo.feature_block import (
     Name,
     make_feature_blocks,
 )
-from robsim.servo.goals.goal import Goal, GoalKind, GoalSpec
+from robsim.servo.goals.goal import Configuration, Goal, GoalKind, GoalSpec
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.gain import AdaptiveGain
@@ -366,6 +368,46 @@ class ServoTask(CommandFields):
             If the goal, the belief or the depth does not fit the scene.
         """
         return bind_features(self, sights, columns)
+
+    def task_jacobian(self, scene: Scene, q: Configuration | None = None) -> InteractionMatrix:
+        """Return the matrix L J of the law with respect to the commanded velocities.
+
+        It is the matrix of sdot = L J qdot as the controller models it: with its belief, its model
+        of L (`interaction`), its depths, and the weights of the features, for exact images. With
+        Broyden's rule it is the model from which the estimate starts.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+        q : array_like of shape (..., nq) or dict, optional
+            Coordinates of the scene. Default: `home`.
+
+        Returns
+        -------
+        InteractionMatrix
+            The numbers (..., k, n), with the names of features and velocities.
+
+        Raises
+        ------
+        InputError or GoalError
+            If the task is impossible in the scene.
+
+        Examples
+        --------
+        >>> import robsim as rs
+        >>> one = rs.load_scenario(rs.examples.path("eye_in_hand"))
+        >>> LJ = one.task.task_jacobian(one.scene, one.start)
+        >>> LJ.shape, LJ.rank
+        ((8, 7), 6)
+        >>> LJ.rows[0], LJ.columns[6], len(LJ.free_motions())
+        ('x of mark 0', 'link7', 1)
+        """
+        values = scene.coordinates(scene.home if q is None else q)
+        controller = self._cached_controller(scene)
+        matrices = compute_controller_matrices(controller, move_runs_last(values, 1))
+        LJ = matrices.task_jacobian
+        return replace(LJ, matrix=LJ.matrix.reshape(*values.shape[:-1], *LJ.shape[1:]))
 
     def warn_of_wheels(self, controller: ServoController) -> None:
         """Issue a RankWarning if a unicycle alone has more features than velocities."""
