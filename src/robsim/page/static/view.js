@@ -24,17 +24,16 @@ export function element(kind, text = "", className = "") {
   return made;
 }
 
-<<<<<<< HEAD
 export function closeButton(dialog) {
   const button = element("button", "✕", "close");
   button.setAttribute("aria-label", "close");
   button.addEventListener("click", () => dialog.close());
   return button;
-=======
+}
+
 // The groups of frames with parts.
 function groupsOf(header) {
   return [...new Set(header.parts.map((part) => header.frames[part.frame].group))].sort();
->>>>>>> x2
 }
 
 // A placeholder for the scene if the browser cannot draw in 3-D.
