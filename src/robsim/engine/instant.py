@@ -50,13 +50,14 @@ class Instant:
     outcome: Outcome
 
 
-def iterate_instants(loop: Loop, past_convergence: bool = False) -> Iterator[Instant]:
-    """Yield the instants of the single run of a loop, as `Loop.instants`."""
-    for step, chunk in loop.instants(np.arange(1), past_convergence):
-        yield _make_instant(loop, step, chunk)
+def iterate_instants(loop: Loop) -> Iterator[Instant]:
+    """Yield the instants of the single run of a loop."""
+    for step, chunk in loop.instants(np.arange(1)):
+        yield make_instant(loop, step, chunk)
 
 
-def _make_instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
+def make_instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
+    """Return the state of the single run of a loop at a step."""
     seen = loop.sequence.snapshot(chunk)
     rates = seen.rates if len(seen.rates) else seen.qd
     arrays = seen.q, seen.qd, rates, seen.command.s, seen.command.error, seen.pixels

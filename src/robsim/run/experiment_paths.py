@@ -183,12 +183,14 @@ def yield_experiment_controls(of: Any) -> Iterator[Control]:
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
     yield from controls(make_task_table(of), place)
     if list_beliefs(of.task):
-        yield from _yield_scene_controls(get_believed_scene(of), place.at(BELIEF))
-    yield from _yield_scene_controls(of.scene, place)
+        yield from _list_scene_controls(get_believed_scene(of), place.at(BELIEF))
+    yield from _list_scene_controls(of.scene, place)
 
 
-def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control]:
-    yield from controls(scene, ControlPlace(place.path, place.c.with_facts(scene=scene)))
+def _list_scene_controls(scene: Scene, place: ControlPlace) -> list[Control]:
+    known: dict[str, list[Control]] = vars(scene).setdefault("_controls", {})  # by path
+    inner = ControlPlace(place.path, place.c.with_facts(scene=scene))
+    return known.get(place.path) or known.setdefault(place.path, list(controls(scene, inner)))
 
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:

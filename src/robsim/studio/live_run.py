@@ -11,7 +11,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.engine.instant import Instant, iterate_instants
+from robsim.engine.chunk import Chunk
+from robsim.engine.instant import Instant, make_instant
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
@@ -64,14 +65,13 @@ class LiveRun:
             self.segment = experiment.with_(start=start, record="all", seed=seed)
         if self.segment.runs > 1 or self.segment.varied:
             raise InputError("a single run can be shown, and there are several: take of_run(i)")
-        loop = self.segment.loop_from_start()
-        self.controller, self._last_step, self._segments = loop.controller, loop.steps, segments
-        self._steps = iterate_instants(loop, past_convergence=True)
+        self._loop = self.segment.loop_from_start()
+        self._steps = self._loop.instants(np.arange(1), past_convergence=True)
         self.start_time = past[-1].time if past else 0.0
-        self.template = _make_template(loop, self.segment)
-        self.experiment = experiment
-        self.instants, self.decision = list(past[:-1]), None
-        self._store(next(self._steps))
+        self._segments, self.experiment = segments, experiment
+        self.instants: list[Instant] = list(past[:-1])
+        self.decision: Instant | None = None
+        self.template = _make_template(self._loop, self._advance(), self.segment)
         self.restarted = not past  # changed by `forget`
 
     @property
@@ -120,21 +120,34 @@ class LiveRun:
     def step(self) -> None:
         """Store the next instant; of an idle run, store instants without motion."""
         if not self.idle:
-            self._store(next(self._steps))
+            self._advance()
             return
         now, still = self.now, 0.0 * self.now.qd
         later = now.time + self.segment.dt
         self.instants.append(replace(now, time=later, qd=still, qd_actual=still))
 
-    def _store(self, instant: Instant) -> None:
-        """Store an instant of the simulation, and the decision about its outcome."""
-        self._over = instant.step >= self._last_step
+    def _advance(self) -> Chunk:
+        """Simulate the next instant, store it, and return the chunk of the simulation."""
+        step, chunk = next(self._steps)
+        self._over = step >= self._loop.steps
+        instant = make_instant(self._loop, step, chunk)
         instant = replace(instant, time=self.start_time + instant.time)
         self.instants.append(instant)
         outcome = instant.outcome
         late = self.decision is not None and outcome in (Outcome.CONVERGED, Outcome.TIME_LIMIT)
         if outcome != Outcome.RUNNING and not late:
             self.decision = instant
+        return chunk
+
+    @property
+    def columns(self) -> list[object]:
+        """The coordinates, velocities, features and feature points of the instants.
+
+        Two runs with equal columns can be joined.
+        """
+        scene, controller = self.segment.scene, self._loop.controller
+        points = [(sight.key, len(sight.target.marks)) for sight in controller.sights]
+        return [scene.coordinate_names, scene.velocity_names, tuple(controller.units), points]
 
     def continue_with(self, experiment: Experiment, q: Array | None = None) -> LiveRun:
         """Return a run of another experiment that continues this one, from q (nq,) if it is passed.
@@ -143,14 +156,14 @@ class LiveRun:
         same variables. Raise InputError if the experiment cannot run from here.
         """
         live = LiveRun(experiment, self.instants, self._segments + 1, q)
-        if _list_table_columns(live.template) != _list_table_columns(self.template):
+        if live.columns != self.columns:
             live.forget()
         return live
 
     def start_again(self, experiment: Experiment) -> LiveRun:
         """Return a run of another experiment from its start, in place of a run at its start."""
         live = LiveRun(experiment)
-        live.restarted = _list_table_columns(live.template) != _list_table_columns(self.template)
+        live.restarted = live.columns != self.columns
         return live
 
     def forget(self) -> None:
@@ -165,8 +178,8 @@ class LiveRun:
         """
         q, start = self.now.q[:, None], self.segment.start
         q0 = self.segment.scene.home if start is None else start
-        _, away, turn = measure_goal_offset(self.controller, q, np.atleast_2d(q0))
-        return float(away[0]), float(turn[0]), select_goal_controller(self.controller).moving
+        _, away, turn = measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
+        return float(away[0]), float(turn[0]), select_goal_controller(self._loop.controller).moving
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from number `start` on as a run."""
@@ -194,7 +207,7 @@ class LiveRun:
     def gain(self) -> float:
         """The decay rate of a small error, in 1/s; the lowest of several tasks."""
         adaptive = getattr(self.segment.task, "gain", None)
-        return float(getattr(adaptive, "at_zero", np.min(self.controller.pace)))
+        return float(getattr(adaptive, "at_zero", np.min(self._loop.controller.pace)))
 
     def predict_return(self) -> float:
         """Return the seconds in which an error that decays by the gain becomes negligible.
@@ -206,15 +219,10 @@ class LiveRun:
         return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
 
 
-def _make_template(loop: Loop, segment: Experiment) -> xr.Dataset:
-    """Return a run of one instant, without the text of its experiment."""
-    short = replace(loop, steps=0, record="all")
-    for _ in iterate_instants(short):
-        pass
+def _make_template(loop: Loop, chunk: Chunk, segment: Experiment) -> xr.Dataset:
+    """Return a run of one instant, the first of a loop, without the text of its experiment."""
+    short, sequence = replace(loop, steps=0, record="all"), loop.sequence
+    recorder = short.recorder
+    recorder.stop(chunk, 0, sequence.recorded_rows, sequence.judge.outcome_rows)
+    recorder.table[:, 0] = recorder.ends[:, : recorder.table.shape[-1]]
     return make_dataset(short, segment, dict)
-
-
-def _list_table_columns(template: xr.Dataset) -> list[list[str]]:
-    """Return the coordinates that must be equal in two runs to join their instants."""
-    names = ("coordinate", "velocity", "feature_unit", "mark_camera", "mark_target")
-    return [template[name].values.tolist() for name in names]
