@@ -18,7 +18,7 @@ def experiment():
 
 
 def through(bench):
-    while not bench.ended:
+    while not bench.idle:
         bench.step()
     return np.array([each.q for each in bench.pair.live.instants])
 

@@ -54,13 +54,13 @@ def describe_differences(
     return [
         {"path": name, "before": old, "after": new}
         for name, (old, new) in texts.items()
-        if old != new and texts.get(name.removeprefix("belief.")) != (old, new) or _is_true(name)
+        if old != new and not _follows_truth(name, texts)
     ]
 
 
-def _is_true(name: str) -> bool:
-    """Return whether a name does not belong to the believed scene."""
-    return not name.startswith("belief.")
+def _follows_truth(name: str, texts: Mapping[str, tuple[str, str]]) -> bool:
+    """Return whether a name belongs to the belief, and its true value differs in the same way."""
+    return name.startswith("belief.") and texts.get(name.removeprefix("belief.")) == texts[name]
 
 
 def _format_if_any(control: Control | None) -> str:

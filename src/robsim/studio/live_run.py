@@ -145,6 +145,12 @@ class LiveRun:
             live.forget()
         return live
 
+    def start_again(self, experiment: Experiment) -> LiveRun:
+        """Return a run of another experiment from its start, in place of a run at its start."""
+        live = LiveRun(experiment)
+        live.restarted = _list_table_columns(live.template) != _list_table_columns(self.template)
+        return live
+
     def forget(self) -> None:
         """Keep only the last instant."""
         del self.instants[:-1]

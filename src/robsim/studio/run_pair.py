@@ -13,6 +13,7 @@ from robsim.engine.instant import Instant
 from robsim.page.recording_builder import RecordingBuilder, RecordingInstants, find_task_belief
 from robsim.plot.scene_motion import SceneMotion
 from robsim.run.experiment import Experiment
+from robsim.studio.control_values import build_changes
 from robsim.studio.live_run import LiveRun
 
 AHEAD = 2000  # steps that are simulated in advance to determine the moving frames
@@ -48,6 +49,11 @@ class RunPair:
         """
         other = self.other and self.other.continue_with(build_second_experiment(experiment, second))
         return RunPair(self.live.continue_with(experiment, q), other)
+
+    def start_again(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
+        """Return runs of another experiment from its start, in place of runs at their start."""
+        other = self.other and self.other.start_again(build_second_experiment(experiment, second))
+        return RunPair(self.live.start_again(experiment), other)
 
     @property
     def idle(self) -> bool:
@@ -103,10 +109,17 @@ def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -
 
     Raise InputError if the experiment lacks a value that differs.
     """
-    changes: dict[str, Any] = {}
-    for name, value in second.items():
-        changes |= _build_second_change(experiment, name, value)
-    return experiment.at(changes)
+    controls = {each.path: each for each in experiment.controls()}
+    try:
+        return experiment.at(build_changes(controls, second))
+    except InputError as error:
+        lacking = [name for name in second if name not in controls]
+        if not lacking:
+            raise
+        names = ", ".join(lacking)
+        raise InputError(
+            f"the second scheme differs in {names}, which this experiment lacks: {error}"
+        ) from None
 
 
 def _simulate_ahead(experiment: Experiment) -> Array:

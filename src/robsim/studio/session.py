@@ -15,7 +15,7 @@ from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
-from robsim.studio.control_values import is_json_integer
+from robsim.studio.control_values import convert_radians, is_json_integer
 from robsim.studio.live_explanation import explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
 from robsim.studio.scenario_shelf import ScenarioShelf
@@ -54,6 +54,9 @@ class Session:
         self.broadcast: Callable[[str], None] = lambda message: None
         self.outgoing = OutboundMessages(build_study_map(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
+        self.refusals: dict[str, str] = {}  # reason by the path of a control, or by handle
+        self._played_to_end = False
+        self._explained = -1  # revision of the bench whose run was explained
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
         self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
@@ -141,6 +144,9 @@ class Session:
 
     def do(self, request: dict[str, Any]) -> str:
         """Handle a request of a page; return the error message, or ""."""
+        paths = _list_changed_paths(request)
+        for path in paths:
+            self.refusals.pop(path, None)
         try:
             for name, value in request.items():
                 action = _REQUESTS.get(name)
@@ -151,17 +157,32 @@ class Session:
                 self._since = None
                 action(self, value)
         except RobSimError as error:
-            source = self.open_bench.experiment.source if self.open_bench else ""
-            return str(error).removeprefix(f"{source}: ")
+            reason = self._describe_refusal(error)
+            self.refusals |= {path: _strip_path(reason, path) for path in paths}
+            return reason
         except Exception as error:  # noqa: BLE001  an internal error must not end the simulation
             return f"internal error, please report it: {type(error).__name__}: {error}"
+        if request.keys() & _EDITS:
+            self._resume_after_edit()
         return ""
+
+    def _describe_refusal(self, error: RobSimError) -> str:
+        """Return the message of an error, with angles in degrees and without file names."""
+        source = self.open_bench.experiment.source if self.open_bench else ""
+        text = str(error).replace(f"{source}: ", "") if source else str(error)
+        return convert_radians(text)
+
+    def _resume_after_edit(self) -> None:
+        """Play again if the edit started a run over that had been played to its end."""
+        self.refusals.clear()
+        if self._played_to_end and not self.bench.ended:
+            self.playing, self._played_to_end = True, False
 
     def _play(self, value: Any) -> None:
         """Play or pause; start again after the end."""
         if value is True and self.bench.full:
             raise InputError("no more instants can be stored: reset the run")
-        self.playing = value is True
+        self.playing, self._played_to_end = value is True, False
         if self.playing and self.bench.ended:
             self.bench.reset()
 
@@ -192,14 +213,25 @@ class Session:
             self.open_bench = Workbench(experiment)
         else:
             self.open_bench.open(experiment)
-        self.run, self.playing = run, True
+        self.run, self.playing, self._played_to_end = run, True, False
+        self.refusals.clear()
 
     def _advance(self) -> None:
         """Simulate the steps that are due, as far as time permits, and measure the speed."""
+        if not self.bench.idle:
+            self._simulate_due_steps()
+        if self.bench.idle:
+            self._since = self.factor = None
+            if self.bench.ended:
+                self.playing, self._played_to_end = False, True
+            self._explain()
+
+    def _simulate_due_steps(self) -> None:
+        """Simulate until the time that is due, at most for `BUSY` seconds of wall clock."""
         began = time.monotonic()
         wall, start = self._since or (began, self.bench.time)
         until = start + (began - wall + TICK) * self.speed if self.speed else float("inf")
-        while self.bench.time < until and not self.bench.ended:
+        while self.bench.time < until and not self.bench.idle:
             self.bench.step()
             if time.monotonic() - began > BUSY:
                 break
@@ -208,15 +240,13 @@ class Session:
         late = self.bench.time < until
         renew = self._since is None or late or now - wall > PACE
         self._since = (now, self.bench.time) if renew and self.factor else (wall, start)
-        if self.bench.ended:
-            self.playing = False
-            self._explain()
 
     def _explain(self) -> None:
         """Explain why the run ended: immediately from its data, later with trials in a thread."""
         bench = self.bench
-        if bench.pair is None:
+        if bench.pair is None or self._explained == bench.revision:
             return
+        self._explained = bench.revision
         live, experiment, revision = bench.pair.live, bench.experiment, bench.revision
         bench.explain(explain_live_run(experiment, live, trials=False))
 
@@ -252,15 +282,38 @@ def _build_request_key(request: dict[str, Any]) -> Any:
     value = request.get(name)
     if name in ("set", "drag") and isinstance(value, list) and value:
         return name, str(value[0])
-    return (name, id(request)) if name == "step" else name
+    return (name, id(request)) if name in ("step", "undo", "redo", "change") else name
 
 
+def _list_changed_paths(request: dict[str, Any]) -> list[str]:
+    """Return the paths of controls and the names of handles that a request changes."""
+    paths: list[str] = []
+    for name in ("set", "drag", "second", "change"):
+        value = request.get(name)
+        if isinstance(value, list) and value and isinstance(value[0], str):
+            paths.append(value[0])
+        elif isinstance(value, dict):
+            paths += [path for path in value if isinstance(path, str)]
+    return paths
+
+
+def _strip_path(reason: str, path: str) -> str:
+    """Return a reason without the path at its start, beside which it is shown."""
+    return reason.removeprefix(f"{path}: ")
+
+
+_EDITS = {"set", "drag", "change", "show_goal", "undo", "redo", "original", "second"}
 _REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
     "reset": lambda session, _: session.bench.reset(),
     "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "set")),
     "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drag")),
+    "change": lambda session, value: session.bench.change(value),
+    "show_goal": lambda session, value: session.bench.show_goal(value),
+    "undo": lambda session, _: session.bench.undo(),
+    "redo": lambda session, _: session.bench.redo(),
+    "original": lambda session, _: session.bench.restore_original(),
     "second": lambda session, value: session.bench.compare(value),
     "speed": Session._set_speed,
     "open": lambda session, name: session._open_experiment(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from robsim.engine.outcome import Outcome
 from robsim.plot.run_data import describe_outcome
+from robsim.studio.control_values import convert_radians
 
 if TYPE_CHECKING:
+    from robsim.studio.live_run import LiveRun
     from robsim.studio.session import Session
     from robsim.studio.workbench import Workbench
 
@@ -21,6 +25,7 @@ def build_session_state(session: Session, bench: Workbench | None) -> dict[str, 
         "factor": None if factor is None else round(factor, 2),
         "note": session.note,
         "run": session.run,
+        "refusals": [{"path": path, "reason": why} for path, why in session.refusals.items()],
         **(_build_workbench_state(bench) if bench else _NO_BENCH),
     }
 
@@ -36,9 +41,44 @@ def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
         "outcome": end.outcome.name if end else "",
         "ending": "; ".join(ends),
         "second": bench.second,
-        "changes": list(bench.changes),
         "handles": [asdict(each) for each in bench.handles],
+        "changes": bench.differences,
+        "undo": bench.history.before is not None,
+        "redo": bench.history.after is not None,
+        "edited": bench.edited,
+        "restarts": bench.restarts,
+        "restarted_because": convert_radians(bench.restarted_because),
+        "resting": bench.rests,
+        "since": bench.since,
+        "distance": _build_distance(bench.pair.live) if bench.pair else None,
+        "missed": end is not None and end.outcome != Outcome.CONVERGED,
+        "goal": {"kept": bench.keeps_goals, "shown": bench.has_shown_goals},
     }
 
 
-_NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles": []}
+def _build_distance(live: LiveRun) -> dict[str, Any] | None:
+    """Return the distance of the moving frame to its goal; None if no goal pose is known."""
+    length, angle, frame = live.measure_distance()
+    if not math.isfinite(length):
+        return None
+    turn = float(f"{angle:.4g}") if math.isfinite(angle) else None
+    return {"length": float(f"{length:.4g}"), "angle": turn, "frame": frame}
+
+
+_NO_BENCH: dict[str, Any] = {
+    "outcome": "",
+    "ending": "",
+    "second": {},
+    "changes": [],
+    "handles": [],
+    "undo": False,
+    "redo": False,
+    "edited": False,
+    "restarts": 0,
+    "restarted_because": "",
+    "resting": False,
+    "since": 0.0,
+    "distance": None,
+    "missed": False,
+    "goal": {"kept": False, "shown": False},
+}

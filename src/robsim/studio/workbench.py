@@ -148,6 +148,13 @@ class Workbench:
         return any(goal.places for goal in list_shown_goals(self.experiment.task))
 
     @property
+    def edited(self) -> bool:
+        """Whether the experiment or the second scheme differs from the original."""
+        original = self.history.original
+        same = self._edit is original or self.experiment == original.experiment
+        return not same or self.second != original.second
+
+    @property
     def differences(self) -> list[dict[str, str]]:
         """Path and texts before and after of each value that differs from the original."""
         return describe_differences(self._original_controls, self.controls, self.changes)
@@ -281,7 +288,10 @@ class Workbench:
         return second
 
     def _change(
-        self, changes: Mapping[str, Any], values: object = None, experiment: Experiment | None = None
+        self,
+        changes: Mapping[str, Any],
+        values: object = None,
+        experiment: Experiment | None = None,
     ) -> None:
         """Apply changes to the experiment; shown goals remain the images that were shown.
 
@@ -298,7 +308,9 @@ class Workbench:
         """Continue the run with the carried body of a handle at a pose."""
         assert self.pair is not None
         q = solve_drag(self.experiment.scene, handle, pose, self.pair.live.now.q)
-        self._adopt(self._edit, self.pair.continue_with(self.experiment, self.second, q), self._watch)
+        self._adopt(
+            self._edit, self.pair.continue_with(self.experiment, self.second, q), self._watch
+        )
         self.restarted_because = ""
 
     def _commit(self, edit: Edit, values: object = None) -> None:
@@ -325,9 +337,13 @@ class Workbench:
 
         The reason is empty if the edit itself demands a new start, or the run is at its start.
         """
-        if self.pair is None or self.pair.live.is_at_start or self._demands_start(edit):
+        if self.pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
             return None, ""
-        live = self.pair.live
+        live, same_second = self.pair.live, self.second == edit.second
+        if live.is_at_start and same_second:
+            return self.pair.start_again(edit.experiment, edit.second), ""
+        if not same_second or self._demands_start(edit.experiment):
+            return None, ""
         if live.full:
             return None, "the run had ended: the largest number of instants was stored"
         if live.failed and not live.failed_at_once:
@@ -339,12 +355,11 @@ class Workbench:
         except InputError as error:
             return None, f"the run could not continue with this change: {error}"
 
-    def _demands_start(self, edit: Edit) -> bool:
-        """Return whether an edit differs in the start, in settings or in the second scheme."""
-        old, new = self.experiment, edit.experiment
-        same = all(getattr(old, name) == getattr(new, name) for name in RESTARTING)
-        starts = [_get_start(each) for each in (old, new)]
-        return not same or not np.array_equal(*starts) or self.second != edit.second
+    def _demands_start(self, experiment: Experiment) -> bool:
+        """Return whether another experiment differs in the start or in settings of the run."""
+        old = self.experiment
+        same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
+        return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
     def _adopt(self, edit: Edit, pair: RunPair | None, watch: list[Entry]) -> None:
         """Build handles and recording builder of an edit; then store them all.
