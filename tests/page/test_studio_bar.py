@@ -54,7 +54,7 @@ def test_a_refused_value_springs_back_with_the_reason_beside_it(desk):
     field = enter(page, "gain (1/s)", "0")
     until(page, "robsim.state.refusals.length === 1")
     assert field.input_value() == "0.5" and read_gain(desk) == 0.5
-    assert re.search("greater than 0.*1/s", read_reason(page, "gain (1/s)"))
+    assert "must be greater than 0" in read_reason(page, "gain (1/s)")
     assert row(page, "gain (1/s)").get_attribute("class").endswith("refused")
     enter(page, "gain (1/s)", "0.8")
     until(page, f"{GAIN} === 0.8 && robsim.state.refusals.length === 0")
@@ -65,7 +65,7 @@ def test_a_value_refused_twice_springs_back_twice(desk):
     page = desk.page()
     for _ in range(2):
         field = enter(page, "gain (1/s)", "0")
-        page.wait_for_timeout(1800)
+        until(page, "robsim.state.refusals.length === 1 && document.querySelector('.refused')")
         assert field.input_value() == "0.5"
         assert "greater than 0" in read_reason(page, "gain (1/s)")
 
@@ -155,6 +155,7 @@ def test_changes_are_taken_back_and_repeated_by_buttons_and_keys(desk):
     assert undo.is_disabled() and redo.is_disabled() and original.is_disabled()
     field = enter(page, "gain (1/s)", "0.8")
     until(page, f"{GAIN} === 0.8 && robsim.state.undo")
+    page.wait_for_timeout(1100)  # changes of one value within a second are one edit
     enter(page, "gain (1/s)", "0.9")
     until(page, f"{GAIN} === 0.9")
     steps = [
@@ -207,7 +208,9 @@ def test_the_copied_python_runs_and_gives_the_experiment(desk):
     code = page.evaluate("navigator.clipboard.readText()")
     names = {}
     exec(code.replace("rs.show(run)", ""), names)  # noqa: S102  code of the product
-    assert names["experiment"] == rs.load_scenario(rs.examples.path("visp_tutorial")).at("task.gain", 0.8)
+    assert names["experiment"] == rs.load_scenario(rs.examples.path("visp_tutorial")).at(
+        "task.gain", 0.8
+    )
     assert names["run"].sizes["time"] > 10
 
 
@@ -233,7 +236,9 @@ def test_the_page_is_saved_where_it_cannot_be_shared(desk, tmp_path):
 
 def test_the_reason_of_a_missing_film_is_shown(desk):
     page = desk.page()
-    page.route("**/download/film.*", lambda route: route.fulfill(status=409, body="films need ffmpeg"))
+    page.route(
+        "**/download/film.*", lambda route: route.fulfill(status=409, body="films need ffmpeg")
+    )
     page.get_by_role("button", name="film").click()
     until(page, "document.querySelector('#bar .told').textContent.includes('films need ffmpeg')")
     assert page.get_by_role("button", name="film").is_enabled()

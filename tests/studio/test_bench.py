@@ -224,3 +224,16 @@ def test_the_explanation_covers_the_run_since_the_last_change(experiment):
     bench.explain(explain_live_run(bench.experiment, bench.pair.live, trials=False))
     assert bench.texts["explanation"].startswith("After the last change at 2.00 s")
     assert bench.texts["experiment"] == experiment.at("task.gain", 2.0).text
+
+
+def test_the_original_value_of_a_change_is_exact():
+    experiment = load_scenario(examples.path("visp_tutorial")).at("task.gain", 1 / 3)
+    bench = Workbench(experiment)
+    start = bench.controls["start.position"].value
+    bench.set("task.gain", 2.0)
+    bench.set("start.position", [0.1, *start[1:]])
+    originals = {each["path"]: each["original"] for each in bench.differences}
+    assert originals == {"task.gain": 1 / 3, "start.position": start}
+    for path, value in originals.items():
+        bench.set(path, value)
+    assert bench.differences == [] and bench.experiment == experiment

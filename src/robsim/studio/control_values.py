@@ -39,8 +39,10 @@ def build_changes(controls: Mapping[str, Control], values: Mapping[str, Any]) ->
 
 def describe_differences(
     before: Mapping[str, Control], after: Mapping[str, Control], changed: Mapping[str, Any]
-) -> list[dict[str, str]]:
+) -> list[dict[str, Any]]:
     """Return path and texts before and after of all values that differ in two experiments.
+
+    "original" is the value before in the form of the control; None if a page cannot send it.
 
     `before` and `after` are the controls of both. Values of `changed` are listed even if one of the
     experiments lacks them. A believed value that differs like the true value is left out.
@@ -52,7 +54,7 @@ def describe_differences(
         if name not in before or before[name].value != after[name].value
     }
     return [
-        {"path": name, "before": old, "after": new}
+        {"path": name, "before": old, "after": new, "original": _get_sendable(before.get(name))}
         for name, (old, new) in texts.items()
         if old != new and not _follows_truth(name, texts)
     ]
@@ -61,6 +63,14 @@ def describe_differences(
 def _follows_truth(name: str, texts: Mapping[str, tuple[str, str]]) -> bool:
     """Return whether a name belongs to the belief, and its true value differs in the same way."""
     return name.startswith("belief.") and texts.get(name.removeprefix("belief.")) == texts[name]
+
+
+def _get_sendable(control: Control | None) -> Any:
+    """Return the value of a control; None without a control, or if JSON does not have the value."""
+    value = control.value if control else None
+    numbers = value if isinstance(value, list) else [value]
+    finite = all(math.isfinite(x) for x in numbers if isinstance(x, int | float))
+    return value if finite else None
 
 
 def _format_if_any(control: Control | None) -> str:

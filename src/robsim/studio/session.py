@@ -54,6 +54,7 @@ class Session:
         self.broadcast: Callable[[str], None] = lambda message: None
         self.outgoing = OutboundMessages(build_study_map(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
+        self.handled = 0  # number of requests that were handled
         self.refusals: dict[str, str] = {}  # reason by the path of a control, or by handle
         self._played_to_end = False
         self._explained = -1  # revision of the bench whose run was explained
@@ -139,6 +140,7 @@ class Session:
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
         """Handle the requests of pages, and store their error messages for all pages."""
         notes = [self.do(request) for request in requests if not self._over.is_set()]
+        self.handled += len(notes)
         if requests:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
 

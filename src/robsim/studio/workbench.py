@@ -155,8 +155,8 @@ class Workbench:
         return not same or self.second != original.second
 
     @property
-    def differences(self) -> list[dict[str, str]]:
-        """Path and texts before and after of each value that differs from the original."""
+    def differences(self) -> list[dict[str, Any]]:
+        """Path, original value, and texts before and after of each value that has changed."""
         return describe_differences(self._original_controls, self.controls, self.changes)
 
     def step(self) -> None:

@@ -70,15 +70,16 @@ export class Bar {
     this.changes.panel.replaceChildren(...(rows.length ? rows : [element("p", "nothing has been changed")]));
   }
 
-  changeRow({ path, before, after }) {
+  changeRow({ path, before, after, original }) {
     const row = element("div", "", "change");
     const name = element("span", path.replaceAll(".", " ").replaceAll("_", " "), "name");
     row.append(name, element("span", `${before || "none"} → ${after || "none"}`, "turned"));
-    if (!before) return row;
+    if (original === null) return row;
     const back = element("button", "back");
-    Object.assign(back, { type: "button", title: `set ${path} to ${before} again` });
+    back.type = "button";
+    back.title = `set ${path} to ${before} again`;
     back.setAttribute("aria-label", back.title);
-    back.addEventListener("click", () => this.ask({ change: { [path]: before } }));
+    back.addEventListener("click", () => this.ask({ set: [path, original] }));
     row.append(back);
     return row;
   }

@@ -26,6 +26,11 @@ export class Controls {
     for (const control of controls) this.rows.get(control.path)?.take(control);
   }
 
+  // Show the values in effect after a request was handled.
+  settle() {
+    for (const row of this.rows.values()) row.settle();
+  }
+
   // Show the reasons of refusals {path, reason} below their fields.
   refuse(refusals) {
     const reasons = new Map(refusals.map(({ path, reason }) => [path, reason]));
@@ -71,7 +76,7 @@ export class Controls {
 
   one(gui, control, name) {
     const field = fieldOf(gui, { ...control, ...this.known.get(control.path) }, name, (value) => this.set(control.path, value));
-    this.rows.set(control.path, { take: (news) => field.take(news.value), tell: field.tell });
+    this.rows.set(control.path, { ...field, take: (news) => field.take(news.value) });
   }
 
   // Several numbers are one value: a change of one sends them all.
@@ -94,10 +99,11 @@ export class Controls {
         wanted = [...news.value];
         fields.forEach((field, i) => field.take(news.value[i]));
       },
-      tell: (reason) => {
-        if (reason) wanted = [...this.known.get(control.path).value];
-        fields.forEach((field, i) => field.tell(i === last ? reason : ""));
+      settle: () => {
+        wanted = [...this.known.get(control.path).value];
+        fields.forEach((field) => field.settle());
       },
+      tell: (reason) => fields.forEach((field, i) => field.tell(i === last ? reason : "")),
     });
   }
 }
@@ -107,7 +113,7 @@ export function fieldOf(gui, control, name, send) {
   const { form, meaning, options, value } = control;
   if (!["choice", "flag"].includes(form)) return numberField(gui, control, name, send);
   const field = new PlainField(gui, { label: name, meaning, value, options: form === "choice" ? options : null }, send);
-  return { take: (news) => field.take(news), tell: (reason) => field.tell(reason) };
+  return adapt(field, (news) => news);
 }
 
 function numberField(gui, control, name, send) {
@@ -116,7 +122,11 @@ function numberField(gui, control, name, send) {
   const shown = shownUnit(unit);
   const about = { label: shown ? `${name} (${shown})` : name, meaning, unit: shown, value, low, high, whole: form === "whole" };
   const field = new NumberField(gui.$children, about, (next) => send(fromShown(next, unit)));
-  return { take: (news) => field.take(toShown(news, unit)), tell: (reason) => field.tell(reason) };
+  return adapt(field, (news) => toShown(news, unit));
+}
+
+function adapt(field, shown) {
+  return { take: (news) => field.take(shown(news)), tell: (reason) => field.tell(reason), settle: () => field.settle() };
 }
 
 function treeOf(controls) {

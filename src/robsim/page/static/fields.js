@@ -66,19 +66,18 @@ export class NumberField {
     this.value = value;
     if (this.low !== null && value < this.low) this.low = value;
     if (this.high !== null && value > this.high) this.high = value;
-    if (!this.dragging) this.settle();
+    this.settle();
   }
 
   // Take the reason of a refusal by the studio, or "" without a refusal.
   tell(reason) {
     this.reason.tell({ heard: reason });
-    if (reason && !this.dragging) this.settle();
   }
 
-  // Show the value in effect, unless a person is typing.
+  // Show the value in effect, unless a person is typing or dragging.
   settle() {
     clearTimeout(this.waiting);
-    if (!this.editing) this.show();
+    if (!this.editing && !this.dragging) this.show();
   }
 
   show(value = this.value) {
@@ -206,7 +205,6 @@ export class PlainField {
 
   tell(reason) {
     this.reason.tell({ heard: reason });
-    if (reason) this.settle();
   }
 
   settle() {

@@ -24,7 +24,10 @@ export class Studio {
     const ask = (request) => this.link.ask(request);
     this.bar = new Bar(find("bar"), ask);
     find("controls").append((this.top = element("div", "", "top")));
-    this.controls = new Controls(find("controls"), (name, value) => ask({ set: [name, value] }));
+    this.controls = new Controls(find("controls"), (path, value) => {
+      if (path === this.askedSecond) this.askedSecond = undefined;
+      ask({ set: [path, value] });
+    });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
     view.why.ask = ask;
     this.timeControls();
@@ -114,7 +117,7 @@ export class Studio {
     this.state = state;
     this.tellNote(state.note);
     this.tellRun(state);
-    this.controls.refuse(state.refusals ?? []);
+    this.tellRefusals(state);
     this.bar.tell({ ...state, live: this.live });
     this.tellRestart(state);
     this.tellRest(state);
@@ -149,6 +152,17 @@ export class Studio {
     find("note").hidden = !text;
     find("note").textContent = text;
     this.map?.tellNote(text);
+  }
+
+  // Each handled request ends the wait of the fields: they show the values in effect, and the reasons of refusals.
+  tellRefusals({ requests, refusals = [] }) {
+    const handled = requests !== this.requests;
+    this.requests = requests;
+    this.controls.refuse(refusals.filter((each) => each.path !== this.askedSecond));
+    const refused = refusals.find((each) => each.path === this.askedSecond);
+    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
+    if (!handled) return;
+    for (const each of [this.controls, this.second, this.secondValue]) each?.settle();
   }
 
   // Flash the reason why the run started over because of a change.
@@ -270,8 +284,6 @@ export class Studio {
     if (key !== this.secondKey) this.buildSecond(key, choices, path, value);
     if (value !== this.secondShown) this.secondValue?.take(value);
     this.secondShown = value;
-    const refused = (this.state.refusals ?? []).find((each) => each.path === this.askedSecond);
-    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
   }
 
   buildSecond(key, choices, path, value) {
