@@ -30,7 +30,7 @@ export class Studio {
       ask({ set: [path, value] });
     });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
-    view.why.ask = ask;
+    view.why.ask = (request) => (this.live || !("reset" in request || "play" in request)) && ask(request); // a mission runs at once
     this.timeControls();
     this.gallery = new Gallery(find("gallery"), find("choose"), (name) => ask({ open: name }));
     clock.following = true;
