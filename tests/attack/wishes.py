@@ -32,11 +32,11 @@ def case(seed):
     here = session(draw.choice(FILES))
     bench = here.bench
     for _ in range(draw.randint(1, 4)):
-        before = bench.current, bench.pair, bench.second, bench.builder
+        before = bench.edit, bench.pair, bench.builder
         note = here.do(wish_of(draw, bench))
         if "internal error" in note:
             raise Wrong(note)
-        after = bench.current, bench.pair, bench.second, bench.builder
+        after = bench.edit, bench.pair, bench.builder
         if note and any(x is not y for x, y in zip(before, after, strict=True)):
             raise Wrong(f"it was refused, and something changed: {note[:200]}")
         for message in here.outgoing.news(here, bench, here.shelf):

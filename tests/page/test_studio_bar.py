@@ -158,14 +158,13 @@ def test_changes_are_taken_back_and_repeated_by_buttons_and_keys(desk):
     page.wait_for_timeout(1100)  # changes of one value within a second are one edit
     enter(page, "gain (1/s)", "0.9")
     until(page, f"{GAIN} === 0.9")
-    steps = [
-        (lambda: undo.click(), 0.8), (lambda: page.keyboard.press("Control+z"), 0.5),
-        (lambda: page.keyboard.press("Control+Shift+Z"), 0.8), (lambda: redo.click(), 0.9),
-        (lambda: page.keyboard.press("Control+z"), 0.8), (lambda: page.keyboard.press("Control+y"), 0.9),
-        (lambda: original.click(), 0.5), (lambda: undo.click(), 0.9),
-    ]  # fmt: skip
+    steps = [(undo, 0.8), ("Control+z", 0.5), ("Control+Shift+Z", 0.8), (redo, 0.9)]
+    steps += [("Control+z", 0.8), ("Control+y", 0.9), (original, 0.5), (undo, 0.9)]
     for act, value in steps:
-        act()
+        if isinstance(act, str):
+            page.keyboard.press(act)
+        else:
+            act.click()
         until(page, f"{GAIN} === {value}")
         assert read_gain(desk) == value == float(field.input_value())
 
@@ -207,10 +206,9 @@ def test_the_copied_python_runs_and_gives_the_experiment(desk):
     until(page, "document.querySelector('#bar .told').textContent === 'copied'")
     code = page.evaluate("navigator.clipboard.readText()")
     names = {}
-    exec(code.replace("rs.show(run)", ""), names)  # noqa: S102  code of the product
-    assert names["experiment"] == rs.load_scenario(rs.examples.path("visp_tutorial")).at(
-        "task.gain", 0.8
-    )
+    exec(code.replace("rs.show(run)", ""), names)
+    original = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    assert names["experiment"] == original.at("task.gain", 0.8)
     assert names["run"].sizes["time"] > 10
 
 
@@ -245,21 +243,76 @@ def test_the_reason_of_a_missing_film_is_shown(desk):
     desk.complaints[:] = [each for each in desk.complaints if "409" not in each]
 
 
-def test_a_start_over_is_flashed_and_rest_is_shown(desk):
+def test_a_change_after_a_failure_starts_over_visibly(desk):
     page = desk.page()
-    enter(page, "gain (1/s)", "0.8")  # the run is not over: it goes on
-    until(page, f"{GAIN} === 0.8")
+    page.locator("#speed").select_option("0")
+    enter(page, "gain (1/s)", "200")
+    page.locator("#play").click()
+    until(page, "robsim.state.missed && robsim.state.playing === false")
+    distance = page.locator("#distance")
+    assert re.fullmatch(r"[\d.]+ (m|cm) and [\d.]+ deg from the goal", distance.inner_text())
+    assert distance.evaluate("(each) => getComputedStyle(each).color") == "rgb(179, 71, 0)"
     assert not page.locator("#flash").is_visible()
-    page.evaluate("""robsim.hear({ ...robsim.state, type: "state", restarts: robsim.state.restarts + 1,
-      restarted_because: "the run had ended: time limit of 60 s", resting: true, missed: true,
-      distance: { length: 0.0231, angle: 0.0716, frame: "camera" } })""")
-    flash = page.locator("#flash")
-    assert flash.inner_text() == "started over: the run had ended: time limit of 60 s"
-    assert "converged: waiting for you" in page.locator("#resting").inner_text()
-    assert page.locator("#distance").inner_text() == "2.3 cm and 4.1 deg from the goal"
-    warm = page.evaluate("getComputedStyle(document.getElementById('distance')).color")
-    assert warm == "rgb(179, 71, 0)"
+    field = enter(page, "gain (1/s)", "0.8")
+    until(page, "robsim.state.restarts === 1")
+    assert page.locator("#flash").inner_text().startswith("started over: the run had ended: ")
+    assert field.input_value() == "0.8" and read_gain(desk) == 0.8
+    until(page, "robsim.state.resting")
+    assert page.locator("#resting").inner_text().startswith("converged: waiting for you")
+    assert re.fullmatch(r"0(\.0\d)? mm and 0 deg from the goal", distance.inner_text())
     until(page, "document.getElementById('flash').hidden")
+
+
+def test_distances_have_units_of_their_size(desk):
+    page = desk.page()
+    shown = []
+    for length, angle in ((2.5, 1.0), (0.0231, 0.0716), (0.0042, 0.001), (0.0, 0.0), (0.5, None)):
+        given = f"{{ length: {length}, angle: {'null' if angle is None else angle}, frame: '' }}"
+        page.evaluate(f"robsim.tellDistance({{ distance: {given} }})")
+        shown.append(page.locator("#distance").inner_text().removesuffix(" from the goal"))
+    assert shown == [
+        *("2.50 m and 57.3 deg", "2.3 cm and 4.1 deg", "4.2 mm and 0.06 deg", "0 mm and 0 deg"),
+        "50.0 cm",
+    ]
+
+
+def test_the_goal_is_shown_anew_by_its_button_and_its_key(desk):
+    page = desk.page()
+    anew = page.get_by_role("button", name="show the goal anew")
+    for act, x in ((anew.click, 0.05), (lambda: page.keyboard.press("g"), 0.1)):
+        assert anew.is_disabled()
+        page.evaluate(f"robsim.link.ask({{ drag: ['objects.square', [{x}, 0, 0, 0, 0, 0, 1]] }})")
+        until(page, "robsim.state.goal.kept && !document.querySelector('#note').innerText")
+        assert desk.app.bench.keeps_goals
+        act()
+        until(page, "robsim.state.goal.kept === false")
+        assert not desk.app.bench.keeps_goals
+    before = desk.app.bench.experiment.task.goal
+    page.locator("#step").click()
+    until(page, "robsim.clock.times.length > 1")
+    page.get_by_role("button", name="take this image as the goal").click()
+    until(page, "robsim.state.undo && robsim.state.distance.length < 1e-6")
+    assert desk.app.bench.experiment.task.goal != before
+
+
+def test_folders_stay_open_when_the_scheme_changes(desk):
+    page = desk.page()
+    page.locator("#controls .lil-title", has_text="sensing").first.click()
+    row(page, "kind").locator("select").select_option("pbvs")
+    until(page, "robsim.state.changes.some((c) => c.path === 'task.kind')")
+    assert row(page, "latency (s)").is_visible()
+
+
+def test_a_slider_returns_to_its_range_after_a_large_value(desk):
+    page = desk.page()
+    fill = row(page, "gain (1/s)").locator(".lil-fill")
+    narrow = fill.evaluate("(each) => each.style.width")
+    enter(page, "gain (1/s)", "200")
+    until(page, f"{GAIN} === 200")
+    assert fill.evaluate("(each) => each.style.width") == "100%"
+    enter(page, "gain (1/s)", "0.5")
+    until(page, f"{GAIN} === 0.5")
+    assert fill.evaluate("(each) => each.style.width") == narrow
 
 
 def test_a_question_mark_lists_all_keys(desk):
@@ -277,7 +330,8 @@ def test_a_question_mark_lists_all_keys(desk):
 
 @pytest.mark.parametrize("width, least", [(1280, 30), (900, 30), (390, 40)])
 def test_buttons_are_large_enough_and_nothing_is_cut(desk, width, least):
-    page = desk.page(**(PHONE if width == 390 else {"viewport": {"width": width, "height": 700}}))
+    wide = {"viewport": {"width": width, "height": 700}}
+    page = desk.page(**(PHONE if width == 390 else wide))
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate(SMALL.replace("LEAST", str(least))) == []
     unlabelled = """() => [...document.querySelectorAll("button, input, select")].filter((each) =>
@@ -301,11 +355,14 @@ def test_a_menu_of_the_bar_fits_a_phone(desk):
 def test_texts_have_enough_contrast(desk):
     ratio = """() => {
       const light = (color) => color.match(/[\\d.]+/g).slice(0, 3).map(Number)
-        .map((x) => (x /= 255) <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4)
+        .map((x) => x / 255).map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4)
         .reduce((sum, x, i) => sum + x * [0.2126, 0.7152, 0.0722][i], 0);
       const ratio = (one, two) => (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05);
       const probe = document.body.appendChild(document.createElement("i"));
-      const value = (name) => (probe.style.color = `var(--${name})`, light(getComputedStyle(probe).color));
+      const value = (name) => {
+        probe.style.color = `var(--${name})`;
+        return light(getComputedStyle(probe).color);
+      };
       return ["ink", "soft", "accent", "warm"].map((name) =>
         Math.min(ratio(value(name), value("panel")), ratio(value(name), value("sky"))));
     }"""

@@ -27,13 +27,14 @@ def test_the_run_on_the_bench_is_the_run_of_the_experiment(experiment):
     bench = Workbench(experiment)
     q = through(bench)
     run = experiment.run()
-    assert (
-        np.array_equal(q, run["q"].values[: len(q)]) and bench.pair.end.outcome == Outcome.CONVERGED
-    )
+    count = int(np.isfinite(run["error_norm"]).sum())
+    assert np.array_equal(q[:count], run["q"].values[:count])
+    end = bench.pair.end
+    assert end.outcome == Outcome.CONVERGED and end.time == float(run["end_time"])
     shown = bench.recording()
-    assert np.array_equal(shown.arrays["camera.pixels"], run["pixels"].values[: len(q)])
-    twist = run["camera_velocity"].values[: len(q)]
-    assert np.array_equal(shown.arrays["curve camera v"], twist[:, :3])
+    assert np.array_equal(shown.arrays["camera.pixels"][:count], run["pixels"].values[:count])
+    twist = run["camera_velocity"].values[:count]
+    assert np.array_equal(shown.arrays["curve camera v"][:count], twist[:, :3])
 
 
 def test_a_change_on_the_way_goes_on_from_there(experiment):
@@ -45,7 +46,8 @@ def test_a_change_on_the_way_goes_on_from_there(experiment):
     assert bench.time == here.time and len(bench.pair.live.instants) == 21
     q = through(bench)[20:]
     expected = experiment.with_(start=here.q).at("task.gain", 2.0).run()["q"].values
-    assert np.allclose(q, expected[: len(q)], rtol=0, atol=1e-13)
+    expected = expected[np.isfinite(expected).all(axis=1)]
+    assert np.allclose(q[: len(expected)], expected, rtol=0, atol=1e-13)
     assert bench.changes == {"task.kind": "ibvs", "task.gain": 2.0}
     assert bench.experiment == experiment.at("task.gain", 2.0)
 
@@ -67,7 +69,7 @@ def test_other_features_begin_a_new_table(experiment):
     assert bench.time == pytest.approx(0.2)
 
 
-def test_the_target_is_dragged_and_with_it_the_goal(experiment):
+def test_the_target_is_dragged_and_the_goal_follows_it(experiment):
     bench = Workbench(experiment)
     handle = next(each for each in bench.handles if each.name == "objects.square")
     before = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
@@ -75,7 +77,7 @@ def test_the_target_is_dragged_and_with_it_the_goal(experiment):
     place = bench.experiment.scene.objects[0].pose
     assert np.allclose(place.position, [0.05, 0.0, 0.0], rtol=0, atol=1e-12)
     goal = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
-    assert np.allclose(goal, before, atol=1e-9)  # the goal is the present pose of the camera
+    assert np.allclose(goal - before, [0.05, 0, 0, 0, 0, 0, 0], rtol=0, atol=1e-9)
     through(bench)
     end = bench.pair.live.now
     away = end.pixels - bench.pair.live.template["pixels_goal"].values
@@ -187,8 +189,9 @@ def test_the_end_agrees_with_the_first_scheme(experiment):
     through(bench)
     end = float(experiment.run()["end_time"])
     assert bench.pair.end.time == pytest.approx(end) and bench.time > end + 1.0
-    late = bench.pair.live.instants[-1]
-    assert not late.qd.any() and np.array_equal(late.q, bench.pair.end.q)
+    rest, late = (bench.pair.live.instants[i] for i in (535, -1))
+    assert rest.time == pytest.approx(end + 1.0) and rest.qd.any()
+    assert not late.qd.any() and np.array_equal(late.q, rest.q)
 
 
 def test_two_schemes_have_one_period(experiment):

@@ -85,30 +85,32 @@ def rows_of(messages):
 
 def test_a_page_sees_the_run_of_the_experiment(pages, experiment):
     pages.ask({"speed": 0.0}, {"play": True})
-    end = pages.until(lambda state: state["outcome"])
+    end = pages.until(lambda state: state["resting"])
     run = experiment.run()
-    assert end["outcome"] == "CONVERGED" and not end["playing"]
+    assert end["outcome"] == "CONVERGED" and end["playing"]
     arrays = rows_of(pages.told)
-    count = len(arrays["time"])
-    assert count == int(np.isfinite(run["error_norm"]).sum())
+    count = int(np.isfinite(run["error_norm"]).sum())
+    assert len(arrays["time"]) == count + 25  # a second after convergence
     pixels = run["pixels"].values[:count].astype(np.float32)
-    assert np.array_equal(arrays["camera.pixels"], pixels)
+    assert np.array_equal(arrays["camera.pixels"][:count], pixels)
 
 
 def test_a_page_that_comes_late_has_it_all(pages):
     pages.ask({"speed": 0.0}, {"play": True})
-    pages.until(lambda state: state["outcome"])
+    pages.until(lambda state: state["resting"])
     late, early = rows_of(pages.session.hello()), rows_of(pages.told)
     assert all(np.array_equal(late[name], early[name]) for name in early)
     kinds = [json.loads(message)["type"] for message in pages.session.hello()]
-    assert kinds[:3] == ["controls", "gallery", "recording"] and kinds[-1] == "state"
+    assert kinds[:4] == ["controls", "gallery", "shapes", "recording"] and kinds[-1] == "state"
 
 
 def test_a_change_is_echoed_with_its_consequences(pages):
     pages.ask({"set": ["task.gain", 1.25]})
-    pages.until(lambda state: "task.gain" in state["changes"])
-    listed = pages.messages("controls")[-1]["controls"]
-    assert next(each["value"] for each in listed if each["path"] == "task.gain") == 1.25
+    state = pages.until(lambda state: state["edited"])
+    change = {"path": "task.gain", "before": "0.5 1/s", "after": "1.25 1/s"}
+    assert state["changes"] == [change]
+    (changed,) = pages.messages("values")[-1]["controls"]
+    assert (changed["path"], changed["value"]) == ("task.gain", 1.25)
     assert pages.session.bench.experiment.task.gain == 1.25
 
 
@@ -130,6 +132,70 @@ def test_a_fault_is_reported_and_nothing_ends(pages):
     pages.until_true(lambda: pages.session.bench.time == 0.04)
 
 
+def test_a_refused_value_is_told_beside_its_field_until_another_is_accepted(pages):
+    pages.ask({"open": "eye_in_hand"})
+    pages.until(lambda state: len(state["handles"]) == 4)
+    pages.ask({"set": ["start.q", [9.0, *[0.0] * 6]]})
+    told = pages.until(lambda state: state["refusals"])["refusals"]
+    reason = "q: joint 'link1' of 'panda' is 515.7 deg, outside its limits [-166, 166] deg"
+    assert told == [{"path": "start.q", "reason": reason}]
+    pages.ask({"set": ["task.gain", -1.0]})
+    told = pages.until(lambda state: len(state["refusals"]) == 2)["refusals"]
+    assert told[1] == {"path": "task.gain", "reason": "must be greater than 0, got -1.0"}
+    pages.ask({"set": ["task.gain", 1.5]})
+    state = pages.until(lambda state: not state["refusals"])
+    assert [each["after"] for each in state["changes"]] == ["1.5 1/s"]
+
+
+def test_a_change_after_a_failure_starts_over_and_plays(pages):
+    pages.ask({"open": "eye_in_hand"}, {"speed": 0.0})
+    pages.until(lambda state: len(state["handles"]) == 4)
+    pages.ask({"set": ["task.gain", 200.0]})
+    state = pages.until(lambda state: state["missed"])
+    assert not state["playing"] and state["restarts"] == 0
+    pages.ask({"set": ["task.gain", 0.8]})
+    state = pages.until(lambda state: state["restarts"] == 1)
+    assert state["restarted_because"].startswith("the run had ended: ")
+    state = pages.until(lambda state: state["resting"])
+    assert not state["missed"] and state["distance"]["length"] < 1e-3 and state["since"] == 0.0
+    assert pages.session.bench.experiment.task.gain == 0.8
+
+
+def test_a_change_wakes_a_run_that_rests(pages):
+    pages.ask({"speed": 0.0}, {"play": True})
+    pages.until(lambda state: state["resting"])
+    count = len(pages.session.bench.pair.live.instants)
+    time.sleep(0.2)
+    assert len(pages.session.bench.pair.live.instants) == count
+    pages.ask({"drag": ["objects.square", [0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]})
+    woken = pages.until(lambda state: state["goal"]["kept"])
+    assert woken["playing"] and not woken["resting"]
+    assert woken["since"] == pytest.approx(21.4)
+    state = pages.until(lambda state: state["resting"])
+    assert state["outcome"] == "CONVERGED" and state["distance"]["length"] < 1e-4
+
+
+def test_requests_of_the_history(pages):
+    pages.ask({"set": ["task.gain", 2.0]})
+    pages.until(lambda state: state["undo"] and not state["redo"])
+    pages.ask({"undo": True})
+    pages.until(lambda state: state["redo"] and not state["edited"] and not state["changes"])
+    pages.ask({"redo": True})
+    pages.until(lambda state: state["edited"] and not state["redo"])
+    pages.ask({"original": True})
+    pages.until(lambda state: not state["edited"] and state["undo"])
+    pages.ask({"change": {"task.interaction": "desired", "run.dt": "20 ms"}})
+    state = pages.until(lambda state: len(state["changes"]) == 2)
+    assert state["changes"] == [
+        {"path": "task.interaction", "before": "current", "after": "desired"},
+        {"path": "run.dt", "before": "40 ms", "after": "20 ms"},
+    ]
+    pages.ask({"second": {"task.gain": 0.3}})
+    pages.until(lambda state: state["second"] == {"task.gain": 0.3})
+    pages.ask({"undo": True})
+    pages.until(lambda state: not state["second"])
+
+
 def test_of_equal_requests_the_last_one_counts(pages):
     pages.ask(*({"set": ["task.gain", gain]} for gain in np.linspace(0.1, 3.0, 200)))
     pages.until_true(lambda: pages.session.bench.experiment.task.gain == 3.0)
@@ -145,8 +211,9 @@ def test_it_keeps_real_time(pages):
 
 def test_another_experiment_is_opened_by_name(pages):
     pages.ask({"open": "eye_in_hand"})
-    state = pages.until(lambda state: len(state["handles"]) == 3 and state["playing"])
-    assert [each["name"] for each in state["handles"]] == ["objects.plate", "start", "goal"]
+    state = pages.until(lambda state: len(state["handles"]) == 4 and state["playing"])
+    names = [each["name"] for each in state["handles"]]
+    assert names == ["objects.plate", "start", "goal", "cameras.camera"]
     told = [json.loads(each) for each in pages.session.hello()]
     why = next(each["why"] for each in told if each["type"] == "texts")
     assert why["headline"] == "" and why["watch"][0]["text"].startswith("A Panda arm")
@@ -181,7 +248,7 @@ def test_an_error_of_the_simulation_is_reported_and_nothing_ends(pages, monkeypa
 
 
 def test_messages_sent_in_parts_come_whole_to_a_late_page(pages, monkeypatch):
-    monkeypatch.setattr("robsim.studio.outbound_messages.LONGEST", 3)
+    monkeypatch.setattr("robsim.studio.scene_messages.TAIL", 3)
     for gain in (0.6, 0.7, 0.8, 0.9, 1.0, 1.1):
         pages.ask({"step": 4})
         pages.ask({"set": ["task.gain", gain]})

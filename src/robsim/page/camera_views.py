@@ -25,7 +25,7 @@ def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[En
     return [
         {
             "frame": frames.add_frame(each.name),
-            "points": frames.store_array(f"{each.name}.marks", each.marks),
+            "points": frames.shapes.store_points(each.marks),
             "colors": wireframe.list_object_mark_colors(each, first),
         }
         for each in targets
@@ -42,9 +42,7 @@ def list_camera_entries(
         {
             "name": eye.name,
             "frame": frames.add_frame(eye.name),
-            "frustum": frames.store_array(
-                f"{eye.name}.frustum", 2 * depth * _compute_view_lines(eye.camera)
-            ),
+            "frustum": frames.shapes.store_points(2 * depth * _compute_view_lines(eye.camera)),
             **_build_lens_entry(eye.camera),
             **(
                 _build_pixels_entry(frames, run, eye)
@@ -100,13 +98,12 @@ def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
 
 def _build_pixels_entry(frames: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
     """Return the names of the arrays of an image, and colours and targets of its feature points."""
-    view = run_data.select_camera_view(run, eye.name)
-    numbers = view["mark_number"].values.tolist()
+    targets = run_data.number_camera_marks(run, eye.name)
     second = {"second": f"{eye.name}.pixels second"} if frames.motion.second else {}
     return {
         "pixels": f"{eye.name}.pixels",
         **second,
         "goal": f"{eye.name}.goal",
-        "colors": [palette.cycle_color(number) for number in numbers],
-        "targets": view["mark_target"].values.tolist(),
+        "colors": [palette.cycle_color(number) for number in targets],
+        "targets": list(targets.values()),
     }

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.page.recording_frames import (
-    Entry,
-    PosesOf,
-    RecordingFrames,
-    add_shape_arrays,
-    build_solid_entries,
-)
+from robsim.page.recording_frames import Entry, PosesOf, RecordingFrames, build_solid_entries
 from robsim.plot import goal_outlines, palette
 from robsim.plot.scene_motion import STILL, SceneMotion, list_cameras_and_objects
-from robsim.plot.wireframe import compute_display_pose
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,68 +22,78 @@ def list_outline_entries(
     frames: RecordingFrames, belief: Scene | None, run: xr.Dataset, depth: float
 ) -> list[Entry]:
     """Return the outlines of the goal, the start, displaced believed bodies and second scheme."""
-    starts = build_solid_entries(
+    scene, second = frames.motion.scene, frames.motion.second
+    entries = list_goal_entries(frames, run, depth)
+    entries += build_solid_entries(
         frames,
-        frames.motion.scene,
+        scene,
         depth,
         "start",
-        lambda name: _hold_frame_pose(frames.motion.poses(name)[0]),
+        lambda name: _hold_pose(frames.motion.poses(name)[0])(name),
+        frames.is_moving,
     )
-    entries = list_goal_entries(frames, run, depth) + [
-        part for part in starts if _is_moving_part(frames, part)
-    ]
     if belief is not None:
-        believed = build_solid_entries(
-            frames, belief, depth, "belief", lambda name: _move_frame_in_belief(belief, name)
+        entries += build_solid_entries(
+            frames,
+            belief,
+            depth,
+            "belief",
+            lambda name: lambda motion: motion.within(belief).poses(name),
+            lambda name: _is_displaced(frames, belief, name),
         )
-        entries += [part for part in believed if _is_displaced_part(frames, part)]
-    if frames.motion.second is not None:
-        second = build_solid_entries(
-            frames, frames.motion.second.scene, depth, "second", _move_frame_in_second
+    if second is not None:
+        entries += build_solid_entries(
+            frames, second.scene, depth, "second", _move_frame_in_second, frames.is_moving
         )
-        entries += [part for part in second if _is_moving_part(frames, part)]
     return entries
 
 
 def list_goal_entries(frames: RecordingFrames, run: xr.Dataset, depth: float) -> list[Entry]:
     """Return the outlines of the bodies at the goal that is stored in a run."""
     scene, _ = frames.motion.phases[-1]
+    shapes = frames.shapes
     return [
         {
-            "frame": frames.add_frame(
-                name, "goal", _hold_frame_pose(scene.display.matrix @ T.matrix)
-            ),
+            "frame": frames.add_frame(name, "goal", _hold_pose(scene.display.matrix @ T.matrix)),
             "label": f"goal of {wire.label}",
             "color": palette.GOAL,
-            **add_shape_arrays(frames, wire),
+            **shapes.store_solid(wire),
         }
         for name, T in goal_outlines.read_goal_pose(run).items()
-        for wire in goal_outlines.build_frame_outline(scene, name, depth)
+        for wire in goal_outlines.build_frame_outline(
+            scene, name, depth, shapes.list_drawable, shapes.build_solid
+        )
     ]
 
 
 def list_trail_entries(frames: RecordingFrames) -> list[Entry]:
-    """Return the frames of the moving cameras and objects, with the colours of their paths."""
+    """Return the frames of the moving cameras and objects, with the colours of their paths.
+
+    The paths under a second scheme follow, each in the colour of the second scheme.
+    """
     colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
-    numbers = [frames.add_frame(name) for name in list_cameras_and_objects(frames.motion.scene)]
-    moving = [
-        frame
-        for frame in numbers
-        if np.ptp(frames.compute_track(frame)[:, :3], axis=0).max() > STILL
+    bodies = list_cameras_and_objects(frames.motion.scene)
+    moving = [name for name in bodies if frames.is_moving(name)]
+    for name in bodies:
+        frames.add_frame(name)
+    entries = [
+        {"frame": frames.add_frame(name), "color": color}
+        for name, color in zip(moving, colors, strict=False)
     ]
-    return [{"frame": i, "color": color} for i, color in zip(moving, colors, strict=False)]
+    if frames.motion.second is None:
+        return entries
+    return entries + [
+        {
+            "frame": frames.add_frame(name, "second", _move_frame_in_second),
+            "color": palette.ORANGE,
+        }
+        for name in moving
+    ]
 
 
-def _hold_frame_pose(T: Array) -> PosesOf:
-    """Return a function that returns the poses of a frame at rest at T (4, 4)."""
-    return lambda motion: np.repeat(T[None], motion.count, axis=0)
-
-
-def _move_frame_in_belief(belief: Scene, name: str) -> PosesOf:
-    """Return a function that returns the poses of a frame in the believed scene."""
-    return lambda motion: np.concatenate(
-        [compute_display_pose(belief, name, q) for _, q in motion.phases]
-    )
+def _hold_pose(T: Array) -> Callable[[str], PosesOf]:
+    """Return a function from a name to the poses of a frame at rest at T (4, 4)."""
+    return lambda _: lambda motion: np.repeat(T[None], motion.count, axis=0)
 
 
 def _move_frame_in_second(name: str) -> PosesOf:
@@ -102,21 +106,9 @@ def _move_frame_in_second(name: str) -> PosesOf:
     return poses
 
 
-def _is_moving_part(frames: RecordingFrames, part: Entry) -> bool:
-    """Return whether the true frame of a part moves."""
-    true_poses = _find_true_poses(frames, part)
-    return true_poses is not None and bool(np.ptp(true_poses, axis=0).max() > STILL)
-
-
-def _is_displaced_part(frames: RecordingFrames, part: Entry) -> bool:
-    """Return whether a part is displaced from its true frame."""
-    true_poses = _find_true_poses(frames, part)
-    return true_poses is None or bool(
-        np.abs(frames.compute_track(part["frame"]) - true_poses).max() > STILL
-    )
-
-
-def _find_true_poses(frames: RecordingFrames, part: Entry) -> Array | None:
-    """Return the true poses (T, 7) of the frame of a part, or None if there is no such frame."""
-    name, _ = list(frames.frames)[part["frame"]]
-    return frames.compute_track(frames.add_frame(name)) if (name, "true") in frames.frames else None
+def _is_displaced(frames: RecordingFrames, belief: Scene, name: str) -> bool:
+    """Return whether a believed frame is displaced from the true frame, or there is none."""
+    if not frames.has_frame(name):
+        return True
+    motion = frames.motion
+    return bool(np.abs(motion.within(belief).poses(name) - motion.poses(name)).max() > STILL)

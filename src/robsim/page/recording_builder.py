@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.page.body_shapes import BodyShapes
 from robsim.page.camera_views import collect_mark_pixels, list_camera_entries, list_mark_entries
 from robsim.page.curves_and_texts import CurvePanel, build_curve_panels
 from robsim.page.outlines_and_trails import list_outline_entries, list_trail_entries
@@ -88,6 +89,9 @@ class RecordingBuilder:
 
     `motion` determines the moving frames. `run` provides the camera images and the goal. `belief`
     is the scene that the task assumes. `depth` is the depth of camera frustums in metres.
+
+    If `live`, the motion goes on, and `former` is the builder before a change: numbers of frames,
+    shapes of equal bodies, depth and reach stay, so that only the changed entries differ.
     """
 
     def __init__(
@@ -95,10 +99,13 @@ class RecordingBuilder:
         motion: SceneMotion,
         run: xr.Dataset | None = None,
         belief: Scene | None = None,
-        depth: float | None = None,
+        live: bool = False,
+        former: RecordingBuilder | None = None,
     ) -> None:
-        frames = self.frames = RecordingFrames(motion)
-        depth = self.depth = choose_frustum_depth(motion) if depth is None else depth
+        self.shapes = BodyShapes(former.shapes if former else None)
+        keys = former.frames.keys if former else ()
+        frames = self.frames = RecordingFrames(motion, self.shapes, keys, live)
+        depth = self.depth = former.depth if former else choose_frustum_depth(motion)
         first = {} if run is None else run_data.number_first_marks(run)
         self.entries: dict[str, list[Entry]] = {
             "parts": build_solid_entries(frames, motion.scene, depth, "true"),
@@ -108,10 +115,19 @@ class RecordingBuilder:
         }
         if run is not None:
             self.entries["parts"] += list_outline_entries(frames, belief, run, depth)
+        self.shapes.forget_former()
+        self.reach = former.reach if former else self._find_reach()
 
     def build_recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
         """Return the recording of the instants; `entries` are further entries of the header."""
-        header = {
+        header = self.build_header(title, instants, **entries)
+        return Recording(header, {**self.shapes.arrays, **self.collect_arrays(instants)})
+
+    def build_header(
+        self, title: str, instants: RecordingInstants, **entries: Any
+    ) -> dict[str, Any]:  # Any: JSON
+        """Return the header of a recording of the instants, as `build_recording`."""
+        return {
             "format": FORMAT,
             "version": VERSION,
             "title": title,
@@ -121,20 +137,9 @@ class RecordingBuilder:
             "frames": self.frames.frame_entries,
             **self.entries,
         }
-        return Recording(header, {**self.frames.arrays, **self.collect_arrays(instants)})
 
-    def has_same_entries(self, other: RecordingBuilder) -> bool:
-        """Return whether another builder has the same entries and arrays."""
-        own, others = self.frames.arrays, other.frames.arrays
-        return (
-            self.entries == other.entries
-            and self.frames.frame_entries == other.frames.frame_entries
-            and all(np.array_equal(own[name], others[name]) for name in own)
-        )
-
-    @property
-    def reach(self) -> list[list[float]]:
-        """The lowest and highest coordinates of the origins of all frames, in metres."""
+    def _find_reach(self) -> list[list[float]]:
+        """Return the lowest and highest coordinates of the origins of all frames, in metres."""
         at = self.frames.compute_poses(self.frames.motion)[..., :3].reshape(-1, 3)
         ends = (at.min(axis=0), at.max(axis=0)) if len(at) else (np.zeros(3), np.zeros(3))
         return [[float(np.float32(x)) for x in end] for end in ends]

@@ -2,79 +2,98 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from operator import methodcaller
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
-from robsim.plot.scene_motion import SceneMotion
-from robsim.plot.wireframe import ScenePart, WireSolid, list_scene_parts
+from robsim.page.body_shapes import BodyShapes
+from robsim.plot.scene_motion import STILL, SceneMotion
+from robsim.plot.wireframe import ScenePart
 from robsim.world.scene import Scene
 
 Entry = dict[str, Any]  # entry of the header of a recording; Any: JSON
+FrameKey = tuple[str, str]  # name and group
 PosesOf = Callable[[SceneMotion], Array]  # the poses (T, 4, 4) of a frame
 
 
-@dataclass
 class RecordingFrames:
-    """Frames of a recording, the motion of each, and the arrays of its solids.
+    """Frames of a recording, the motion of each, and the shapes of its solids.
+
+    `former` are the frames of a recording before a change: they keep their numbers, so that rows
+    of poses before and after the change have the same columns. Frames that are not used any more
+    have the pose NaN.
 
     Attributes
     ----------
     motion : SceneMotion
         Motion of the frames.
-    frames : dict
-        Functions that return the poses (T, 4, 4) of a frame in a motion, by (name, group).
-    arrays : dict
-        Arrays by name.
+    shapes : BodyShapes
+        Shapes of the bodies.
+    live : bool
+        Whether the motion goes on: then a frame moves if a robot can move it.
     """
 
-    motion: SceneMotion
-    frames: dict[tuple[str, str], PosesOf] = field(default_factory=dict)  # keys: (name, group)
-    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    def __init__(
+        self, motion: SceneMotion, shapes: BodyShapes, former: Iterable[FrameKey], live: bool
+    ) -> None:
+        self.motion, self.shapes, self.live = motion, shapes, live
+        self._poses: dict[FrameKey, PosesOf] = dict.fromkeys(former, _return_unknown_poses)
+        self._numbers = {key: number for number, key in enumerate(self._poses)}
 
-    def add_frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
+    def add_frame(
+        self, name: str, group: str = "true", of: Callable[[str], PosesOf] | None = None
+    ) -> int:
         """Return the number of a frame, after adding it if it is new.
 
-        `poses` returns the poses (T, 4, 4) of the frame in a motion; by default, the poses of the
-        frame `name` of the scene.
+        `of` maps the name of the frame to a function that returns its poses (T, 4, 4) in a motion.
+        By default, these are the poses of the frame in the scene.
         """
-        if (name, group) not in self.frames:
-            self.frames[name, group] = poses or methodcaller("poses", name)
-        return list(self.frames).index((name, group))
+        key = name, group
+        if self._poses.get(key, _return_unknown_poses) is _return_unknown_poses:
+            self._poses[key] = of(name) if of else methodcaller("poses", name)
+        return self._numbers.setdefault(key, len(self._numbers))
 
     @property
-    def frame_entries(self) -> list[dict[str, str]]:
-        """The frames in their order, as entries of a header."""
-        return [{"name": name, "group": group} for name, group in self.frames]
+    def keys(self) -> list[FrameKey]:
+        """Name and group of each frame."""
+        return list(self._poses)
 
-    def compute_track(self, number: int) -> Array:
-        """Return the poses (T, 7) of a frame."""
-        return convert_poses_to_numbers(list(self.frames.values())[number](self.motion))
+    @property
+    def frame_entries(self) -> list[Entry]:
+        """The frames in their order, as entries of a header."""
+        return [{"name": name, "group": group} for name, group in self._poses]
 
     def compute_poses(self, motion: SceneMotion) -> Array:
         """Return the poses (T, frames, 7) of all frames."""
-        tracks = [convert_poses_to_numbers(poses(motion)) for poses in self.frames.values()]
-        return np.stack(tracks, axis=1) if tracks else np.zeros((motion.count, 0, 7))
+        if not self._poses:
+            return np.zeros((motion.count, 0, 7))
+        tracks = [poses(motion) for poses in self._poses.values()]
+        return convert_poses_to_numbers(np.stack(tracks, axis=1))
 
-    def store_array(self, name: str, values: ArrayLike) -> str:
-        """Store an array under a name, and return the name."""
-        self.arrays[name] = np.asarray(values)
-        return name
+    def has_frame(self, name: str) -> bool:
+        """Return whether the scene has a frame of this name in the recording."""
+        return (name, "true") in self._poses
+
+    def is_moving(self, name: str) -> bool:
+        """Return whether a frame of the scene moves."""
+        if self.live:
+            return bool(self.motion.scene.tree.flag_moves(name).any())
+        return bool(np.ptp(self.motion.poses(name), axis=0).max() > STILL)
 
 
 def convert_poses_to_numbers(T: Array) -> Array:
-    """Return poses as x, y, z and unit quaternion x, y, z, w (T, 7), continuous in sign."""
+    """Return poses (T, ..., 4, 4) as x, y, z and unit quaternion x, y, z, w, continuous in sign."""
     pose = Pose(T)
     quaternion = pose.quaternion
     leaps = np.sum(quaternion[1:] * quaternion[:-1], axis=-1) < 0
-    signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
-    return np.concatenate([pose.position, quaternion * signs[:, None]], axis=-1)
+    signs = np.cumprod(
+        np.concatenate([np.ones((1, *leaps.shape[1:])), np.where(leaps, -1.0, 1.0)]), axis=0
+    )
+    return np.concatenate([pose.position, quaternion * signs[..., None]], axis=-1)
 
 
 def build_solid_entries(
@@ -83,38 +102,31 @@ def build_solid_entries(
     depth: float,
     group: str,
     of: Callable[[str], PosesOf] | None = None,
+    shown: Callable[[str], bool] | None = None,
 ) -> list[Entry]:
     """Return the parts of a scene as entries of a header.
 
     `of` maps the name of a frame to a function that returns its poses. By default, these are the
-    poses of the frame in the shown scene.
+    poses of the frame in the shown scene. `shown` selects the frames with parts by their names.
     """
-    return [_build_solid_entry(frames, part, group, of) for part in list_scene_parts(scene, depth)]
+    return [
+        _build_solid_entry(frames, part, group, of)
+        for part in frames.shapes.list_scene_parts(scene, depth)
+        if shown is None or shown(part.frame)
+    ]
 
 
 def _build_solid_entry(
     frames: RecordingFrames, part: ScenePart, group: str, of: Callable[[str], PosesOf] | None
 ) -> Entry:
     """Return the entry of a solid, or of a line between two frames."""
-    start, end = (
-        frames.add_frame(name, group, of(name) if of else None) if name else None
-        for name in (part.frame, part.to)
-    )
+    start = frames.add_frame(part.frame, group, of)
     entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": end}
-    return {**entry, **add_shape_arrays(frames, part.wire), "sheer": part.wire.transparent}
+        return {**entry, "to": frames.add_frame(part.to, group, of)}
+    return {**entry, **frames.shapes.store_solid(part.wire), "sheer": part.wire.transparent}
 
 
-def add_shape_arrays(frames: RecordingFrames, wire: WireSolid) -> Entry:
-    """Return the names of the arrays of a solid: the corners of its triangles, and its edges.
-
-    The faces must be convex.
-    """
-    key = f"shape{len(frames.arrays)}"
-    fans = [face[[0, i, i + 1]] for face in wire.faces for i in range(1, len(face) - 1)]
-    corners = np.array(fans).reshape(-1, 3)
-    return {
-        "triangles": frames.store_array(f"{key}.triangles", corners),
-        "edges": frames.store_array(f"{key}.edges", wire.segments.reshape(-1, 3)),
-    }
+def _return_unknown_poses(motion: SceneMotion) -> Array:
+    """Return poses (T, 4, 4) of NaN."""
+    return np.full((motion.count, 4, 4), np.nan)

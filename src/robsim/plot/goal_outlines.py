@@ -12,7 +12,13 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose, is_pose_like
 from robsim.plot import wireframe
 from robsim.plot.scene_motion import list_cameras_and_objects
-from robsim.plot.wireframe import ScenePart, WireSolid
+from robsim.plot.wireframe import (
+    DrawableShapes,
+    ScenePart,
+    SolidBuilder,
+    WireSolid,
+    build_shape_solid,
+)
 from robsim.servo.goals.goal import Goal, GoalFeatures, GoalPose, TaughtGoal
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
@@ -104,14 +110,24 @@ def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, 
     return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
 
 
-def build_frame_outline(scene: Scene, name: str, depth: float) -> list[WireSolid]:
-    """Return the outline of the body of a frame in its own axes, or the axes if it has no body."""
+def build_frame_outline(
+    scene: Scene,
+    name: str,
+    depth: float,
+    drawable: DrawableShapes | None = None,
+    build: SolidBuilder | None = None,
+) -> list[WireSolid]:
+    """Return the outline of the body of a frame in its own axes, or the axes if it has no body.
+
+    `drawable` and `build` as in `list_scene_parts`.
+    """
+    drawable, build = drawable or wireframe.list_drawable_shapes, build or build_shape_solid
     for eye in scene.cameras:
         if eye.name == name:
             return [wireframe.build_camera_solid(eye, depth)]
-    shapes = wireframe.list_drawable_shapes(wireframe.list_scene_shapes(scene)[name])
+    shapes = drawable(wireframe.list_scene_shapes(scene)[name])
     if shapes:
-        return [wireframe.build_shape_solid(name, shape) for shape in shapes]
+        return [build(name, shape) for shape in shapes]
     return [
         WireSolid(name, "", np.stack([np.zeros(3), end])[None]) for end in AXES * depth * np.eye(3)
     ]

@@ -126,9 +126,16 @@ def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
     suffix = "" if name == cameras[0] else f"_{name}"
     attributes = {key: run.attrs.get(f"{key}{suffix}") for key in ("image_size", "image_centre")}
-    first, targets = number_first_marks(run), one["mark_target"].values.tolist()
-    numbers = [first[t] + targets[:i].count(t) for i, t in enumerate(targets)]
+    numbers = list(number_camera_marks(run, name))
     return one.assign_coords(mark_number=("mark", numbers)).assign_attrs(attributes)
+
+
+def number_camera_marks(run: xr.Dataset, camera: str) -> dict[int, str]:
+    """Return the target of each feature point of a camera, by its number among all targets."""
+    cameras, targets = run["mark_camera"].values.tolist(), run["mark_target"].values.tolist()
+    own = [target for target, eye in zip(targets, cameras, strict=True) if eye == camera]
+    first = number_first_marks(run)
+    return {first[target] + own[:i].count(target): target for i, target in enumerate(own)}
 
 
 def number_first_marks(run: xr.Dataset) -> dict[str, int]:

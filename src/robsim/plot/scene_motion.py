@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, move_runs_last
+from robsim.geometry.pose import homogeneous_matrix
+from robsim.kernels.formulas.body_arrays import Bodies
 from robsim.plot import wireframe
 from robsim.plot.wireframe import compute_display_pose
 from robsim.robot.robot import Robot
@@ -52,7 +55,31 @@ class SceneMotion:
 
     def poses(self, frame: str) -> Array:
         """Return the poses (T, 4, 4) of a frame relative to the frame of the figures."""
-        return np.concatenate([compute_display_pose(scene, frame, q) for scene, q in self.phases])
+        return np.concatenate(
+            [
+                scene.display.matrix @ homogeneous_matrix(scene.tree.frame(bodies, frame))
+                for (scene, _), bodies in zip(self.phases, self._bodies, strict=True)
+            ]
+        )
+
+    @cached_property
+    def _bodies(self) -> list[Bodies]:
+        """The poses of all bodies of each phase, which all frames share."""
+        return [
+            scene.tree.bodies(move_runs_last(scene.coordinates(q, limits=False), 1))
+            for scene, q in self.phases
+        ]
+
+    def within(self, scene: Scene) -> SceneMotion:
+        """Return the motion of another scene, such as the believed one, at the same coordinates."""
+        if not self._others or self._others[0].scene is not scene:
+            self._others[:] = [SceneMotion(tuple((scene, q) for _, q in self.phases))]
+        return self._others[0]
+
+    @cached_property
+    def _others(self) -> list[SceneMotion]:
+        """The last motion that `within` returned."""
+        return []
 
     @property
     def paths(self) -> dict[str, Array]:

@@ -19,6 +19,9 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
 
+DrawableShapes = Callable[[Iterable[Primitive]], list[Primitive]]
+SolidBuilder = Callable[..., "WireSolid"]  # of a label, a primitive, and optionally a colour
+
 MOST_LINKS = 16  # a robot with more links has a single legend entry
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
 
@@ -65,15 +68,26 @@ class ScenePart:
     to: str = ""
 
 
-def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
+def list_scene_parts(
+    scene: Scene,
+    depth: float,
+    drawable: DrawableShapes | None = None,
+    build: SolidBuilder | None = None,
+) -> list[ScenePart]:
     """Return all solids of a scene; a camera without a body is a frustum of `depth` metres.
 
-    A black camera gets an unused colour if other solids are black.
+    A black camera gets an unused colour if other solids are black. `drawable` and `build` replace
+    `list_drawable_shapes` and `build_shape_solid`, to keep their results.
     """
-    every = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
+    drawable, build = drawable or list_drawable_shapes, build or build_shape_solid
+    every = [
+        part
+        for robot in scene.robots
+        for part in _list_robot_parts(scene, robot, drawable, build)
+    ]
     for obj in scene.objects:
-        shapes = list_drawable_shapes(obj.solids)
-        every += [ScenePart(obj.name, build_shape_solid(obj.name, shape)) for shape in shapes]
+        shapes = drawable(obj.solids)
+        every += [ScenePart(obj.name, build(obj.name, shape)) for shape in shapes]
     for eye in scene.cameras:
         wire = build_camera_solid(eye, depth)
         taken = {other.wire.color for other in every}
@@ -127,14 +141,16 @@ def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
     return np.asarray(scene.display.matrix @ scene.pose(frame, q).matrix)
 
 
-def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
+def _list_robot_parts(
+    scene: Scene, robot: Robot, drawable: DrawableShapes, build: SolidBuilder
+) -> Iterator[ScenePart]:
     """Yield the shapes of a robot by link; without shapes, lines between the frames of its links.
 
     If the scene has several robots, each has one colour. A robot has a single entry in the legend
     if the scene has several robots, if the robot has many links, if all its shapes have one colour
     other than black, or if several of its links have several colours.
     """
-    shapes_by_link = {link.name: list_drawable_shapes(link.shapes) for link in robot.links}
+    shapes_by_link = {link.name: drawable(link.shapes) for link in robot.links}
     shapes = [shape for each in shapes_by_link.values() for shape in each]
     several = len(scene.robots) > 1
     one_color = several or all(shape.color == "k" for shape in shapes)
@@ -150,7 +166,7 @@ def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
         )
         label, frame = robot.name if single_entry else link.name, f"{robot.name}.{link.name}"
         for shape in shapes_by_link[link.name]:
-            yield ScenePart(frame, build_shape_solid(label, shape, own if one_color else None))
+            yield ScenePart(frame, build(label, shape, own if one_color else None))
         if not shapes and link.parent and not link.joint.model.roams:
             yield ScenePart(
                 f"{robot.name}.{link.parent}", WireSolid(label, own, np.empty((0, 2, 3))), frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 100_000  # largest number of stored instants
+NEAR, ALIGNED = 1e-3, math.radians(0.1)  # metres and radians from the goal that are negligible
 REST = 1.0  # seconds from convergence until a run rests
 
 
@@ -168,6 +170,8 @@ class LiveRun:
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from number `start` on as a run."""
+        import xarray as xr
+
         template, instants = self.template, self.instants[start:]
         owner = "camera" if "camera_velocity" in template else "frame"
         parts = ("q", "qd", "error", "pixels", "qd_actual")
@@ -177,9 +181,29 @@ class LiveRun:
         _, twists = compute_frame_motion(self.experiment.scene, frame, q[None], rates[None])
         values["error_norm"] = np.linalg.norm(values["error"], axis=1)
         values[f"{owner}_velocity"] = twists[0]
-        many = template.isel(time=np.zeros(len(instants), dtype=int))
-        many = many.assign({n: (many[n].dims, x) for n, x in values.items() if n in template})
-        return many.assign_coords(time=("time", np.array([each.time for each in instants])))
+        values["time"] = np.array([each.time for each in instants])
+        every = {
+            name: xr.Variable(variable.dims, values[name], variable.attrs) if name in values else variable
+            for name, variable in template.variables.items()
+            if name in values or "time" not in variable.dims
+        }
+        coords = {name: every.pop(name) for name in template.coords if name in every}
+        return xr.Dataset(every, coords, template.attrs)
+
+    @property
+    def gain(self) -> float:
+        """The decay rate of a small error, in 1/s; the lowest of several tasks."""
+        adaptive = getattr(self.segment.task, "gain", None)
+        return float(getattr(adaptive, "at_zero", np.min(self.controller.pace)))
+
+    def predict_return(self) -> float:
+        """Return the seconds in which an error that decays by the gain becomes negligible.
+
+        The bounds are `NEAR` and `ALIGNED`. 0 if the goal pose is not known.
+        """
+        length, angle, _ = self.measure_distance()
+        ratio = float(np.nanmax([length / NEAR, angle / ALIGNED, 1.0]))
+        return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
 
 
 def _make_template(loop: Loop, segment: Experiment) -> xr.Dataset:

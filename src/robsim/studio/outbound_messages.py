@@ -3,9 +3,17 @@
 The messages, by type:
 
 * study: {"recording"}, the map of a study. It is sent first and does not change.
-* recording: {"recording", "live"}, all instants so far, as in a file.
-* rows: {"from", "recording"}, the instants from number "from" on.
-* controls: {"controls"}, the values that a page can change, with their declarations.
+* shapes: {"recording"}, arrays of triangles, edges and points by name, without instants. A shape is
+  sent once, and kept while an entry of the header names it; "starts" in the header of the message
+  has the number of the first point of each array, because a large shape is divided.
+* recording: {"recording", "live"}, header and first instants, as in a file without shapes and texts.
+* entries: {"header"}, the changes of the header: {"value"}, or the length of a list and its changed
+  entries [index, entry].
+* rows: {"from", "recording"}, the instants from number "from" on; 0 starts the run anew. Frames that
+  are not in the arrays of earlier instants have no pose there.
+* controls: {"controls", "from", "count"}, the values that a page can change, with their
+  declarations, in parts.
+* values: {"controls"}, the controls that have changed.
 * gallery: {"entries"}, experiments to choose from.
 * texts: {"texts", "why"}, texts by heading, and the explanation with its actions.
 * state: playing, speed, factor, outcome, ending, note, second, changes, handles, and run (the
@@ -16,17 +24,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from dataclasses import asdict
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from robsim.page.html_document import encode_recording_text
+from robsim.studio.scene_messages import LARGEST, SceneMessages, split_shapes
 from robsim.studio.session_state import build_session_state
 
 if TYPE_CHECKING:
+    from robsim.declare.controls import Control
     from robsim.page.recording_builder import Recording
     from robsim.studio.run_pair import RunPair
     from robsim.studio.scenario_shelf import ScenarioShelf
@@ -34,9 +40,7 @@ if TYPE_CHECKING:
     from robsim.studio.workbench import Workbench
 
 AFTER = ("texts", "state")  # types that are sent after the recording
-GOAL = ".goal"  # suffix of the names of goal arrays, which do not have a row for each instant
 FAST = 1  # compression level of a map; its numbers hardly repeat
-LONGEST = 300  # largest number of messages for a new page; more are joined into one
 
 
 class OutboundMessages:
@@ -48,17 +52,18 @@ class OutboundMessages:
             recording = encode_recording_text(study.header, study.arrays, set(), FAST)
             self._study.append(_encode_message("study", recording=recording))
         self._latest: dict[str, str] = {}  # by type
-        self._log: list[str] = []  # the message of the recording and of its further rows
-        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first number, and arrays
+        self._scene = SceneMessages()
+        self._controls: dict[str, dict[str, Any]] = {}  # by path; Any: JSON
         self._count = 0  # number of sent instants
         self._revision = -1  # revision of the bench when the last instants were sent
 
     def present(self) -> list[str | bytes]:
         """Return the messages that bring a page up to date."""
-        latest, log = self._latest, self._log
+        latest, log = self._latest, self._scene.log
         late = [latest[kind] for kind in AFTER if kind in latest]
         early = [latest[kind] for kind in latest if kind not in AFTER]
-        return [*self._study, *early, *log, *late]
+        controls = _encode_controls(self._controls)
+        return [*self._study, *controls, *early, *log.list_messages(), *late]
 
     def news(
         self, session: Session, bench: Workbench | None, shelf: ScenarioShelf
@@ -73,50 +78,54 @@ class OutboundMessages:
         """Yield the messages about the experiment that have not been sent yet."""
         news, bench.news = bench.news, set()
         if "controls" in news:
-            controls = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
-            yield from self._encode_if_new("controls", controls=controls)
-        if "recording" in news:
-            yield self._encode_whole(bench)
-        elif bench.pair is not None:
-            yield from self._encode_further_rows(bench, bench.pair)
+            yield from self._encode_changed_controls(bench.controls.values())
+        if bench.pair is not None:
+            yield from self._encode_instants(bench, bench.pair, "recording" in news)
+        elif "recording" in news:
+            yield from self._encode_mission(bench)
         if "texts" in news:
             yield from self._encode_if_new("texts", texts=bench.texts, why=bench.why)
 
-    def _encode_whole(self, bench: Workbench) -> str:
-        """Return the message of a new recording."""
+    def _encode_changed_controls(self, controls: Iterable[Control]) -> Iterator[str]:
+        """Yield the messages of the controls with other values, or of all if others exist."""
+        before, now = self._controls, {each.path: _describe_control(each) for each in controls}
+        self._controls = now
+        if list(before) != list(now):
+            yield from _encode_controls(now)
+        elif changed := [each for path, each in now.items() if each != before[path]]:
+            yield _encode_message("values", controls=changed)
+
+    def _encode_mission(self, bench: Workbench) -> Iterator[str]:
+        """Yield the messages of a mission as a whole."""
         recording = bench.recording()
-        self._header, self._live = recording.header, bench.pair is not None
-        self._rows = [(0, recording.arrays)]
-        self._count = len(bench.pair.live.instants) if bench.pair else 0
-        self._revision = bench.revision
+        header = {**recording.header, "texts": {}}
+        shapes, arrays = split_shapes(header, recording.arrays)
         self._latest.pop("texts", None)  # pages delete the texts with the old recording
-        return self._join_log()
+        yield from self._scene.open(header, shapes, arrays, live=False)
 
-    def _join_log(self) -> str:
-        """Return one message with all instants since the recording began."""
-        arrays = _join_recording_rows(self._rows)
-        recording = encode_recording_text(self._header, arrays, {"poses"})
-        message = _encode_message("recording", recording=recording, live=self._live)
-        self._log, self._rows = [message], [(0, arrays)]
-        return message
+    def _encode_instants(self, bench: Workbench, pair: RunPair, fresh: bool) -> Iterator[str]:
+        """Yield the messages of new instants; after a change, repeat the last sent instant.
 
-    def _encode_further_rows(self, bench: Workbench, pair: RunPair) -> Iterator[str]:
-        """Yield a message of the new instants; after a change, repeat the last sent instant."""
-        assert bench.builder is not None
+        A `fresh` run starts anew. A page that cannot show it gets a new recording.
+        """
         count, changed = len(pair.live.instants), bench.revision != self._revision
-        start = min(self._count, count) - (1 if changed else 0)
+        start = 0 if fresh else min(self._count, count) - (1 if changed else 0)
         if count == start:
             return
-        arrays = bench.builder.collect_arrays(pair.instants(start))
-        recording = encode_recording_text({}, arrays, set())
-        message = _encode_message("rows", recording=recording, **{"from": start})
+        assert bench.builder is not None
+        builder, instants = bench.builder, pair.instants(start)
+        arrays = builder.collect_arrays(instants)
         self._count, self._revision = count, bench.revision
-        self._rows.append((start, arrays))
-        if len(self._log) >= LONGEST:
-            self._join_log()
-        else:
-            self._log = [*self._log, message]
-        yield message
+        if changed or fresh:
+            header = builder.build_header(bench.experiment.title or "experiment", instants)
+            shapes = builder.shapes.arrays
+            if not self._scene.can_change_to(header, arrays):
+                self._latest.pop("texts", None)
+                whole = builder.collect_arrays(pair.instants()) if start else arrays
+                yield from self._scene.open(header, shapes, whole, live=True)
+                return
+            yield from self._scene.change(header, shapes)
+        yield from self._scene.extend(start, arrays)
 
     def _encode_if_new(self, kind: str, **content: Any) -> Iterator[str]:
         """Yield a message, unless it equals the last one of its type."""
@@ -126,20 +135,26 @@ class OutboundMessages:
             yield message
 
 
-def _join_recording_rows(
-    rows: list[tuple[int, dict[str, NDArray[Any]]]],
-) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a recording with all further rows, and the last arrays without rows."""
-    (_, whole), (end, last) = rows[0], rows[-1]
-    parts = [last]  # from the last message back; each ends at the first row of the later ones
-    for start, arrays in reversed(rows[:-1]):
-        count, end = max(end - start, 0), min(start, end)
-        parts.append({name: arrays[name][:count] for name in last})
-    timed = [name for name in last if not name.endswith(GOAL)]
-    arrays_with_rows = {
-        name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed
-    }
-    return whole | last | arrays_with_rows
+def _describe_control(control: Control) -> dict[str, Any]:
+    """Return the fields of a control, with null in place of numbers that are not finite."""
+    return {name: _replace_non_finite(value) for name, value in vars(control).items()}
+
+
+def _encode_controls(controls: dict[str, dict[str, Any]]) -> list[str]:
+    """Return the messages of all controls, in parts that are small enough."""
+    entries, parts, room = list(controls.values()), [], 0
+    for entry in entries:
+        size = len(json.dumps(entry, ensure_ascii=False)) + 2
+        if size > room:
+            parts.append([])
+            room = LARGEST - 200
+        parts[-1].append(entry)
+        room -= size
+    starts = [sum(map(len, parts[:i])) for i in range(len(parts))]
+    return [
+        _encode_message("controls", controls=part, **{"from": start}, count=len(entries))
+        for part, start in zip(parts, starts, strict=True)
+    ]
 
 
 def _encode_message(kind: str, **content: Any) -> str:

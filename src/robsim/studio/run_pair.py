@@ -16,7 +16,7 @@ from robsim.run.experiment import Experiment
 from robsim.studio.control_values import build_changes
 from robsim.studio.live_run import LiveRun
 
-AHEAD = 2000  # steps that are simulated in advance to determine the moving frames
+AHEAD = 2000  # steps that are simulated in advance to determine the size of the scene
 
 
 class RunPair:
@@ -90,18 +90,28 @@ class RunPair:
             table, scene, (self.other.table(start), self.other.experiment.scene)
         )
 
-    def create_recording_builder(self, depth: float | None = None) -> RecordingBuilder:
-        """Return the builder of recordings of both runs, after a simulation in advance.
+    def create_recording_builder(self, former: RecordingBuilder | None = None) -> RecordingBuilder:
+        """Return the builder of recordings of both runs; `former` is the builder before a change.
 
-        The simulation determines the moving frames.
+        Without it, a simulation in advance determines the size of the shown scene.
         """
         experiment, second = self.live.experiment, None
-        q = _simulate_ahead(experiment)
+        q = self._look_ahead(self.live, former)
         if self.other is not None:
-            q, q_other = _pad_to_equal_length(q, _simulate_ahead(self.other.experiment))
+            q, q_other = _pad_to_equal_length(q, self._look_ahead(self.other, former))
             second = SceneMotion.of(self.other.experiment.scene, q_other)
         motion = SceneMotion.of(experiment.scene, q, second)
-        return RecordingBuilder(motion, self.live.template, find_task_belief(experiment), depth)
+        belief = find_task_belief(experiment)
+        return RecordingBuilder(motion, self.live.template, belief, live=True, former=former)
+
+    @staticmethod
+    def _look_ahead(run: LiveRun, former: RecordingBuilder | None) -> Array:
+        """Return the coordinates (T, nq) of a whole run, or of its start and the present."""
+        if former is None:
+            return _simulate_ahead(run.experiment)
+        scene, start = run.experiment.scene, run.experiment.start
+        first = scene.coordinates(scene.home if start is None else start, limits=False)
+        return np.stack([np.atleast_2d(first)[0], run.now.q])
 
 
 def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:

@@ -38,6 +38,7 @@ from robsim.studio.live_explanation import list_watch_entries
 from robsim.studio.run_pair import RunPair
 
 RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
+PROMPT = 5.0  # seconds; a longer return to the goal is explained by the gain
 CHANGEABLE = "task", "run", "start", "sensing", "actuation", "safety", "endings"  # tables
 
 
@@ -54,12 +55,17 @@ class Workbench:
 
     Attributes
     ----------
+    edit : Edit
+        The experiment with all changes, and the second scheme.
     revision : int
         Number of changes.
     restarts : int
         Number of changes that started the run over because it had ended or could not continue.
     restarted_because : str
         The reason if the last change started the run over; else "".
+    delay_remark : str
+        The expected duration of the return to the goal if the last change moved a body and the
+        gain is low; else "".
     news : set of {"recording", "controls", "texts"}
         Kinds of data that have changed since they were sent to the pages.
     """
@@ -67,7 +73,7 @@ class Workbench:
     def __init__(self, experiment: Experiment) -> None:
         self.news: set[str] = set()
         self.revision = self.restarts = 0
-        self.restarted_because = ""
+        self.restarted_because = self.delay_remark = ""
         self.builder: RecordingBuilder | None = None
         self.pair: RunPair | None = None
         self.open(experiment)
@@ -75,7 +81,7 @@ class Workbench:
     def open(self, experiment: Experiment) -> None:
         """Open another experiment; raise InputError if it cannot run."""
         edit = Edit(experiment)
-        self._adopt(edit, _start_pair(edit), list_watch_entries(experiment))
+        self._adopt(edit, _start_pair(edit), list_watch_entries(experiment), opens=True)
         self.history = EditHistory(edit)
         self._original_controls = self.controls
         self.restarts, self.restarted_because = 0, ""
@@ -84,22 +90,22 @@ class Workbench:
     @property
     def current(self) -> tuple[Experiment, Mapping[str, Any]]:
         """The experiment with all changes, and {dotted name: value} of the changes."""
-        return self._edit.experiment, self._edit.changes
+        return self.edit.experiment, self.edit.changes
 
     @property
     def experiment(self) -> Experiment:
         """The experiment with all changes."""
-        return self._edit.experiment
+        return self.edit.experiment
 
     @property
     def changes(self) -> Mapping[str, Any]:
         """The changes since the experiment was opened."""
-        return self._edit.changes
+        return self.edit.changes
 
     @property
     def second(self) -> Mapping[str, Any]:
         """The values {dotted name: value} that differ in the second scheme; empty without it."""
-        return self._edit.second
+        return self.edit.second
 
     @property
     def time(self) -> float:
@@ -151,7 +157,7 @@ class Workbench:
     def edited(self) -> bool:
         """Whether the experiment or the second scheme differs from the original."""
         original = self.history.original
-        same = self._edit is original or self.experiment == original.experiment
+        same = self.edit is original or self.experiment == original.experiment
         return not same or self.second != original.second
 
     @property
@@ -166,7 +172,7 @@ class Workbench:
 
     def reset(self) -> None:
         """Restart the run."""
-        self._adopt(self._edit, _start_pair(self._edit), self._watch)
+        self._adopt(self.edit, _start_pair(self.edit), self._watch)
         self.restarted_because = ""
 
     def set(self, name: object, value: object) -> None:
@@ -231,7 +237,7 @@ class Workbench:
 
     def restore_original(self) -> None:
         """Return to the experiment as it was opened."""
-        if self._edit is not self.history.original:
+        if self.edit is not self.history.original:
             self._commit(self.history.original)
 
     def explain(self, explained: Mapping[str, Any]) -> None:
@@ -303,15 +309,28 @@ class Workbench:
             task = keep_shown_goals(after.task, before.scene, after.scene)
             after = after if task is after.task else after.with_(task=task)
         self._commit(Edit(after, {**self.changes, **changes}, self.second), values)
+        if after.scene is not before.scene:
+            self._remark_delay()
 
     def _push(self, handle: Handle, pose: object) -> None:
         """Continue the run with the carried body of a handle at a pose."""
         assert self.pair is not None
         q = solve_drag(self.experiment.scene, handle, pose, self.pair.live.now.q)
         self._adopt(
-            self._edit, self.pair.continue_with(self.experiment, self.second, q), self._watch
+            self.edit, self.pair.continue_with(self.experiment, self.second, q), self._watch
         )
         self.restarted_because = ""
+        self._remark_delay()
+
+    def _remark_delay(self) -> None:
+        """Store the expected duration of the return to the goal if the gain is low."""
+        seconds = self.pair.live.predict_return() if self.pair else 0.0
+        if seconds > PROMPT and not self.idle:
+            gain = self.pair.live.gain if self.pair else 0.0
+            self.delay_remark = (
+                f"the gain of {gain:.3g} 1/s is low: the return to 1 mm and 0.1 deg from the goal "
+                f"takes about {seconds:.2g} s"
+            )
 
     def _commit(self, edit: Edit, values: object = None) -> None:
         """Run an edit and store it in the history; if an error is raised, nothing changes."""
@@ -361,14 +380,16 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(self, edit: Edit, pair: RunPair | None, watch: list[Entry]) -> None:
+    def _adopt(
+        self, edit: Edit, pair: RunPair | None, watch: list[Entry], opens: bool = False
+    ) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
-        `pair` are the runs; None simulates a mission. If an error is raised, nothing changes.
+        `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
+        with shapes of its own. If an error is raised, nothing changes.
         """
         experiment = edit.experiment
         controls = {each.path: each for each in experiment.controls()}
-        before = self.builder if pair and not pair.live.restarted else None
         handles: list[Handle] = []
         carried: list[Handle] = []
         builder = mission_recording = None
@@ -377,10 +398,8 @@ class Workbench:
         else:
             handles = list_handles(experiment, controls, pair.live.template)
             carried = list_carried_handles(experiment.scene, pair.live.now.q)
-            builder = pair.create_recording_builder(before.depth if before else None)
-            if before is None or not builder.has_same_entries(before):
-                pair.forget()
-        self._edit, self._watch = edit, watch
+            builder = pair.create_recording_builder(None if opens else self.builder)
+        self.edit, self._watch, self.delay_remark = edit, watch, ""
         self.controls, self.revision = controls, self.revision + 1
         self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}

@@ -25,7 +25,6 @@ export class Reason {
   show() {
     const text = this.own || this.heard;
     this.row.classList.toggle("refused", text !== "");
-    this.place.hidden = !text;
     if (this.place.textContent !== text) this.place.textContent = text;
   }
 }
@@ -33,7 +32,7 @@ export class Reason {
 // A number with a slider; `send` receives the numbers that a person enters, in the shown unit.
 export class NumberField {
   constructor(place, { label, unit = "", meaning = "", value, low = null, high = null, whole = false }, send) {
-    Object.assign(this, { unit, value, low, high, whole, send, editing: false, dragging: false });
+    Object.assign(this, { unit, value, low, high, offered: [low, high], whole, send, editing: false, dragging: false });
     this.build(place, label, meaning);
     this.reason = new Reason(this.row);
     this.listenForTyping();
@@ -64,8 +63,6 @@ export class NumberField {
   // Take the value in effect.
   take(value) {
     this.value = value;
-    if (this.low !== null && value < this.low) this.low = value;
-    if (this.high !== null && value > this.high) this.high = value;
     this.settle();
   }
 
@@ -82,10 +79,17 @@ export class NumberField {
 
   show(value = this.value) {
     this.input.value = numberText(value);
-    this.input.setAttribute("aria-valuenow", value);
+    this.input.setAttribute("aria-valuenow", value ?? "");
     if (!this.slider) return;
+    if (!this.dragging) this.reach();
     const share = (value - this.low) / (this.high - this.low);
     this.fill.style.width = `${100 * Math.min(Math.max(share, 0), 1)}%`;
+  }
+
+  // The slider has its offered range, and reaches to the value in effect.
+  reach() {
+    const [low, high] = this.offered;
+    [this.low, this.high] = [Math.min(low, this.value), Math.max(high, this.value)];
   }
 
   // Request a value; it is shown until the reply.

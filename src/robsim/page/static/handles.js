@@ -5,6 +5,7 @@ import { find } from "./view.js";
 
 const COLORS = { start: "#5d5d5d", goal: "#d6007a" };
 const OWN = "#0072b2";
+const PUSHED = "#d55e00"; // bodies that a robot carries
 const PAUSE = 70; // milliseconds between messages of a drag
 
 export class Handles {
@@ -24,10 +25,12 @@ export class Handles {
     space.renderer.domElement.addEventListener("pointerdown", (event) => (this.down = [event.clientX, event.clientY]));
     space.renderer.domElement.addEventListener("pointerup", (event) => this.clicked(event));
     this.choice = { held: "nothing", turn: false };
+    space.placed = () => this.follow();
   }
 
-  // Show handles {name, pose}; a handle stays at the pointer while it is dragged.
+  // Show handles {name, frame, pose, carried}; a handle stays at the pointer while it is dragged.
   renew(handles) {
+    this.carried = handles.filter((handle) => handle.carried);
     const names = new Set(handles.map((handle) => handle.name));
     for (const [name, ball] of this.balls)
       if (!names.has(name)) {
@@ -35,20 +38,37 @@ export class Handles {
         this.group.remove(ball);
         this.balls.delete(name);
       }
-    for (const { name, pose } of handles) {
-      const ball = this.balls.get(name) ?? this.add(name);
-      if (this.tool.dragging && this.choice.held === name) continue;
+    for (const { name, pose, carried } of handles) {
+      const ball = this.balls.get(name) ?? this.add(name, carried);
+      ball.scale.setScalar(this.space.extent() * 0.018);
+      if (carried || this.isDragged(name)) continue;
       ball.position.fromArray(pose);
       ball.quaternion.fromArray(pose, 3);
-      ball.scale.setScalar(this.space.extent() * 0.018);
     }
+    this.follow();
     const key = [...names].join();
     if (this.key !== key) this.offer(key);
     this.space.dirty = true;
   }
 
-  add(name) {
-    const color = COLORS[name] ?? OWN;
+  isDragged(name) {
+    return this.tool.dragging && this.choice.held === name;
+  }
+
+  // Place the handles of the bodies that robots carry at these bodies.
+  follow() {
+    for (const { name, frame, pose } of this.carried ?? []) {
+      const ball = this.balls.get(name);
+      if (!ball || this.isDragged(name)) continue;
+      const index = this.space.header?.frames.findIndex((each) => each.name === frame && each.group === "true");
+      const body = this.space.frames?.[index];
+      ball.position.fromArray(body ? body.position.toArray() : pose);
+      ball.quaternion.fromArray(body ? body.quaternion.toArray() : pose.slice(3));
+    }
+  }
+
+  add(name, carried) {
+    const color = carried ? PUSHED : (COLORS[name] ?? OWN);
     const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.55, depthTest: false });
     const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 16, 12), material);
     ball.renderOrder = 5;
@@ -63,7 +83,9 @@ export class Handles {
     this.gui?.destroy();
     if (!this.balls.size) return;
     this.gui = new GUI({ container: find("dragging"), title: "drag (click a ball)", injectStyles: false });
-    const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [name.replace(/^\w+\./, ""), name]));
+    const pushed = new Set((this.carried ?? []).map((handle) => handle.name));
+    const label = (name) => (pushed.has(name) ? "push " : "") + name.replace(/^\w+\./, "");
+    const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [label(name), name]));
     this.picker = this.gui.add(this.choice, "held", names).name("handle").onChange((name) => this.hold(name));
     this.gui.add(this.choice, "turn").name("rotate").onChange(() => this.hold(this.choice.held));
   }

@@ -70,12 +70,16 @@ export function snapped(value, step, low, high) {
 
 // A length with a unit of its size.
 export function lengthText(metres) {
-  if (metres < 0.01) return `${numberText(Number((1000 * metres).toFixed(metres < 0.001 ? 2 : 1)))} mm`;
-  if (metres < 1) return `${(100 * metres).toFixed(1)} cm`;
-  return `${metres.toFixed(2)} m`;
+  if (metres < 0.01) return `${rounded(1000 * metres, metres < 0.001 ? 2 : 1)} mm`;
+  return metres < 1 ? `${(100 * metres).toFixed(1)} cm` : `${metres.toFixed(2)} m`;
 }
 
 export function angleText(radians) {
   const degrees = radians / PER_DEGREE;
-  return `${degrees.toFixed(degrees < 1 ? 2 : 1)} deg`;
+  return `${rounded(degrees, degrees < 1 ? 2 : 1)} deg`;
+}
+
+// A number with at most some decimals; zero has none.
+function rounded(value, decimals) {
+  return Number(value.toFixed(decimals)) ? value.toFixed(decimals) : "0";
 }

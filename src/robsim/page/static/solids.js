@@ -24,9 +24,13 @@ export function surface(color, opacity) {
   });
 }
 
-export function linesOf(ends, color, look) {
+export function segmentsOf(ends) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+  return geometry;
+}
+
+export function linesOf(geometry, color, look) {
   const Kind = look.dashed ? THREE.LineDashedMaterial : THREE.LineBasicMaterial;
   const material = new Kind({ color, transparent: true, opacity: look.lines });
   const lines = new THREE.LineSegments(geometry, material);
@@ -39,13 +43,17 @@ export function linesOf(ends, color, look) {
   return lines;
 }
 
-export function empty(group) {
-  group.traverse((node) => {
-    node.geometry?.dispose();
-    node.material?.dispose();
-    node.shadow?.dispose?.();
+export function discard(node) {
+  node.traverse((inner) => {
+    inner.geometry?.dispose(); // of a shared geometry, only the copy in the memory of the GPU
+    inner.material?.dispose();
+    inner.shadow?.dispose?.();
   });
-  group.clear();
+  node.removeFromParent();
+}
+
+export function empty(group) {
+  for (const node of [...group.children]) discard(node);
 }
 
 export function wayOf(color, opacity) {

@@ -2,7 +2,8 @@
 
 import { Pace } from "./pace.js";
 import { Surface } from "./shading.js";
-import { empty, geometryOf, linesOf, surface, wayOf } from "./solids.js";
+import { shapeNamesOf } from "./growing.js";
+import { discard, empty, segmentsOf, geometryOf, linesOf, surface, wayOf } from "./solids.js";
 import { THREE, OrbitControls } from "./vendor.js";
 
 const GHOSTS = {
@@ -13,6 +14,7 @@ const GHOSTS = {
   second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
 const FAR = 10; // the view follows a path longer than so many radii of the moving bodies
+const RAY_COLOR = "#6f6f6f"; // of views and rays
 const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as in the figures
 
 const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", "rays", "frames", "ground"];
@@ -31,6 +33,7 @@ export class Space {
     this.element = element;
     this.scene = new THREE.Scene();
     this.groups = {};
+    this.geometries = new Map(); // of shapes, by name
     for (const name of GROUPS) {
       this.groups[name] = new THREE.Group();
       this.scene.add(this.groups[name]);
@@ -49,30 +52,86 @@ export class Space {
   load(header, arrays, keep) {
     Object.assign(this, { header, arrays, bounds: null, size: null });
     this.shown.follow &&= keep;
-    for (const group of [...Object.values(this.groups), this.sky]) empty(group);
+    for (const group of [this.groups.ground, this.sky]) empty(group);
     this.build();
     this.light();
     if (!keep) this.look();
     this.dirty = true;
   }
 
+  // Show other entries of a header; the others, the view and the poses stay.
+  change(header) {
+    const kept = this.frames.every(({ name, group }, i) => name === header.frames[i]?.name && group === header.frames[i].group);
+    this.header = header;
+    if (kept) this.renew();
+    else this.build();
+  }
+
   build() {
-    const { header } = this;
-    this.frames = header.frames.map((frame) => {
-      const node = new THREE.Group();
-      node.name = frame.name;
-      this.groups[frame.group].add(node);
-      return node;
-    });
-    this.ways = [];
-    this.moving = []; // rebuilt at each instant: lines from frame to frame
-    for (const part of header.parts) this.addPart(part);
-    for (const marks of header.marks) this.addMarks(marks);
-    for (const camera of header.cameras) this.addView(camera);
-    for (const trail of header.trails) this.addTrail(trail);
+    for (const group of Object.values(this.groups)) if (group !== this.groups.ground) empty(group);
+    this.frames = [];
+    this.items = new Map(); // what is drawn of each entry, by its text
+    this.renew();
     this.extend(0);
-    this.addAxes();
     this.place(0);
+  }
+
+  // Add what is new in the header, and delete what is not in it any more.
+  renew() {
+    const { header } = this;
+    for (const { name, group } of header.frames.slice(this.frames.length)) {
+      const node = Object.assign(new THREE.Group(), { name, group });
+      this.groups[group].add(node);
+      this.frames.push(node);
+    }
+    const wanted = this.listItems();
+    for (const [key, item] of this.items)
+      if (!wanted.has(key)) {
+        item.nodes.forEach(discard);
+        this.items.delete(key);
+      }
+    for (const [key, draw] of wanted) if (!this.items.has(key)) this.items.set(key, this.itemOf(draw));
+    const names = shapeNamesOf(header);
+    for (const [key, { name }] of this.geometries) if (!names.has(name)) this.geometries.delete(key);
+    this.dirty = true;
+  }
+
+  // Functions that draw each entry of the header, by the text of the entry.
+  listItems() {
+    const { header } = this;
+    const wanted = new Map();
+    const want = (key, draw) => {
+      const text = JSON.stringify(key);
+      wanted.set(wanted.has(text) ? `${text} ${wanted.size}` : text, draw);
+    };
+    for (const part of header.parts) want([part], () => this.addPart(part));
+    for (const marks of header.marks) want(["marks", marks], () => this.addMarks(marks));
+    for (const camera of header.cameras) {
+      want(["view", camera.frame, camera.frustum], () => this.addView(camera));
+      for (const marks of header.marks) want(["rays", camera.frame, marks], () => this.addRays(camera, marks));
+    }
+    for (const trail of header.trails) want(["trail", trail], () => this.addTrail(trail));
+    header.frames.forEach(({ group }, i) => group === "true" && want(["axes", i], () => this.addAxes(i)));
+    return wanted;
+  }
+
+  // What a function draws: nodes, motions at each instant, and ways that grow with the instants.
+  itemOf(draw) {
+    this.item = { nodes: [], moves: [], ways: [] };
+    draw();
+    return this.item;
+  }
+
+  put(parent, ...nodes) {
+    parent.add(...nodes);
+    this.item.nodes.push(...nodes);
+  }
+
+  // A geometry that is made once for each shape.
+  shapeOf(name, kind, make) {
+    const key = `${kind} ${name}`;
+    if (!this.geometries.has(key)) this.geometries.set(key, { name, geometry: make() });
+    return this.geometries.get(key).geometry;
   }
 
   addPart(part) {
@@ -85,26 +144,32 @@ export class Space {
     const node = this.frames[part.frame];
     const color = new THREE.Color(look.tint ?? part.color);
     const corners = this.arrays[part.triangles].values;
-    const skin = new Surface(corners);
+    let known = null;
+    const skin = () => (known ??= new Surface(corners));
     if (corners.length && look.opacity) {
-      const mesh = new THREE.Mesh(geometryOf(skin), surface(color, part.sheer ? 0.12 : look.opacity));
+      const geometry = this.shapeOf(part.triangles, "skin", () => geometryOf(skin()));
+      const mesh = new THREE.Mesh(geometry, surface(color, part.sheer ? 0.12 : look.opacity));
       mesh.castShadow = mesh.receiveShadow = group === "true" && !part.sheer;
-      node.add(mesh);
+      this.put(node, mesh);
     }
     const solid = group === "true" && corners.length && !part.sheer;
     const stroke = solid ? color.clone().multiplyScalar(0.35) : color;
     const edges = this.arrays[part.edges].values;
-    node.add(linesOf(solid ? skin.seen(edges) : edges, stroke, look));
+    const kind = solid ? `seen ${part.triangles}` : "edges";
+    const ends = this.shapeOf(part.edges, kind, () => segmentsOf(solid ? skin().seen(edges) : edges));
+    this.put(node, linesOf(ends, stroke, look));
   }
 
   addStick(part, group) {
     const color = new THREE.Color(GHOSTS[group].tint ?? part.color);
-    const line = linesOf(new Float32Array(6), color, { lines: 1 });
+    const line = linesOf(segmentsOf(new Float32Array(6)), color, { lines: 1 });
     line.frustumCulled = false;
-    this.groups[group].add(line);
-    this.moving.push(() => {
+    this.put(this.groups[group], line);
+    this.item.moves.push(() => {
       const at = line.geometry.attributes.position;
-      at.copyArray([...this.frames[part.frame].position, ...this.frames[part.to].position]);
+      const [start, end] = [this.frames[part.frame], this.frames[part.to]];
+      line.visible = start.visible && end.visible;
+      at.copyArray([...start.position, ...end.position]);
       at.needsUpdate = true;
     });
   }
@@ -116,23 +181,24 @@ export class Space {
     marks.colors.forEach((color, i) => {
       const dot = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color }));
       dot.position.fromArray(points, 3 * i);
-      this.frames[marks.frame].add(dot);
+      this.put(this.frames[marks.frame], dot);
     });
   }
 
   addView(camera) {
-    const color = new THREE.Color("#6f6f6f");
     const node = new THREE.Group();
-    node.add(linesOf(this.arrays[camera.frustum].values, color, { lines: 0.9 }));
-    this.groups.views.add(node);
-    this.moving.push(() => copyPose(node, this.frames[camera.frame]));
-    for (const marks of this.header.marks) {
-      const count = marks.colors.length;
-      const rays = linesOf(new Float32Array(6 * count), color, { lines: 0.5 });
-      rays.frustumCulled = false;
-      this.groups.rays.add(rays);
-      this.moving.push(() => this.castRays(rays, camera, marks));
-    }
+    const frustum = this.shapeOf(camera.frustum, "edges", () => segmentsOf(this.arrays[camera.frustum].values));
+    node.add(linesOf(frustum, new THREE.Color(RAY_COLOR), { lines: 0.9 }));
+    this.put(this.groups.views, node);
+    this.item.moves.push(() => copyPose(node, this.frames[camera.frame]));
+  }
+
+  addRays(camera, marks) {
+    const ends = segmentsOf(new Float32Array(6 * marks.colors.length));
+    const rays = linesOf(ends, new THREE.Color(RAY_COLOR), { lines: 0.5 });
+    rays.frustumCulled = false;
+    this.put(this.groups.rays, rays);
+    this.item.moves.push(() => this.castRays(rays, camera, marks));
   }
 
   castRays(rays, camera, marks) {
@@ -151,9 +217,13 @@ export class Space {
 
   addTrail(trail) {
     const lines = [wayOf(trail.color, 0.3), wayOf(trail.color, 1)]; // the whole path, and the path so far
-    this.groups.trails.add(...lines);
-    this.ways.push((from) => this.lay(lines, trail.frame, from));
-    this.moving.push((index) => lines[1].geometry.setDrawRange(0, index + 1));
+    const second = groupOf(this.header, trail.frame) === "second";
+    for (const line of lines) Object.assign(line.userData, { second });
+    this.put(this.groups.trails, ...lines);
+    this.item.ways.push((from) => this.lay(lines, trail.frame, from));
+    this.item.moves.push((index) => lines[1].geometry.setDrawRange(0, index + 1));
+    this.lay(lines, trail.frame, 0);
+    this.showSecondTrails();
   }
 
   // Write the path of a frame into its lines, from an instant on.
@@ -174,20 +244,16 @@ export class Space {
 
   // Replace the poses from an instant on.
   extend(from) {
-    for (const lay of this.ways) lay(from);
+    for (const { ways } of this.items.values()) for (const lay of ways) lay(from);
   }
 
-  addAxes() {
-    const size = this.extent() * 0.07;
-    this.frames.forEach((frame, i) => {
-      if (this.header.frames[i].group !== "true") return;
-      const axes = new THREE.AxesHelper(size);
-      axes.material.depthTest = false;
-      const node = new THREE.Group();
-      node.add(axes);
-      this.groups.frames.add(node);
-      this.moving.push(() => copyPose(node, frame));
-    });
+  addAxes(i) {
+    const axes = new THREE.AxesHelper(this.extent() * 0.07);
+    axes.material.depthTest = false;
+    const node = new THREE.Group();
+    node.add(axes);
+    this.put(this.groups.frames, node);
+    this.item.moves.push(() => copyPose(node, this.frames[i]));
   }
 
   light() {
@@ -275,18 +341,26 @@ export class Space {
     const { shape, values } = this.arrays.poses;
     this.frames?.forEach((frame, i) => {
       const at = (index * shape[1] + i) * 7;
+      frame.visible = i < shape[1] && Number.isFinite(values[at]); // a frame may have no pose yet, or no more
+      if (!frame.visible) return;
       frame.position.fromArray(values, at);
       frame.quaternion.fromArray(values, at + 3);
     });
-    for (const move of this.moving) move(index);
+    for (const { moves } of this.items.values()) for (const move of moves) move(index);
     if (this.shown.follow) this.follow();
+    this.placed?.();
     this.dirty = true;
   }
 
   show(shown) {
     Object.assign(this.shown, shown);
     for (const [name, group] of Object.entries(this.groups)) group.visible = this.shown[name] ?? true;
+    this.showSecondTrails();
     this.dirty = true;
+  }
+
+  showSecondTrails() {
+    for (const line of this.groups.trails.children) line.visible = !line.userData.second || this.shown.second;
   }
 
   // Let the view follow the body of the first trail.
@@ -352,6 +426,7 @@ function groupOf(header, frame) {
 }
 
 function copyPose(to, from) {
+  to.visible = from.visible;
   to.position.copy(from.position);
   to.quaternion.copy(from.quaternion);
 }

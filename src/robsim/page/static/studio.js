@@ -44,9 +44,12 @@ export class Studio {
   hear(message) {
     const done = {
       study: () => this.chart(message),
+      shapes: () => this.keepShapes(message),
       recording: () => this.record(message),
+      entries: () => this.view.change(message.header),
       rows: () => this.further(message),
-      controls: () => this.offer(message.controls),
+      controls: () => this.collect(message),
+      values: () => this.offer(replaced(this.listed, message.controls)),
       gallery: () => this.gallery.take(message.entries),
       texts: () => this.view.tellTexts(message.texts, message.why),
       state: () => this.tell(message),
@@ -104,8 +107,22 @@ export class Studio {
     document.body.dataset.ready = "yes";
   }
 
+  async keepShapes({ recording }) {
+    const { header, arrays } = await unpack(recording);
+    this.view.shapes.add(header, arrays);
+  }
+
+  // Further instants; from number 0 on, the run starts anew.
   async further({ from, recording }) {
-    this.view.extend(from, (await unpack(recording)).arrays);
+    const { arrays } = await unpack(recording);
+    if (from === 0) this.clock.following = this.live;
+    this.view.extend(from, arrays);
+  }
+
+  // The controls arrive in several messages.
+  collect({ controls, from, count }) {
+    this.parts = from === 0 ? controls : [...this.parts, ...controls];
+    if (this.parts.length === count) this.offer(this.parts);
   }
 
   offer(controls) {
@@ -281,6 +298,12 @@ export class Studio {
     this.askedSecond = second?.[0];
     this.link.ask({ second });
   }
+}
+
+// A list of controls with those that have changed.
+function replaced(controls, changed) {
+  const news = new Map(changed.map((control) => [control.path, control]));
+  return controls.map((control) => news.get(control.path) ?? control);
 }
 
 // An initial value that differs from the first scheme.

@@ -2,7 +2,7 @@
 
 import { GUI } from "./vendor.js";
 import { Chart } from "./charts.js";
-import { extend } from "./growing.js";
+import { amended, extend, shapeNamesOf, Shapes, widen } from "./growing.js";
 import { Picture } from "./picture.js";
 import { Space } from "./space.js";
 import { WhyCard } from "./why.js";
@@ -32,8 +32,13 @@ export function closeButton(dialog) {
   return button;
 }
 
+// The groups of frames with parts.
+function groupsOf(header) {
+  return [...new Set(header.parts.map((part) => header.frames[part.frame].group))].sort();
+}
+
 // A placeholder for the scene if the browser cannot draw in 3-D.
-const FLAT = { frames: [], load() {}, extend() {}, place() {}, paint() {}, draw() {}, home() {} };
+const FLAT = { frames: [], load() {}, change() {}, extend() {}, place() {}, paint() {}, draw() {}, home() {} };
 
 export class View {
   constructor(clock) {
@@ -41,6 +46,7 @@ export class View {
     this.pictures = [];
     this.charts = [];
     this.why = new WhyCard(find("why"));
+    this.shapes = new Shapes();
     try {
       this.space = new Space(find("space"));
     } catch (error) {
@@ -52,25 +58,47 @@ export class View {
   }
 
   // Show a recording; the view does not change if the recording has the same title.
-  load(header, arrays) {
+  load(header, own) {
     const same = this.header?.title === header.title;
+    const arrays = { ...this.shapes.keep(header), ...own };
     Object.assign(this, { header, arrays, late: undefined, unplotted: undefined });
     document.title = header.title;
     find("title").textContent = header.title;
-    for (const each of [...this.pictures, ...this.charts]) each.destroy();
-    for (const id of ["pictures", "charts", "texts"]) find(id).replaceChildren();
+    for (const chart of this.charts) chart.destroy();
+    for (const id of ["charts", "texts"]) find(id).replaceChildren();
     this.space.load(header, arrays, same);
     this.options();
     this.clock.times = arrays.time.values;
-    this.pictures = header.cameras.filter((c) => c.pixels).map((c) => this.picture(c));
+    this.showPictures();
     this.charts = header.curves.map((curve) => this.chart(curve));
-    find("pictures").classList.toggle("several", this.pictures.length > 1);
-    document.body.classList.toggle("blind", !this.pictures.length);
     this.tellTexts(header.texts, header.why);
     this.tellOutcome(header.outcome, header.events.at(-1)?.text ?? "");
     this.shown = -1;
     this.repaint();
     this.clock.renew(arrays.time.values);
+  }
+
+  // Show changed entries of the header; the view, the instants and the curves stay.
+  change(changes) {
+    const before = this.header;
+    const header = (this.header = amended(before, changes));
+    Object.assign(this.arrays, this.shapes.keep(header));
+    const names = shapeNamesOf(header);
+    for (const name of shapeNamesOf(before)) if (!names.has(name)) delete this.arrays[name];
+    widen(this.arrays.poses, header.frames.length);
+    this.space.change(header);
+    if (changes.cameras) this.showPictures();
+    if (groupsOf(before).join() !== groupsOf(header).join()) this.options();
+    this.shown = -1;
+    this.place();
+  }
+
+  showPictures() {
+    for (const picture of this.pictures) picture.destroy();
+    find("pictures").replaceChildren();
+    this.pictures = this.header.cameras.filter((c) => c.pixels).map((c) => this.picture(c));
+    find("pictures").classList.toggle("several", this.pictures.length > 1);
+    document.body.classList.toggle("blind", !this.pictures.length);
   }
 
   // Add rows from an instant on; arrays without rows replace the arrays of their names.
@@ -121,7 +149,7 @@ export class View {
   options() {
     if (this.space === FLAT) return;
     const { header, space } = this;
-    const groups = new Set(header.parts.map((part) => header.frames[part.frame].group));
+    const groups = new Set(groupsOf(header));
     const there = {
       belief: groups.has("belief"), second: groups.has("second"), goal: groups.has("goal"),
       start: groups.has("start"), trails: header.trails.length, follow: header.trails.length, views: header.cameras.length,

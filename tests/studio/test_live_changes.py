@@ -1,0 +1,349 @@
+"""Changes during a run: pulled targets, pushed robots, changes after an end, and the history."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robsim import Experiment, Outcome, Pose, examples, load_scenario
+from robsim.errors import InputError
+from robsim.studio import edit_history, live_run
+from robsim.studio.control_values import convert_radians
+from robsim.studio.workbench import Workbench
+
+FAR, TURNED = 1e-3, 0.1  # largest distance in metres and angle in degrees from the first pose
+
+
+def open_bench(name, **changes):
+    return Workbench(load_scenario(examples.path(name)).with_(**changes))
+
+
+def advance(bench, seconds=math.inf):
+    """Simulate for some seconds, or until the run has ended or rests."""
+    until = bench.time + seconds - 1e-9
+    while bench.time < until and not bench.idle:
+        bench.step()
+
+
+def relative_pose(bench, target):
+    scene, q = bench.experiment.scene, bench.pair.live.now.q
+    return scene.pose("camera", q).inv() @ scene.pose(target, q)
+
+
+def handle_pose(bench, name):
+    return next(each.pose for each in bench.handles if each.name == name)
+
+
+def pose_in_figure(bench, frame):
+    scene, q = bench.experiment.scene, bench.pair.live.now.q
+    return scene.display @ scene.pose(frame, q)
+
+
+def numbers_of(T):
+    return [*T.position.tolist(), *T.quaternion.tolist()]
+
+
+def assert_same_pose(a, b):
+    away = a.inv() @ b
+    assert np.linalg.norm(away.position) < FAR
+    assert math.degrees(np.linalg.norm(away.rotvec)) < TURNED
+
+
+PULLS = {  # handle, target, and the motion of the handle
+    "eye_in_hand": ("objects.plate", "plate", Pose.at(0.05, 0.03, -0.02)),
+    "chapter_6_1": ("objects.cube", "cube", Pose.at(0.008, -0.006, 0.0)),
+    "eye_to_hand": ("cameras.camera", "plate", Pose.at(0.04, 0.04, 0.0)),
+    "holonomic": ("objects.board", "board", Pose.at(0.06, -0.05, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", PULLS)
+def test_the_robot_follows_a_pulled_body(name):
+    handle, target, motion = PULLS[name]
+    bench = open_bench(name)
+    advance(bench)
+    assert bench.rests and bench.pair.end.outcome == Outcome.CONVERGED
+    first, then = relative_pose(bench, target), bench.time
+    pose = handle_pose(bench, handle)
+    bench.drag(handle, numbers_of(motion @ Pose.from_quaternion(pose[:3], pose[3:])))
+    assert bench.since == then and bench.keeps_goals and not bench.idle
+    advance(bench, 5.0)
+    assert_same_pose(first, relative_pose(bench, target))
+
+
+def test_the_robot_follows_a_turned_body():
+    bench = open_bench("eye_in_hand")
+    advance(bench)
+    first, pose = relative_pose(bench, "plate"), handle_pose(bench, "objects.plate")
+    turned = Pose.from_quaternion(pose[:3], pose[3:]) @ Pose.at(rotvec=[0.0, 0.0, 0.25])
+    bench.set("objects.plate.rotvec", turned.rotvec.tolist())  # a slider acts like a drag
+    advance(bench, 5.0)
+    assert_same_pose(first, relative_pose(bench, "plate"))
+
+
+@pytest.mark.parametrize(
+    ("name", "handle", "target"),
+    [
+        ("eye_in_hand", "cameras.camera", "plate"),
+        ("eye_to_hand", "objects.plate", "plate"),
+        ("holonomic", "cameras.camera", "board"),
+    ],
+)
+def test_a_pushed_robot_returns(name, handle, target):
+    bench = open_bench(name)
+    assert handle not in [each.name for each in bench.handles]  # at the start: "start" alone
+    advance(bench)
+    experiment, first = bench.experiment, relative_pose(bench, target)
+    frame = handle.partition(".")[2]
+    before = pose_in_figure(bench, frame)
+    bench.drag(handle, numbers_of(Pose.at(0.03, -0.02, 0.0) @ before))
+    pushed = pose_in_figure(bench, frame)
+    assert pushed.position - before.position == pytest.approx([0.03, -0.02, 0.0], abs=1e-6)
+    assert bench.experiment is experiment and not bench.edited
+    advance(bench, 5.0)
+    assert_same_pose(first, relative_pose(bench, target))
+    bench.reset()
+    assert np.array_equal(bench.pair.live.now.q, experiment.start)
+
+
+def test_a_vehicle_is_turned_and_pushed_in_its_plane():
+    bench = open_bench("unicycle_docking")
+    bench.step()
+    before = pose_in_figure(bench, "camera")
+    turn = Pose.at(rpy=[0.0, 0.0, 0.2])
+    wanted = Pose(np.vstack([np.c_[(turn @ before).rotation, before.position], [0, 0, 0, 1]]))
+    bench.drag("cameras.camera", numbers_of(wanted))
+    assert np.allclose(pose_in_figure(bench, "camera").matrix, wanted.matrix, rtol=0, atol=1e-9)
+
+
+def test_a_low_gain_is_the_reason_for_a_late_return():
+    bench = open_bench("visp_tutorial")
+    advance(bench)
+    pose = handle_pose(bench, "objects.square")
+    then = bench.time
+    bench.drag("objects.square", [pose[0] + 0.036, *pose[1:]])
+    # e falls as exp(-0.5 t): from 36 mm to 1 mm in ln(36) / 0.5 = 7.17 s
+    assert "about 7.2 s" in bench.delay_remark and "0.5 1/s" in bench.delay_remark
+    while bench.pair.live.measure_distance()[0] > FAR:
+        bench.step()
+    assert bench.time - then == pytest.approx(7.2, abs=0.4)
+
+
+def test_a_run_rests_a_second_after_convergence():
+    bench = open_bench("visp_tutorial")
+    advance(bench)
+    assert bench.time == pytest.approx(bench.pair.end.time + live_run.REST)
+    count = len(bench.pair.live.instants)
+    bench.step()
+    assert len(bench.pair.live.instants) == count
+
+
+def test_a_run_with_a_moving_target_goes_on_to_its_duration():
+    name = "pan_tilt_tracking"
+    bench = open_bench(name)
+    assert bench.experiment.scene.motions
+    advance(bench)
+    assert bench.time == pytest.approx(bench.experiment.duration)
+
+
+def test_the_time_limit_counts_from_the_last_change():
+    bench = open_bench("visp_tutorial", duration=2.0)
+    advance(bench, 1.6)
+    bench.set("task.gain", 0.6)
+    advance(bench, 1.6)
+    assert not bench.idle
+    advance(bench)
+    assert bench.pair.end.outcome == Outcome.TIME_LIMIT and bench.time == pytest.approx(3.6)
+
+
+def test_a_change_that_ended_the_run_at_once_can_be_taken_back():
+    bench = open_bench("chapter_6_1")
+    advance(bench)
+    pose = handle_pose(bench, "objects.cube")
+    first = relative_pose(bench, "cube")
+    bench.drag("objects.cube", [pose[0] + 0.1, *pose[1:]])
+    assert bench.pair.end.outcome == Outcome.OUT_OF_IMAGE
+    bench.drag("objects.cube", [pose[0] + 0.005, *pose[1:]])
+    assert bench.restarts == 0 and not bench.idle
+    advance(bench, 5.0)
+    assert_same_pose(first, relative_pose(bench, "cube"))
+
+
+def test_a_change_after_the_time_limit_starts_over():
+    bench = open_bench("visp_tutorial", duration=1.0)
+    advance(bench)
+    bench.set("task.gain", 0.8)
+    assert bench.restarts == 1 and bench.time == bench.since == 0.0
+    assert bench.restarted_because == "the run had ended: time limit after 1 s"
+    assert bench.experiment.task.gain == 0.8
+
+
+def test_a_value_that_is_invalid_by_itself_is_refused_after_an_end():
+    bench = open_bench("visp_tutorial", duration=1.0)
+    advance(bench)
+    with pytest.raises(InputError, match="greater than 0"):
+        bench.set("task.gain", -1.0)
+    assert bench.restarts == 0 and bench.ended and bench.history.before is None
+
+
+def test_several_values_change_at_once_or_not_at_all():
+    bench = open_bench("visp_tutorial")
+    bench.change({"task.interaction": "desired", "run.duration": "30 s", "task.gain": 0.7})
+    task = bench.experiment.task
+    assert (task.interaction, task.gain, bench.experiment.duration) == ("desired", 0.7, 30.0)
+    bench.undo()
+    assert not bench.edited
+    for values in ({"task.gain": 0.7, "task.gian": 1}, {}, None, [1], {"robots.0.urdf": "x"}):
+        with pytest.raises(InputError):
+            bench.change(values)
+    assert not bench.edited
+
+
+def test_undo_and_redo_restore_experiments_and_the_second_scheme(monkeypatch):
+    monkeypatch.setattr(edit_history, "PAUSE", 0.0)
+    bench = open_bench("eye_in_hand", duration=2.0)
+    advance(bench, 0.4)
+    seen = [(bench.experiment, dict(bench.second))]
+    pose = handle_pose(bench, "objects.plate")
+    for edit in (
+        lambda: bench.set("task.gain", 2.0),
+        lambda: bench.drag("objects.plate", [pose[0] + 0.02, *pose[1:]]),
+        lambda: bench.compare(["task.gain", 0.3]),
+        lambda: bench.set("sensing.noise", 0.5),
+        lambda: bench.show_goal("anew"),
+    ):
+        edit()
+        bench.step()
+        seen.append((bench.experiment, dict(bench.second)))
+    for experiment, second in reversed(seen[:-1]):
+        bench.undo()
+        assert bench.experiment == experiment and bench.second == second
+        bench.step()
+    with pytest.raises(InputError, match="nothing has been changed"):
+        bench.undo()
+    for experiment, second in seen[1:]:
+        bench.redo()
+        assert bench.experiment == experiment and bench.second == second
+    bench.restore_original()
+    assert not bench.edited and bench.differences == [] and not bench.second
+    bench.undo()
+    assert bench.experiment == seen[-1][0]
+
+
+def test_a_drag_is_one_edit():
+    bench = open_bench("eye_in_hand")
+    pose = handle_pose(bench, "objects.plate")
+    for i in range(5):
+        bench.drag("objects.plate", [pose[0] + 0.002 * i, *pose[1:]])
+        bench.step()
+    bench.set("task.gain", 2.0)
+    bench.undo()
+    (change,) = bench.differences
+    assert change == {
+        "path": "objects.plate.position",
+        "before": "31, 0, 10 cm",
+        "after": "318, 0, 100 mm",
+    }
+    bench.undo()
+    assert not bench.edited and bench.history.before is None
+
+
+def test_the_history_forgets_the_earliest_edits(monkeypatch):
+    monkeypatch.setattr(edit_history, "MOST_EDITS", 3)
+    monkeypatch.setattr(edit_history, "PAUSE", 0.0)
+    bench = open_bench("visp_tutorial")
+    for gain in (1.0, 2.0, 3.0, 4.0, 5.0):
+        bench.set("task.gain", gain)
+    for gain in (4.0, 3.0, 2.0):
+        bench.undo()
+        assert bench.experiment.task.gain == gain
+    assert bench.history.before is None
+    bench.restore_original()
+    assert bench.experiment.task.gain == 0.5
+
+
+def test_the_goal_is_shown_anew_and_here():
+    bench = open_bench("eye_in_hand")
+    advance(bench)
+    pose = handle_pose(bench, "objects.plate")
+    bench.drag("objects.plate", [pose[0] + 0.04, *pose[1:]])
+    assert bench.keeps_goals and bench.has_shown_goals
+    bench.show_goal("anew")  # at the goal's q: the arm is there already
+    assert not bench.keeps_goals
+    assert bench.pair.live.measure_distance()[0] < 1e-5
+    bench.drag("cameras.camera", numbers_of(Pose.at(0.03) @ pose_in_figure(bench, "camera")))
+    here = bench.pair.live.now.q
+    bench.show_goal("here")
+    assert np.array_equal(bench.experiment.task.goal.q, here)
+    advance(bench)
+    assert np.allclose(bench.pair.live.now.q, here, rtol=0, atol=1e-9)
+    with pytest.raises(InputError, match="no goal that is shown"):
+        open_bench("calibration_errors").show_goal("anew")
+
+
+def drag_target(bench):
+    pose = handle_pose(bench, "objects.plate")
+    bench.drag("objects.plate", [pose[0] + 0.02, pose[1] - 0.01, *pose[2:]])
+
+
+def push_camera(bench):
+    bench.drag("cameras.camera", numbers_of(Pose.at(0.02) @ pose_in_figure(bench, "camera")))
+
+
+def change_and_undo(bench):
+    bench.set("task.gain", 3.0)
+    advance(bench, 0.2)
+    bench.undo()
+
+
+EDITS = {
+    "gain": lambda bench: bench.set("task.gain", 1.7),
+    "features": lambda bench: bench.set("task.features", "lines"),
+    "interaction": lambda bench: bench.set("task.interaction", "current"),
+    "belief": lambda bench: bench.set("belief.cameras.camera.focal", [460.0, 480.0]),
+    "noise": lambda bench: bench.set("sensing.noise", 0.3),
+    "scheme": lambda bench: bench.set("task.kind", "pbvs"),
+    "target": drag_target,
+    "push": push_camera,
+    "undo": change_and_undo,
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_the_saved_experiment_is_the_run_since_the_last_change(edit):
+    bench = open_bench("eye_in_hand", duration=2.0)
+    advance(bench, 0.8)
+    EDITS[edit](bench)
+    assert bench.since == pytest.approx(1.0 if edit == "undo" else 0.8)
+    advance(bench, 1.2)
+    live = [each.q for each in bench.pair.live.instants if each.time >= bench.since]
+    saved = Experiment.from_text(bench.saved_experiment().text)
+    assert np.array_equal(saved.run()["q"].values[: len(live)], live)
+
+
+def test_without_a_change_during_the_run_the_saved_experiment_is_the_experiment():
+    bench = open_bench("eye_in_hand")
+    bench.set("task.gain", 2.0)
+    advance(bench, 0.4)
+    assert (
+        bench.saved_experiment()
+        == bench.experiment
+        == bench.history.original.experiment.at("task.gain", 2.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("got '-10000.0 rad'", "got '-5.73e+05 deg'"),
+        ("limits [-2.8973, 2.8973] rad", "limits [-166, 166] deg"),
+        ("from -1 to 2 rad/s, 0.1 rad/s^2", "from -57.3 to 114.6 deg/s, 5.73 deg/s^2"),
+        ("1.5707963267948966 rad", "90 deg"),
+        ("3 m and 2 radians of 4 grad", "3 m and 2 radians of 4 grad"),
+        ("q1 rad", "q1 rad"),
+    ],
+)
+def test_angles_of_messages_are_in_degrees(text, expected):
+    assert convert_radians(text) == expected
