@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from gallery_groups import GROUPS, group_of
 from gallery_pictures import pictures
 
 import robsim as rs
 from robsim.base.atomic_files import write_whole
+from robsim.files.example_groups import GROUPS
 from robsim.studio.scenario_shelf import ScenarioShelf
 
 HERE = Path(__file__).parent
@@ -40,14 +40,15 @@ def main() -> None:
     shelf = ScenarioShelf.shipped()
     cards = []
     for entry in shelf.entries:
-        cards.append(build(folder, shelf.experiment(entry["name"]), **entry))
+        cards.append(build(folder, shelf.experiment(entry["name"]), entry))
         print(entry["name"], flush=True)
     write_whole(folder / "index.html", index(cards))
     print(f"{len(cards)} pages: open {folder / 'index.html'}")
 
 
-def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about: str) -> Card:
+def build(folder: Path, experiment: rs.Experiment, entry: dict[str, str]) -> Card:
     """Run an experiment, write its page, and return its card."""
+    name = entry["name"]
     with warnings.catch_warnings():
         # some experiments demonstrate a loss of rank
         warnings.simplefilter("ignore", rs.errors.RankWarning)
@@ -57,11 +58,11 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
     images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
     html = (
         f'<a class="card" href="{name}.html"><span class="pictures">{images}</span>'
-        f'<span class="title">{escape(title)}</span>'
+        f'<span class="title">{escape(entry["title"])}</span>'
         f'<span class="ending{" arrived" * arrived}">{escape(ending)}</span>'
-        f'<span class="about">{escape(about)}</span></a>'
+        f'<span class="about">{escape(entry["about"])}</span></a>'
     )
-    return Card(group_of(experiment, run), html)
+    return Card(entry["group"], html)
 
 
 def index(cards: list[Card]) -> str:
@@ -71,7 +72,7 @@ def index(cards: list[Card]) -> str:
         f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-    groups = "".join(_section(name, cards) for name in reversed(GROUPS))
+    groups = "".join(_section(name, cards) for name in GROUPS)
     parts = {"policy": policy, "style": style, "groups": groups, "script": script}
     return re.sub(r"\{(\w+)\}", lambda match: parts[match[1]], _read("gallery.html"))
 

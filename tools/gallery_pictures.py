@@ -18,22 +18,34 @@ MARGIN = 0.2  # metres around the frames of the robot, if its scene is far large
 
 def pictures(experiment: rs.Experiment, run: Any) -> list[str]:
     """Return pictures of the scene and of the first camera's image; of a mission only the scene."""
+    scene = _encode_picture(draw_scene(experiment, run, SIZE))
     if isinstance(run, rs.tasks.MissionRun):
-        return [_draw_mission(run)]
-    figures = rs.plot.scene(experiment.scene, run=run), rs.plot.image(run)
-    return [_encode_figure(figure) for figure in figures]
+        return [scene]
+    return [scene, _encode_picture(draw_image(run, SIZE))]
 
 
-def _draw_mission(run: rs.tasks.MissionRun) -> str:
-    """Return a picture of the robot at the end of the middle phase of a mission."""
+def draw_image(run: Any, size: tuple[int, int]) -> Image.Image:
+    """Return a picture of the image of the first camera, with the paths of the feature points."""
+    return _draw_figure(rs.plot.image(run), size)
+
+
+def draw_scene(experiment: rs.Experiment, run: Any, size: tuple[int, int]) -> Image.Image:
+    """Return a picture of the scene with the paths of a run; of a mission, its middle phase."""
+    if isinstance(run, rs.tasks.MissionRun):
+        return _draw_figure(_plot_mission(run), size)
+    return _draw_figure(rs.plot.scene(experiment.scene, run=run), size)
+
+
+def _plot_mission(run: rs.tasks.MissionRun) -> Figure:
+    """Return a figure of the robot at the end of the middle phase of a mission."""
     leg = run.legs[len(run.legs) // 2]
     (robot,) = leg.scene.robots
     moving = robot.frames(leg.q_end)[1:, :3, 3] @ leg.scene.display.matrix[:3, :3].T
     bounds = np.array([moving.min(axis=0) - MARGIN, moving.max(axis=0) + MARGIN])
-    return _encode_figure(rs.plot.scene(leg.scene, leg.q_end, bounds=bounds))
+    return rs.plot.scene(leg.scene, leg.q_end, bounds=bounds)
 
 
-def _encode_figure(figure: Figure) -> str:
+def _draw_figure(figure: Figure, size: tuple[int, int]) -> Image.Image:
     """Return a figure as a small picture, without texts, which would be unreadable."""
     for axes in figure.axes:
         axes.set_axis_off()
@@ -43,19 +55,23 @@ def _encode_figure(figure: Figure) -> str:
     for legend in [*figure.legends, *(axes.get_legend() for axes in figure.axes)]:
         if legend is not None:
             legend.remove()
-    png, small = BytesIO(), BytesIO()
+    png = BytesIO()
     figure.savefig(png, format="png", dpi=DPI)
-    _crop_to_content(Image.open(png).convert("RGB")).quantize(COLORS).save(
-        small, "PNG", optimize=True
-    )
-    return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode()}"
+    return _crop_to_content(Image.open(png).convert("RGB"), size)
 
 
-def _crop_to_content(image: Image.Image) -> Image.Image:
-    """Return the part of an image that is not white, centred in a picture of SIZE."""
+def _encode_picture(picture: Image.Image) -> str:
+    """Return a picture as a data URL that contains the PNG."""
+    png = BytesIO()
+    picture.quantize(COLORS).save(png, "PNG", optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(png.getvalue()).decode()}"
+
+
+def _crop_to_content(image: Image.Image, size: tuple[int, int]) -> Image.Image:
+    """Return the part of an image that is not white, centred in a picture of a size."""
     paper = Image.new("RGB", image.size, "white")
     content = image.crop(ImageChops.difference(image, paper).getbbox())
-    content.thumbnail((SIZE[0] - 8, SIZE[1] - 8))
-    page = Image.new("RGB", SIZE, "white")
-    page.paste(content, ((SIZE[0] - content.width) // 2, (SIZE[1] - content.height) // 2))
+    content.thumbnail((size[0] - 8, size[1] - 8))
+    page = Image.new("RGB", size, "white")
+    page.paste(content, ((size[0] - content.width) // 2, (size[1] - content.height) // 2))
     return page

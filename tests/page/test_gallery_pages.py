@@ -45,7 +45,7 @@ def test_words_in_its_box_leave_the_cards_that_have_them(index):
         page.locator("#wanted").fill(words)
         assert page.locator(".card:visible").count() == left, words
         assert page.locator("#none").is_visible() == (left == 0)
-    assert page.locator("section:visible").count() == 7
+    assert page.locator("section:visible").count() == 9
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -207,9 +207,9 @@ def test_it_is_explained_again_when_it_ends_again(desk):
     page.locator("#speed").select_option("0")
     for _ in range(2):
         page.locator("#play").click()
-        until(page, "document.getElementById('texts').innerText.includes('the run converged')")
+        until(page, "document.getElementById('why').innerText.includes('the run converged')")
         page.locator("#reset").click()
-        until(page, "!document.getElementById('texts').innerText.includes('the run converged')")
+        until(page, "!document.getElementById('why').innerText.includes('the run converged')")
 
 
 def test_a_refused_value_is_reported(desk):

@@ -268,6 +268,6 @@ def test_a_folder_is_a_shelf(tmp_path):
     (tmp_path / "one.toml").write_text("# Look here.\nschema = 1\ntitle = '<b>one</b>'\n")
     (tmp_path / "two.toml").write_text("not toml")
     assert ScenarioShelf.of(tmp_path).entries == [
-        {"name": "one", "title": "<b>one</b>", "about": "Look here."},
-        {"name": "two", "title": "two", "about": ""},
+        {"name": "one", "group": "", "title": "<b>one</b>", "about": "Look here.", "more": ""},
+        {"name": "two", "group": "", "title": "two", "about": "", "more": ""},
     ]

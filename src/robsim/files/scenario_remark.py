@@ -70,7 +70,7 @@ def parse_compare_command(command: str, name: str) -> tuple[str, list[str]]:
     ('task.kind', ['ibvs', 'pbvs'])
     """
     words = _split_command(command)
-    if words[:3] != ["robsim", "compare", f"{name}.toml"] or words[3::2] != ["--vary"]:
+    if words[:3] != ["robsim", "compare", f"{name}.toml"] or words[3:-1] != ["--vary"]:
         return "", []
     path, values = _split_change(words[4])
     return path, values.split(",")

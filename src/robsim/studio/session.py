@@ -94,8 +94,11 @@ class Session:
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of a file of the experiment; None for an unknown name.
 
-        Raise UnavailableDownload if this experiment does not have the file.
+        The file pictures.json has the pictures of the gallery. Raise UnavailableDownload if this
+        experiment does not have the file.
         """
+        if name == "pictures.json":
+            return "application/json", json.dumps(self.shelf.pictures()).encode()
         try:
             return downloads.build_download(*self.bench.current, name)
         except InputError as error:

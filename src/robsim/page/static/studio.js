@@ -3,6 +3,7 @@
 import { GUI } from "./vendor.js";
 import { Bar } from "./bar.js";
 import { Controls, fieldOf } from "./controls.js";
+import { Gallery } from "./gallery.js";
 import { Handles } from "./handles.js";
 import { listenForKeys } from "./keys.js";
 import { Link } from "./link.js";
@@ -19,7 +20,7 @@ const FLASH = 5000; // milliseconds that a page shows why a run started over
 
 export class Studio {
   constructor(view, clock) {
-    Object.assign(this, { view, clock, state: {}, entries: [], live: true });
+    Object.assign(this, { view, clock, state: {}, live: true });
     for (const id of ["controls", "choose", "reset", "step"]) find(id).hidden = false;
     document.body.classList.add("studio");
     const ask = (request) => this.link.ask(request);
@@ -30,10 +31,10 @@ export class Studio {
       ask({ set: [path, value] });
     });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
-    view.why.ask = ask;
+    view.why.ask = (request) => (this.live || !("reset" in request || "play" in request)) && ask(request); // a mission runs at once
     this.matrix = new MatrixPanel(clock, ask);
     this.timeControls();
-    this.choosing();
+    this.gallery = new Gallery(find("gallery"), find("choose"), (name) => ask({ open: name }));
     clock.following = true;
     this.link = new Link((message) => this.hear(message), (there) => this.tellThere(there), (error) => {
       this.tellNote(`Internal error of this page: ${error.message}`);
@@ -51,7 +52,7 @@ export class Studio {
       rows: () => this.further(message),
       controls: () => this.collect(message),
       values: () => this.offer(replaced(this.listed, message.controls)),
-      gallery: () => (this.entries = message.entries),
+      gallery: () => this.gallery.take(message.entries),
       texts: () => this.view.tellTexts(message.texts, message.why),
       state: () => this.tell(message),
       interaction: () => this.matrix.tell(message),
@@ -270,32 +271,6 @@ export class Studio {
     const last = this.clock.index === this.clock.times.length - 1;
     if (this.live && last) this.link.ask({ step: count });
     else this.scrub(count);
-  }
-
-  choosing() {
-    const dialog = find("gallery");
-    find("choose").addEventListener("click", () => {
-      dialog.replaceChildren(this.closer(dialog), ...this.entries.map((entry) => this.card(entry, dialog)));
-      dialog.showModal();
-    });
-    dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  }
-
-  closer(dialog) {
-    const button = element("button", "✕", "close");
-    button.setAttribute("aria-label", "close");
-    button.addEventListener("click", () => dialog.close());
-    return button;
-  }
-
-  card({ name, title, about }, dialog) {
-    const card = element("button", "", "card");
-    card.append(element("strong", title), element("span", about));
-    card.addEventListener("click", () => {
-      dialog.close();
-      this.link.ask({ open: name });
-    });
-    return card;
   }
 
   // A second scheme, which differs in one value, runs beside the first.

@@ -19,7 +19,7 @@ export class WhyCard {
     this.place.replaceChildren();
     if (headline) this.place.append(this.headline(headline));
     this.place.append(...findings.map((each) => this.paragraph(each)));
-    if (watch.length) this.place.append(this.watching(watch));
+    if (watch.length) this.place.append(this.watching(watch, !headline));
     this.mark();
   }
 
@@ -29,19 +29,23 @@ export class WhyCard {
     return line;
   }
 
-  watching(watch) {
-    const section = element("section");
-    section.append(element("h3", "Watch for"), ...watch.map((each) => this.paragraph(each)));
+  // The remark of the experiment; it is folded once there is a reason to read, unless the user unfolds it.
+  watching(watch, open) {
+    const section = element("details", "", "watch");
+    section.append(element("summary", "Watch for"), ...watch.map((each) => this.paragraph(each)));
+    section.open = this.unfolded ?? open;
+    section.firstChild.addEventListener("click", () => (this.unfolded = !section.open));
     return section;
   }
 
   paragraph({ head = "", text, actions = [] }) {
     const block = element("div", "", "finding");
     const paragraph = element("p");
-    if (head) paragraph.append(element("strong", head));
+    const offers = this.ask && actions.length > 0;
+    if (head && !offers) paragraph.append(element("strong", head));
     for (const line of text.split("\n")) paragraph.append(element(line.startsWith("robsim ") ? "code" : "span", line));
     block.append(paragraph);
-    if (this.ask && actions.length) {
+    if (offers) {
       const row = element("div", "", "actions");
       row.append(...actions.map((action) => this.button(action)));
       block.append(row);

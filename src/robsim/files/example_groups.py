@@ -1,0 +1,41 @@
+"""The shipped scenarios in groups, in the order of a gallery."""
+
+from __future__ import annotations
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Begin here": (
+        *("visp_tutorial", "chapter_6_1", "eye_in_hand", "local_minimum", "unicycle_docking"),
+    ),
+    "Schemes compared": (
+        *("schemes_compared", "camera_retreat", "retreat_cures"),
+        *("pbvs_straight", "straight_image_lines"),
+    ),
+    "Failures and their reasons": (
+        *("pbvs_loses_target", "tilted_square", "desired_through_the_target", "camera_law_stalls"),
+    ),
+    "Wrong depths and calibration": (
+        *("depth_scale", "uneven_depth", "wrong_calibration", "wrong_dh"),
+        *("calibration_errors", "calibration_bench"),
+    ),
+    "Gains and delays": (
+        *("latency_and_gain", "slow_camera", "joint_lag", "smooth_start", "adaptive_gain"),
+    ),
+    "Feature points and cameras": (
+        *("noise_floor", "marks_that_lie", "marks_come_and_go"),
+        *("watching_head", "pan_tilt_tracking"),
+    ),
+    "Robot arms": (
+        *("eye_to_hand", "chapter_6_2", "stereo_in_hand", "second_robot", "joint_limits"),
+    ),
+    "Mobile robots": ("differential_drive", "holonomic", "car", "mobile_arm"),
+    "Missions": ("inspection_a", "inspection_b"),
+}
+
+
+def find_group(name: str) -> str:
+    """Return the group of a shipped scenario; "" if it is in none.
+
+    >>> find_group("car")
+    'Mobile robots'
+    """
+    return next((group for group, names in GROUPS.items() if name in names), "")

@@ -1,0 +1,136 @@
+"""The card of the reason in a real browser: distances, buttons that cure, and its place on the page."""
+
+import re
+
+import numpy as np
+import pytest
+from page.conftest import until
+from page.test_studio_page import Desk
+
+import robsim as rs
+from robsim.studio.studio import studio
+
+pytestmark = pytest.mark.browser
+HEADLINE = "document.querySelector('#why h2')?.innerText ?? ''"
+BUTTONS = "#why .actions button"
+BODY_SIZE = 4.5  # least contrast of small text
+
+
+@pytest.fixture
+def trap(chromium):
+    """A studio of the camera in a local minimum."""
+    with studio(rs.load_scenario(rs.examples.path("local_minimum"))) as server:
+        made = Desk(chromium, server)
+        yield made
+        for context in made.contexts:
+            context.close()
+    assert not made.complaints
+
+
+def failed(page):
+    """Run to the end at full speed, and wait for the advice."""
+    page.evaluate("robsim.link.ask({ speed: 0 }); robsim.link.ask({ play: true })")
+    until(page, f"({HEADLINE}).startsWith('Missed') && !!document.querySelector('{BUTTONS}')")
+    until(page, f"document.querySelectorAll('{BUTTONS}').length > 2")
+
+
+def saved(page):
+    return page.evaluate("fetch('/download/experiment.toml').then((answer) => answer.text())")
+
+
+def button(page, label):
+    return page.locator("#why .finding").get_by_role("button", name=label, exact=True).first
+
+
+def test_a_missed_goal_has_its_distance_and_a_button_that_cures_it(trap):
+    page = trap.page()
+    failed(page)
+    experiment = rs.load_scenario(rs.examples.path("local_minimum"))
+    ends = experiment.run().q_end.values, experiment.task.goal.q
+    away = experiment.scene.pose("camera", ends[0]).inv() @ experiment.scene.pose("camera", ends[1])
+    centimetres = f"{100 * np.linalg.norm(away.position):.0f} cm"
+    degrees = f"{np.degrees(np.linalg.norm(away.rotvec)):.0f} deg"
+    assert page.evaluate(HEADLINE) == (
+        f"Missed the goal by {centimetres} and {degrees}: local minimum after 14.5 s"
+    )
+    button(page, "Try L mean").click()
+    until(page, f"({HEADLINE}).startsWith('Converged after 9.84 s')")
+    assert 'interaction = "mean"' in saved(page)
+    assert not page.evaluate("document.getElementById('why').classList.contains('off-goal')")
+
+
+def test_advice_runs_beside_the_failure_and_stops_again(trap):
+    page = trap.page()
+    failed(page)
+    beside = page.locator(BUTTONS, has_text="beside it").first
+    beside.click()
+    until(page, "robsim.state.second['task.interaction'] === 'mean'")
+    until(page, "robsim.view.header.curves[0].title === 'image error'")
+    failed(page)
+    pressed = page.locator(f"{BUTTONS}[aria-pressed=true]")
+    assert pressed.count() >= 1 and "interaction = " not in saved(page)
+    pressed.first.click()
+    until(page, "Object.keys(robsim.state.second).length === 0")
+
+
+def test_what_to_watch_for_has_buttons_before_the_end(trap):
+    page = trap.page()
+    assert page.locator("#why h2").count() == 0
+    assert page.locator("#why code").inner_text() == "robsim study local_minimum.toml"
+    button(page, "Try L mean").click()
+    until(page, "robsim.state.changes.length === 1 && robsim.clock.times.length > 5")
+    assert 'interaction = "mean"' in saved(page)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_whole_reason_is_on_the_screen_and_readable(trap, scheme):
+    page = trap.page(color_scheme=scheme)
+    failed(page)
+    side = page.locator("#side").bounding_box()
+    last = page.locator("#why > .finding").last.bounding_box()
+    assert last["y"] + last["height"] <= side["y"] + side["height"]
+    for each in ("#why h2", "#why .finding p", "#why .actions button"):
+        assert contrast(page, each) >= BODY_SIZE, each
+
+
+def test_a_phone_has_the_reason_below_the_scene(trap):
+    page = trap.page(viewport={"width": 390, "height": 844}, has_touch=True)
+    failed(page)
+    scene, why = (page.locator(each).bounding_box() for each in ("#space", "#why"))
+    assert 0 <= why["y"] - (scene["y"] + scene["height"]) < 20
+    assert why["x"] >= 0 and why["x"] + why["width"] <= 390
+    assert min(page.locator(BUTTONS).evaluate_all("all => all.map((b) => b.offsetHeight)")) >= 26
+
+
+def test_a_page_of_a_run_has_the_reason_without_buttons(opened, tmp_path):
+    experiment = rs.load_scenario(rs.examples.path("local_minimum"))
+    page = opened(rs.export_html(experiment.run(), tmp_path / "run.html", experiment).as_uri())
+    assert page.evaluate(HEADLINE).startswith("Missed the goal by 55 cm and 32 deg")
+    assert page.locator("#why button").count() == 0
+    told = page.locator("#why").inner_text()
+    assert "With L mean the same start converges after 9.84 s." in told
+    commands = page.locator("#why code").all_text_contents()
+    assert commands[0] == "robsim run local_minimum.toml --set task.interaction=mean"
+    assert page.locator("#texts summary").all_text_contents() == ["experiment"]
+
+
+def contrast(page, selector):
+    """The contrast of a text with the nearest opaque background, as WCAG 2 defines it."""
+    colors = page.evaluate(
+        """(selector) => {
+          const text = document.querySelector(selector);
+          let behind = text;
+          while (/, 0\\)|transparent/.test(getComputedStyle(behind).backgroundColor)) behind = behind.parentElement;
+          return [getComputedStyle(text).color, getComputedStyle(behind).backgroundColor];
+        }""",
+        selector,
+    )
+    light, dark = sorted(map(luminance, colors), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def luminance(color):
+    numbers = np.array([float(x) for x in re.findall(r"[\d.]+", color)[:3]])
+    srgb = numbers if color.startswith("color(") else numbers / 255
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])

@@ -1,0 +1,49 @@
+"""Draw the pictures of the shipped experiments for the gallery of the studio.
+
+python tools/build_thumbnails.py [NAME ...]     all by default
+
+Each picture has the scene at the end of the run, with the path of the camera, and the image with
+the paths of the feature points. It is a small WebP file in the folder of the shipped scenarios.
+"""
+
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+from gallery_pictures import draw_image, draw_scene
+from PIL import Image
+
+import robsim as rs
+
+SIZE = (320, 200)  # pixels
+SCENE, IMAGE = (196, 200), (124, 200)  # parts of a picture
+QUALITY = 60  # of WebP
+TARGET = Path(rs.examples.path("visp_tutorial")).parent / "thumbnails"
+
+
+def main() -> None:
+    """Draw the pictures, and print their total size."""
+    TARGET.mkdir(exist_ok=True)
+    for name in sys.argv[1:] or rs.examples.names():
+        experiment = rs.load_scenario(rs.examples.path(name))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rs.errors.RankWarning)  # some lose rank on purpose
+            run = experiment.run()
+        draw_picture(experiment, run).save(TARGET / f"{name}.webp", "WEBP", quality=QUALITY, method=6)
+    total = sum(each.stat().st_size for each in TARGET.glob("*.webp"))
+    print(f"{len(list(TARGET.glob('*.webp')))} pictures of together {total / 1000:.0f} kB in {TARGET}")
+
+
+def draw_picture(experiment: rs.Experiment, run: Any) -> Image.Image:
+    """Return the scene beside the image; of a mission the scene alone."""
+    if isinstance(run, rs.tasks.MissionRun):
+        return draw_scene(experiment, run, SIZE)
+    picture = Image.new("RGB", SIZE, "white")
+    picture.paste(draw_scene(experiment, run, SCENE), (0, 0))
+    picture.paste(draw_image(run, IMAGE), (SCENE[0], 0))
+    return picture
+
+
+if __name__ == "__main__":
+    main()
