@@ -32,15 +32,7 @@ class NoNumberError(Exception):
 
 
 # errors after which the reader of texts tries the change and raises a better error if it fails
-NOT_BY_PATH = (
-    NoNumberError,
-    InputError,
-    UnreadableValue,
-    LookupError,
-    ArithmeticError,
-    TypeError,
-    ValueError,
-)
+NOT_BY_PATH = (NoNumberError, UnreadableValue, LookupError, ArithmeticError, TypeError, ValueError)
 
 
 def find_path(experiment: Any, name: str) -> DottedPath | None:
