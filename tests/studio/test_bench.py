@@ -7,7 +7,6 @@ import pytest
 
 from robsim import Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
-from robsim.studio.downloads import format_python_code
 from robsim.studio.live_explanation import explain_live_run
 from robsim.studio.workbench import Workbench
 
@@ -204,15 +203,6 @@ def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     bench.set("task.gain", 2.0)
     bench.reset()
     assert bench.texts == {"watch for": "Watch it."}
-    assert "from_text" in format_python_code(*bench.current)
-
-
-def test_the_python_code_gives_the_experiment_on_the_bench(experiment):
-    odd = experiment.with_(title="it's \\ '''' and \"quoted\"").at("task.gain", 3.0)
-    for each in (odd, experiment.at("task.gain", 3.0), experiment):
-        found = {}
-        exec(format_python_code(each, {}).replace("rs.show(run)", ""), found)
-        assert found["experiment"] == each
 
 
 def test_the_explanation_covers_the_run_since_the_last_change(experiment):

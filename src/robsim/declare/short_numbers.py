@@ -49,7 +49,7 @@ def _shorten_together(quantities: list[ExactQuantity], unit: str) -> Iterator[st
 
 def _rank_text(text: str) -> tuple[int, int, int]:
     """Return a sort key: length and long numbers, then decimals below one, then decimal points."""
-    return len(text) + 2 * len(LONG.findall(text)), len(LESS.findall(text)), text.count(".")
+    return len(text) + 3 * len(LONG.findall(text)), len(LESS.findall(text)), text.count(".")
 
 
 def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[tuple[str, str]]:

@@ -56,7 +56,9 @@ def _format_section(path: tuple[str, ...], table: Mapping[str, Any], layout: int
 def _needs_section(path: tuple[str, ...], key: str, raw: Any, layout: int) -> bool:
     """Return whether a value becomes a section: top-level or too long for a line."""
     is_long = len(f"{_format_key(key)} = {_format_inline(raw)}") > WIDTH
-    if isinstance(raw, Mapping):
+    if isinstance(raw, Mapping) and not (
+        layout == DENSEST and any(map(_is_list_of_tables, raw.values()))
+    ):
         return is_long or (not path and layout < INLINE)
     if not _is_list_of_tables(raw):
         return False

@@ -27,11 +27,8 @@ def list_beliefs(task: Any) -> list[Scene | None]:
 def replace_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
     """Return a copy of a task with the belief of every inner task replaced by `change`."""
     changes = {id(one): (one, change(one)) for one in list_beliefs(task)}
-    return (
-        task
-        if all(new is old for old, new in changes.values())
-        else _replace_nested_beliefs(task, changes)
-    )
+    is_same = all(new is old for old, new in changes.values())
+    return task if is_same else _replace_nested_beliefs(task, changes)
 
 
 def _replace_nested_beliefs(task: Any, changes: Mapping[int, tuple[Any, Any]]) -> Any:
@@ -43,6 +40,5 @@ def _replace_nested_beliefs(task: Any, changes: Mapping[int, tuple[Any, Any]]) -
     if not any(hasattr(task, name) for name in ("inner", "task")):
         return task
     own = {each.name: getattr(task, each.name) for each in fields(task)}
-    return replace_unchecked(
-        task, **{name: _replace_nested_beliefs(value, changes) for name, value in own.items()}
-    )
+    parts = {name: _replace_nested_beliefs(value, changes) for name, value in own.items()}
+    return replace_unchecked(task, **parts)

@@ -120,6 +120,10 @@ class Workbench:
         self.texts = {**self._initial_texts(), **explanation}
         self.news.add("texts")
 
+    def saved_experiment(self) -> Experiment:
+        """Return the experiment of the files."""
+        return self.experiment
+
     def recording(self) -> Recording:
         """Return the recording of all instants so far."""
         if self.pair is None:
