@@ -15,6 +15,7 @@ from robsim.declare.quantities import DIMENSIONS
 
 LESS = re.compile(r"\b0\.")  # the start of a number below one
 LONG = re.compile(r"(?<![.\d])\d{4}")  # the start of a number of a thousand or more
+SLACK = 3  # characters by which a number in a common unit may be longer
 WHOLE = 1e15  # integers below it are written without a decimal point
 
 
@@ -40,11 +41,14 @@ def shorten_numbers(raw: Any) -> Any:
 
 
 def _shorten_together(quantities: list[ExactQuantity], unit: str) -> Iterator[str]:
-    """Return the shortest texts of the quantities with an SI unit, in a common unit if possible."""
+    """Yield the shortest texts of the quantities with an SI unit, if possible in a common unit."""
     own = [dict(_yield_texts(each.numbers, unit)) for each in quantities if each.unit == unit]
     common = [each for each in own[0] if all(each in texts for texts in own)]
     best = min(common, key=lambda each: _rank_text("; ".join(texts[each] for texts in own)))
-    return iter([texts[best] for texts in own])
+    alone = [min(texts.values(), key=_rank_text) for texts in own]
+    together = [texts[best] for texts in own]
+    is_short = len("".join(together)) <= len("".join(alone)) + SLACK * len(own)
+    return iter(together if is_short else alone)
 
 
 def _rank_text(text: str) -> tuple[int, int, int]:

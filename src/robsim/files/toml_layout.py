@@ -87,10 +87,11 @@ def _format_value_lines(start: str, raw: Any, indent: str, end: str = "") -> Ite
     line = ""
     for each in raw:
         part = f"{_format_inline(each)},"
-        if line and len(inner) + len(line) + 1 + len(part) > WIDTH:
+        is_table = isinstance(each, Mapping)
+        if line and (is_table or len(inner) + len(line) + 1 + len(part) > WIDTH):
             yield inner + line
             line = ""
-        if isinstance(each, Mapping):
+        if is_table:
             yield from _format_value_lines("", each, inner, ",")
         else:
             line = f"{line} {part}".lstrip()

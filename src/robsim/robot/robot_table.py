@@ -182,9 +182,7 @@ class ToolTable(LinkTreeTable):
     """Text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Link that carries the tool. None: the last link."] = None
-    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether to leave out the shapes of this link."] = (
-        False
-    )
+    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether to leave out the shapes of it."] = False
 
 
 TOOL_LIST = ListOf(LinkTreeSpec(ToolTable), most=MOST_LISTED_PARTS)

@@ -142,9 +142,7 @@ class TaskTable:
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     safety: Annotated[Any, SAFETY_TABLE, "Limits within which every command is kept."] = None
     endings: Annotated[Any, ENDING_LIST, "Further conditions that end a run."] = ()
-    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = (
-        None
-    )
+    run: Annotated[Any, Table(RunTable, RunTable), "Period, duration and record of the run."] = None
     study: Annotated[Any, ForeignTable(), "Study of many runs, for `robsim study`."] = None
 
 

@@ -10,8 +10,6 @@ from robsim.base import si_units
 from robsim.declare.controls import Control
 
 DIGITS = 6  # significant digits of a number that is typed or set by a slider
-DRAGGED_LENGTH = 1e-4  # metres
-DRAGGED_ANGLE = 0.01 * si_units.deg
 
 
 def round_control_value(control: Control, value: Any) -> Any:
@@ -62,29 +60,25 @@ def _round_new(new: float, old: float, unit: str, low: float | None, high: float
 def round_dragged_value(control: Control, numbers: Sequence[float]) -> list[float]:
     """Return numbers of a dragged pose, rounded to 0.1 mm and 0.01 degrees.
 
-    Vectors and coordinates that the drag leaves within this accuracy stay exact.
+    Coordinates of joints have one more digit, so that the pose has this accuracy. Numbers that the
+    drag leaves within the accuracy stay exact; the components of a rotation vector only together.
 
     >>> control = Control("objects.plate.position", "numbers", [0.31, 0.0, 0.1], unit="m",
     ...                   names=("x", "y", "z"))
     >>> round_dragged_value(control, [0.310000001, 0.0523678, 0.1])
     [0.31, 0.0524, 0.1]
     """
+    more = 1 if control.path.endswith(".q") else 0
     rows = list(zip(numbers, control.value, list_control_units(control), strict=True))  # type: ignore[call-overload]
-    if all(abs(new - old) < _get_dragged_step(unit) / 2 for new, old, unit in rows):
-        return [old for _, old, _ in rows]
-    if control.path.endswith(".rotvec"):  # its components belong together
-        return [_round_dragged(new, unit) for new, _, unit in rows]
-    return [
-        old if abs(new - old) < _get_dragged_step(unit) / 2 else _round_dragged(new, unit)
-        for new, old, unit in rows
-    ]
+    rounded = [_round_dragged(new, unit, more) for new, _, unit in rows]
+    kept = [_round_dragged(new - old, unit, more) == 0 for new, old, unit in rows]
+    if control.path.endswith(".rotvec") and not all(kept):
+        return rounded
+    return [old if keep else x for (_, old, _), keep, x in zip(rows, kept, rounded, strict=True)]
 
 
-def _get_dragged_step(unit: str) -> float:
-    return DRAGGED_ANGLE if unit == "rad" else DRAGGED_LENGTH
-
-
-def _round_dragged(number: float, unit: str) -> float:
+def _round_dragged(number: float, unit: str, more_digits: int) -> float:
+    """Return a length rounded to 0.1 mm, or an angle to 0.01 degrees."""
     if unit == "rad":
-        return round(number / si_units.deg, 2) * float(si_units.deg) + 0.0
-    return round(number, 4) + 0.0
+        return round(number / si_units.deg, 2 + more_digits) * float(si_units.deg) + 0.0
+    return round(number, 4 + more_digits) + 0.0
