@@ -33,6 +33,9 @@ class Fake:
         self._fail("download")
         return FILES.get(name)
 
+    def file_name(self, name):
+        return name
+
     def hello(self):
         self._fail("hello")
         self.hellos += 1

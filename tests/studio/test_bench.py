@@ -7,7 +7,6 @@ import pytest
 
 from robsim import Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
-from robsim.studio.downloads import format_python_code
 from robsim.studio.live_explanation import explain_live_run
 from robsim.studio.workbench import Workbench
 
@@ -91,8 +90,10 @@ def test_the_start_of_an_arm_is_dragged_by_its_hand():
     wanted = [pose[0] - 0.03, pose[1] + 0.02, *pose[2:]]
     bench.drag("start", wanted)
     there = bench.experiment.scene.pose("camera", bench.experiment.start)
-    assert np.allclose(there.position, wanted[:3], atol=1e-7)
+    assert np.allclose(there.position, wanted[:3], atol=1e-4)  # joints are rounded
     assert np.allclose(np.abs(there.quaternion @ wanted[3:]), 1.0)
+    degrees = np.rad2deg(bench.experiment.start)
+    assert np.allclose(degrees, np.round(degrees, 3), rtol=0, atol=1e-12)
 
 
 def test_a_computed_goal_is_dragged():
@@ -207,15 +208,6 @@ def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     bench.set("task.gain", 2.0)
     bench.reset()
     assert [each["text"] for each in bench.why["watch"]] == ["Watch it."]
-    assert "from_text" in format_python_code(*bench.current)
-
-
-def test_the_python_code_gives_the_experiment_on_the_bench(experiment):
-    odd = experiment.with_(title="it's \\ '''' and \"quoted\"").at("task.gain", 3.0)
-    for each in (odd, experiment.at("task.gain", 3.0), experiment):
-        found = {}
-        exec(format_python_code(each, {}).replace("rs.show(run)", ""), found)
-        assert found["experiment"] == each
 
 
 def test_the_explanation_covers_the_run_since_the_last_change(experiment):

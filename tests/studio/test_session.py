@@ -229,7 +229,8 @@ def test_the_saved_file_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch)
     run = session.bench.experiment.run()
     assert np.array_equal(open_run(tmp_path / "run.nc")["q"], run["q"], equal_nan=True)
     (tmp_path / "run.html").write_bytes(session.download("run.html")[1])
-    assert load_recording(tmp_path / "run.html").header["outcome"] == "CONVERGED"
+    assert load_recording(tmp_path / "run.html").header["title"] == session.bench.experiment.title
+    assert session.file_name("run.html") == "visp_tutorial-run.html"
     found = {}
     monkeypatch.setattr("robsim.page.export.open_page_file", lambda path: None)
     exec(session.download("experiment.py")[1].decode(), found)

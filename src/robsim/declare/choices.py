@@ -171,9 +171,8 @@ class KindOf(Spec):
         """Return an object of a kind, with one field from a key beside the name."""
         old = c.over if type(c.over) is kind else MISSING
         before, each = c.problems.total_count, replace(find_declared_field(kind, at), name=key)
-        value = read_field(
-            each, table, c.with_old_value(MISSING if old is MISSING else getattr(old, at))
-        )
+        inner = c.with_old_value(MISSING if old is MISSING else getattr(old, at))
+        value = read_field(each, table, inner)
         if c.problems.total_count > before:
             return MISSING
         own_fields = {} if value is MISSING else {at: value}

@@ -17,10 +17,8 @@ def format_markdown_table(kind: DeclaredClass) -> str:
 
     The fields of a group are placed together; the declaring class names the group.
     """
-    form, lines = (
-        get_text_form(kind),
-        ["| key | holds | default | meaning |", "| --- | --- | --- | --- |"],
-    )
+    form = get_text_form(kind)
+    lines = ["| key | holds | default | meaning |", "| --- | --- | --- | --- |"]
     for name in GROUPS:
         fields = [each for each in fields_of(form) if _get_field_group(form, each) == name]
         lines += [f"| **{name}** | | | |"] if name and fields else []

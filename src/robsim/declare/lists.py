@@ -180,11 +180,8 @@ class ListOf(Spec):
         changes = self._collect_changes_by_name(raw, c) if isinstance(raw, list) else dict(raw)
         numbered = f"; they are numbered 0 to {len(labels) - 1}"
         for name in changes.keys() - set(labels):
-            hint = (
-                f" to change; {suggest_names(name[:64], labels, 'names')}"
-                if self.named
-                else numbered
-            )
+            near = f" to change; {suggest_names(name[:64], labels, 'names')}"
+            hint = near if self.named else numbered
             c.at(name).report(f"there is none{hint}")
         if self.in_turn:
             changes = {name: changes.get(name, {}) for name in labels}

@@ -14,36 +14,57 @@ from robsim.declare.fields import is_identical
 from robsim.declare.quantities import DIMENSIONS
 
 LESS = re.compile(r"\b0\.")  # the start of a number below one
+LONG = re.compile(r"(?<![.\d])\d{4}")  # the start of a number of a thousand or more
+SLACK = 3  # characters by which a number in a common unit may be longer
 WHOLE = 1e15  # integers below it are written without a decimal point
 
 
 def shorten_numbers(raw: Any) -> Any:
-    """Return tables with each number in the unit that makes its text the shortest."""
+    """Return tables with numbers in the units that make their texts the shortest.
+
+    The lengths of a list have a common unit, and so have its angles.
+    """
     if isinstance(raw, Mapping):
         return {key: shorten_numbers(each) for key, each in raw.items()}
     if isinstance(raw, list):
-        return [shorten_numbers(each) for each in raw]
+        exact = [each for each in raw if isinstance(each, ExactQuantity)]
+        texts = {unit: _shorten_together(exact, unit) for unit in {each.unit for each in exact}}
+        return [
+            next(texts[each.unit]) if isinstance(each, ExactQuantity) else shorten_numbers(each)
+            for each in raw
+        ]
     if isinstance(raw, ExactQuantity):
-        return min(_yield_texts(raw.numbers, raw.unit), key=_rank_text)
+        return next(_shorten_together([raw], raw.unit))
     if isinstance(raw, float) and raw.is_integer() and abs(raw) < WHOLE:
         return raw if math.copysign(1.0, raw) < 0 and raw == 0 else int(raw)
     return raw
 
 
+def _shorten_together(quantities: list[ExactQuantity], unit: str) -> Iterator[str]:
+    """Yield the shortest texts of the quantities with an SI unit, if possible in a common unit."""
+    own = [dict(_yield_texts(each.numbers, unit)) for each in quantities if each.unit == unit]
+    common = [each for each in own[0] if all(each in texts for texts in own)]
+    best = min(common, key=lambda each: _rank_text("; ".join(texts[each] for texts in own)))
+    alone = [min(texts.values(), key=_rank_text) for texts in own]
+    together = [texts[best] for texts in own]
+    is_short = len("".join(together)) <= len("".join(alone)) + SLACK * len(own)
+    return iter(together if is_short else alone)
+
+
 def _rank_text(text: str) -> tuple[int, int, int]:
-    """Return a sort key of texts: length, then decimals below one, then decimal points."""
-    return len(text), len(LESS.findall(text)), text.count(".")
+    """Return a sort key: length and long numbers, then decimals below one, then decimal points."""
+    return len(text) + 3 * len(LONG.findall(text)), len(LESS.findall(text)), text.count(".")
 
 
-def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:
-    """Yield texts that are read as exactly these numbers, the last one in SI."""
+def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[tuple[str, str]]:
+    """Yield units and the texts that are read as exactly these numbers, the last one in SI."""
     if unit in DIMENSIONS:
         dimension = DIMENSIONS[unit]
         for each in sorted(si_units.list_units(dimension), key="rad".__eq__):
             words = [_format_in_unit(x, each, dimension) for x in numbers]
             if None not in words:
-                yield f"{', '.join(map(str, words))} {each}"
-    yield f"{', '.join(map(_format_decimal, numbers))} {unit}".removesuffix(" 1")
+                yield each, f"{', '.join(map(str, words))} {each}"
+    yield unit, f"{', '.join(map(_format_decimal, numbers))} {unit}".removesuffix(" 1")
 
 
 def _format_in_unit(x: float, unit: str, dimension: si_units.Dimension) -> str | None:

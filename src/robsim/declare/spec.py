@@ -98,9 +98,8 @@ class Context:
             if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
             value = self._check_python_value(spec, raw.value)
-            return (
-                value if raw.changes is None else spec.read(raw.changes, self.with_old_value(value))
-            )
+            inner = self.with_old_value(value)
+            return value if raw.changes is None else spec.read(raw.changes, inner)
         except UnreadableValue:  # because of a problem that is reported elsewhere
             self.problems.total_count += 1
         except FileError:
@@ -259,9 +258,8 @@ class Spec:
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         """Return the value of the field from its table; MISSING if it is absent or not valid."""
-        return (
-            c.at(name, over=c.over).read_or_report(self, table[name]) if name in table else MISSING
-        )
+        inner = c.at(name, over=c.over)
+        return inner.read_or_report(self, table[name]) if name in table else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         """Write the field into its table; nothing for None."""

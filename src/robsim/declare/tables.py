@@ -140,12 +140,8 @@ def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is absent or not valid."""
     before = c.problems.total_count
     value = each.spec.pick(raw, each.name, c)
-    if (
-        value is MISSING
-        and each.required
-        and c.over is MISSING
-        and c.problems.total_count == before
-    ):
+    is_lacking = value is MISSING and each.required and c.over is MISSING
+    if is_lacking and c.problems.total_count == before:
         c.at(each.name).report(LACKING)
     return value
 
@@ -179,11 +175,8 @@ def _write_changes(value: Any, c: Context, form: DeclaredClass, key: str | None)
     table: dict[str, Raw] = {} if key is None else {key: after[key]}
     for each in fields_of(form):
         old, new = before[each.name], after[each.name]
-        if (
-            is_identical(old, new)
-            or each.name == key
-            or (new is None and _is_replaced(form, each.name, after))
-        ):
+        is_replaced = new is None and _is_replaced(form, each.name, after)
+        if is_replaced or each.name == key or is_identical(old, new):
             continue
         if new is not None:
             where = new_inner if old is None else inner.with_old_value(old)

@@ -9,8 +9,11 @@ from typing import Any
 
 from robsim.files.toml import SCHEMA, Tables
 
+SHORT = 40  # longer lists come last in their section
 WIDTH = 120  # longest line in characters
 ITEM = 240  # longest line of a table within a list
+MOST_LINES = 60  # a longer text gets a denser layout, with fewer sections
+SECTIONED, LISTED, INLINE, DENSEST = range(4)  # layouts: each has fewer sections than the previous
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -25,47 +28,75 @@ def format_toml(tables: Tables) -> str:
     dt = "40 ms"
     <BLANKLINE>
     """
-    return "\n".join([f"schema = {SCHEMA}", *_format_section((), tables)]) + "\n"
+    lines = list[str]()
+    for layout in range(SECTIONED, DENSEST + 1):
+        lines = [f"schema = {SCHEMA}", *_format_section((), tables, layout)]
+        if len(lines) <= MOST_LINES:
+            break
+    return "\n".join(lines) + "\n"
 
 
-def _format_section(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[str]:
+def _format_section(path: tuple[str, ...], table: Mapping[str, Any], layout: int) -> Iterator[str]:
     """Yield the lines of a table; values without a section come first."""
-    apart = {key: raw for key, raw in table.items() if _needs_section(path, key, raw)}
-    for key, raw in table.items():
-        if key not in apart:
-            yield from _format_value_lines(f"{_format_key(key)} = ", raw)
+    apart = {key: raw for key, raw in table.items() if _needs_section(path, key, raw, layout)}
+    lists = {key for key, raw in table.items() if isinstance(raw, list)}
+    lists = {key for key in lists if len(_format_inline(table[key])) > SHORT}
+    for key, raw in sorted(table.items(), key=lambda each: each[0] in lists):
+        if key in apart:
+            continue
+        yield from _format_value_lines(f"{_format_key(key)} = ", raw, "")
     for key, raw in apart.items():
         inner = (*path, _format_key(key))
         for each in raw if isinstance(raw, list) else [raw]:
             name = f"[{'.'.join(inner)}]"
             yield from ("", f"[{name}]" if isinstance(raw, list) else name)
-            yield from _format_section(inner, each)
+            yield from _format_section(inner, each, layout)
 
 
-def _needs_section(path: tuple[str, ...], key: str, raw: Any) -> bool:
+def _needs_section(path: tuple[str, ...], key: str, raw: Any, layout: int) -> bool:
     """Return whether a value becomes a section: top-level or too long for a line."""
-    if isinstance(raw, Mapping):
-        return not path or len(f"{_format_key(key)} = {_format_inline(raw)}") > WIDTH
-    if not isinstance(raw, list) or not raw or not all(isinstance(each, Mapping) for each in raw):
+    is_long = len(f"{_format_key(key)} = {_format_inline(raw)}") > WIDTH
+    if isinstance(raw, Mapping) and not (
+        layout == DENSEST and any(map(_is_list_of_tables, raw.values()))
+    ):
+        return is_long or (not path and layout < INLINE)
+    if not _is_list_of_tables(raw):
         return False
-    return not path or any(len(_format_inline(each)) > ITEM for each in raw)
+    if not path:
+        return layout < INLINE or (is_long and layout < DENSEST)
+    return layout < LISTED and any(len(_format_inline(each)) > ITEM for each in raw)
 
 
-def _format_value_lines(start: str, raw: Any) -> Iterator[str]:
-    """Yield the lines of a value; a long list is wrapped."""
-    whole = start + _format_inline(raw)
+def _is_list_of_tables(raw: Any) -> bool:
+    return isinstance(raw, list) and bool(raw) and all(isinstance(each, Mapping) for each in raw)
+
+
+def _format_value_lines(start: str, raw: Any, indent: str, end: str = "") -> Iterator[str]:
+    """Yield the lines of a value; a long list is wrapped, and the list of a long table."""
+    whole, inner = f"{indent}{start}{_format_inline(raw)}{end}", indent + 4 * " "
+    if isinstance(raw, Mapping) and len(whole) > WIDTH:
+        name, last = next((each for each in raw.items() if _is_list_of_tables(each[1])), ("", None))
+        if last is not None:
+            rest = _format_inline({key: each for key, each in raw.items() if key != name})
+            start = f"{start}{rest.removesuffix('}').rstrip()}, {_format_key(name)} = "
+            raw, end = last, f" }}{end}"
     if len(whole) <= WIDTH or not isinstance(raw, list):
         yield whole
         return
-    yield f"{start}["
-    line = "   "
+    yield f"{indent}{start}["
+    line = ""
     for each in raw:
-        part = f" {_format_inline(each)},"
-        if line.strip() and (isinstance(each, Mapping) or len(line) + len(part) > WIDTH):
-            yield line
-            line = "   "
-        line += part
-    yield from (line, "]")
+        part = f"{_format_inline(each)},"
+        is_table = isinstance(each, Mapping)
+        if line and (is_table or len(inner) + len(line) + 1 + len(part) > WIDTH):
+            yield inner + line
+            line = ""
+        if is_table:
+            yield from _format_value_lines("", each, inner, ",")
+        else:
+            line = f"{line} {part}".lstrip()
+    yield from ([inner + line] if line else [])
+    yield f"{indent}]{end}"
 
 
 def _format_inline(raw: Any) -> str:

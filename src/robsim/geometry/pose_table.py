@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base import si_units
-from robsim.base.arrays import Array
 from robsim.declare import ListOf, Number, PerRun, Table, Vector
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context, NoTextError
@@ -109,16 +108,20 @@ def find_exact_angles(T: Pose) -> tuple[str, tuple[float, ...]] | None:
     ('rpy', (0.0, 0.5, 0.0))
     """
     target = T.rotation.tobytes()
-    for key in ("rpy", "rotvec"):
-        for angles in _propose_angles(rotation_to_rpy(T.rotation) if key == "rpy" else T.rotvec):
-            rotation: Any = {key: angles}
-            if Pose.at(**rotation).rotation.tobytes() == target:
-                return key, angles
+    for key, angles, pose in propose_short_poses(T):
+        if pose.rotation.tobytes() == target:
+            return key, angles
     return None
 
 
-def _propose_angles(angles: Array | tuple[float, ...]) -> Iterator[tuple[float, ...]]:
-    """Yield the angles rounded in degrees, rounded in radians, and unrounded."""
-    for unit in (si_units.deg, si_units.rad):
-        yield tuple(round(float(x) / unit, ANGLE_DIGITS) * float(unit) + 0.0 for x in angles)
-    yield tuple(map(float, angles))
+def propose_short_poses(T: Pose) -> Iterator[tuple[str, tuple[float, ...], Pose]]:
+    """Yield ("rpy" or "rotvec", angles) and their pose: a pose and its neighbours of short angles.
+
+    The angles are rounded in degrees, then rounded in radians, and at last unrounded.
+    """
+    exact = {"rpy": rotation_to_rpy(T.rotation), "rotvec": T.rotvec}
+    for unit, digits in ((si_units.deg, 9), (si_units.rad, 9), (si_units.rad, 99)):
+        for key, angles in exact.items():
+            short = tuple(round(float(x) / unit, digits) * float(unit) + 0.0 for x in angles)
+            rotation: Any = {key: short}
+            yield key, short, Pose.at(*T.position, **rotation)

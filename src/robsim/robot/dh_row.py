@@ -18,11 +18,20 @@ DH_CONVENTIONS = ("standard", "modified")
 
 
 @dataclass(frozen=True)
-class DHConvention(Word):
-    """Declaration of the convention of a row, given once for all rows of a robot or for one row."""
+class Convention(Word):
+    """Declaration of the convention of the rows of a robot."""
 
     choices: tuple[str, ...] = DH_CONVENTIONS
     noun: str = "convention"
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        """Return no controls: another convention describes another robot."""
+        return ()
+
+
+@dataclass(frozen=True)
+class DHConvention(Convention):
+    """Declaration of the convention of a row, given once for all rows of a robot or for one row."""
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         """Return the convention of the row, or the convention of the robot around it."""
@@ -34,10 +43,6 @@ class DHConvention(Word):
         """Write the convention if it differs from the convention of the robot around the row."""
         if value != c.facts.get("convention", "standard"):
             super().put(table, name, value, c)
-
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        """Return no controls: another convention describes another robot."""
-        return ()
 
 
 @described

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, cast
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, PerRun, Role, Table, Text, Word
+from robsim.declare import Flag, ListOf, Name, PerRun, Role, Table, Text
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import Axes, PerJoint
 from robsim.declare.lists import get_item_label
@@ -18,6 +18,7 @@ from robsim.declare.spec import MISSING, Context, Raw, Spec, UnwritableChange
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
+from robsim.robot.dh_row import Convention
 from robsim.robot.joint import list_coordinate_units
 from robsim.robot.link import Link, list_coordinate_names
 from robsim.robot.link_table import LinkTable
@@ -141,9 +142,7 @@ class LinkTreeTable:
     sources: Annotated[
         tuple[str, ...], ListOf(Text(), most=64), Role.LABEL, "Sources of the numbers."
     ] = ()
-    convention: Annotated[
-        str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
-    ] = None
+    convention: Annotated[str | None, Convention(), "Convention of the rows `dh`."] = None
     home: Annotated[
         Array | None, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
     ] = None
@@ -183,9 +182,7 @@ class ToolTable(LinkTreeTable):
     """Text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Link that carries the tool. None: the last link."] = None
-    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether to leave out the shapes of this link."] = (
-        False
-    )
+    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether to leave out the shapes of it."] = False
 
 
 TOOL_LIST = ListOf(LinkTreeSpec(ToolTable), most=MOST_LISTED_PARTS)

@@ -126,9 +126,8 @@ class BatchTemplate:
         self.paths: dict[str, DottedPath] = {name: find_path(self.first, name) for name in varied}  # type: ignore[misc]
         belief, scene = experiment.task.belief, experiment.scene
         self.followed: dict[str, DottedPath] = {}  # paths in the belief for names of the true scene
-        for name in filter(
-            is_true_scene_name, varied if self.first.task.belief is not None else ()
-        ):
+        believed = varied if self.first.task.belief is not None else ()
+        for name in filter(is_true_scene_name, believed):
             truth = self.paths[name].get(scene)
             if belief is None or find_followed_path(experiment, belief, name, truth):
                 self.followed[name] = find_scene_path(self.first.task.belief, name)  # type: ignore[assignment]
@@ -136,23 +135,19 @@ class BatchTemplate:
     def of(self, varied: Mapping[str, Array]) -> Any:
         """Return the experiment with these numbers; names of the true scene are set first."""
         experiment = self.first
-        for name, values in sorted(
-            varied.items(), key=lambda each: not is_true_scene_name(each[0])
-        ):
-            path = self.paths[name]
+        for name in sorted(varied, key=is_true_scene_name, reverse=True):
+            path, values = self.paths[name], varied[name]
             if name.startswith(BELIEF):
-                experiment = _replace_belief(
-                    experiment, path.stack(get_believed_scene(experiment), values)
-                )
+                belief = path.stack(get_believed_scene(experiment), values)
+                experiment = _replace_belief(experiment, belief)
             elif not is_true_scene_name(name):
                 experiment = path.stack(experiment, values)
             else:
                 if name in self.followed:
                     belief = self.followed[name].stack(experiment.task.belief, values)
                     experiment = _replace_belief(experiment, belief)
-                experiment = replace_unchecked(
-                    experiment, scene=path.stack(experiment.scene, values)
-                )
+                scene = path.stack(experiment.scene, values)
+                experiment = replace_unchecked(experiment, scene=scene)
         return experiment
 
 

@@ -22,7 +22,8 @@ def write_brief_text(experiment: Any, folder: Path) -> str | None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FileWarning)  # issued when the files were first read
         study = {} if experiment.study is None else {"study": experiment.study}
-        text = format_toml(shorten_numbers({**make_brief_tables(experiment, folder), **study}))
+        tables = shorten_numbers({**make_brief_tables(experiment, folder), **study})
+        text = format_toml({key: tables[key] for key in sorted(tables, key="title".__ne__)})
         return text if _is_text_of(text, experiment, folder) else None
 
 

@@ -32,15 +32,7 @@ class NoNumberError(Exception):
 
 
 # errors after which the reader of texts tries the change and raises a better error if it fails
-NOT_BY_PATH = (
-    NoNumberError,
-    InputError,
-    UnreadableValue,
-    LookupError,
-    ArithmeticError,
-    TypeError,
-    ValueError,
-)
+NOT_BY_PATH = (NoNumberError, UnreadableValue, LookupError, ArithmeticError, TypeError, ValueError)
 
 
 def find_path(experiment: Any, name: str) -> DottedPath | None:
@@ -179,7 +171,8 @@ def yield_experiment_controls(of: Any) -> Iterator[Control]:
 
     The believed scene comes before the true scene.
     """
-    facts = {"scene": of.scene, "by_hand": True}
+    apart = find_common_belief(of.task) is None
+    facts = {"scene": of.scene, "by_hand": True, "apart": apart}
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
     yield from controls(make_task_table(of), place)
     if list_beliefs(of.task):

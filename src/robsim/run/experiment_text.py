@@ -34,7 +34,7 @@ from robsim.files.toml import write_toml
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.run.beliefs import find_common_belief, replace_beliefs
-from robsim.servo.goals.goal import describe_start, parse_start
+from robsim.servo.goals.goal import describe_start, describe_start_exactly, parse_start
 from robsim.servo.safety.safety import SAFETY_TABLE
 from robsim.servo.tasks.belief_spec import BeliefSpec
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
@@ -142,9 +142,7 @@ class TaskTable:
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     safety: Annotated[Any, SAFETY_TABLE, "Limits within which every command is kept."] = None
     endings: Annotated[Any, ENDING_LIST, "Further conditions that end a run."] = ()
-    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = (
-        None
-    )
+    run: Annotated[Any, Table(RunTable, RunTable), "Period, duration and record of the run."] = None
     study: Annotated[Any, ForeignTable(), "Study of many runs, for `robsim study`."] = None
 
 
@@ -182,12 +180,9 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
         task = _rebase_beliefs(old, scene, c)
         shared = find_common_belief(task)
         if "belief" in raw:
-            is_removed = raw["belief"] == PythonValue(None)
-            believed = (
-                None
-                if is_removed
-                else c.at("belief", over=shared).read_or_report(BELIEF, raw["belief"])
-            )
+            believed = None
+            if raw["belief"] != PythonValue(None):
+                believed = c.at("belief", over=shared).read_or_report(BELIEF, raw["belief"])
             task = replace_beliefs(task, lambda one: believed if is_identical(one, shared) else one)
             shared = believed
         table = replace(make_task_table(old), task=task)
@@ -198,12 +193,9 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
         task_part = read_table(TaskTable, raw, c.with_old_value(table), *SCENE)
     if task_part is MISSING or scene is None:
         return None
-    start = (
-        old.start if old is not None and "start" not in raw else _read_start(task_part, scene, c)
-    )
-    if isinstance(
-        raw.get("task"), PythonValue
-    ):  # a new task object keeps the belief of the old one
+    keeps_start = old is not None and "start" not in raw
+    start = old.start if keeps_start else _read_start(task_part, scene, c)
+    if isinstance(raw.get("task"), PythonValue):  # a new object keeps the belief of the old one
         own_task = replace_beliefs(task_part.task, lambda one: shared if one is None else one)
         task_part = replace(task_part, task=own_task)
     names = ("task", "title", "sensing", "actuation", "safety", "endings")
@@ -256,9 +248,10 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)
+    describe = describe_start_exactly if facts.get("short") else lambda q, scene: (q,)
     task_part = replace(
         make_task_table(of),
-        start=None if of.start is None else StartTable(of.start),
+        start=None if of.start is None else StartTable(*describe(of.start, of.scene)),
         sensing=None if of.sensing == Sensing() else of.sensing,
         actuation=None if of.actuation == Actuation() else of.actuation,
         run=_make_run_table(of, bool(facts.get("brief"))),

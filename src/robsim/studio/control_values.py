@@ -11,17 +11,18 @@ from robsim.base.errors import InputError, format_value, is_known_name
 from robsim.declare.controls import Control
 from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.short_numbers import shorten_numbers
+from robsim.studio.rounded_values import round_control_value
 
 
 def check_control_value(control: Control, value: Any) -> Any:
-    """Return a value from a page; raise InputError unless it has the form of the control.
+    """Return a value from a page, rounded; raise InputError unless it fits the form of the control.
 
     The bounds of the value are checked later, by the declaration of the control.
     """
     fits, words = _FORMS[control.form]
     if not fits(control, value):
         raise InputError(f"{control.path}: expected {words}, got {format_value(value)}")
-    return float(value) if control.form == "number" else value
+    return round_control_value(control, value)
 
 
 def build_changes(controls: Mapping[str, Control], values: Mapping[str, Any]) -> dict[str, Any]:

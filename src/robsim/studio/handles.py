@@ -18,6 +18,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
 from robsim.studio.control_values import is_json_number
 from robsim.studio.frame_placement import find_carrier, solve_frame_placement
+from robsim.studio.rounded_values import round_dragged_value
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -113,8 +114,8 @@ def compute_drag_changes(
         )
     root = "start" if handle.name == "start" else "task.goal"
     reached = solve_frame_placement(scene, handle.frame, T, q)
-    if f"{root}.q" in controls:
-        return controls[f"{root}.q"].changes(reached.tolist())
+    if control := controls.get(f"{root}.q"):
+        return control.changes(round_dragged_value(control, reached.tolist()))
     return _build_pose_changes(controls, root, Pose.from_quaternion(reached[:3], reached[3:]))
 
 
@@ -161,7 +162,10 @@ def _parse_dragged_pose(value: Any) -> Pose:
 def _build_pose_changes(controls: Mapping[str, Control], root: str, T: Pose) -> dict[str, Any]:
     """Return the changes that set the controls of a pose."""
     position, rotvec = controls[f"{root}.position"], controls[f"{root}.rotvec"]
-    return {**position.changes(T.position.tolist()), **rotvec.changes(T.rotvec.tolist())}
+    return {
+        **position.changes(round_dragged_value(position, T.position.tolist())),
+        **rotvec.changes(round_dragged_value(rotvec, T.rotvec.tolist())),
+    }
 
 
 def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:

@@ -12,6 +12,7 @@ from typing import Any
 
 from robsim.base.errors import InputError, RobSimError, format_value
 from robsim.page.html_document import build_live_html
+from robsim.page.recording_builder import Recording
 from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
@@ -65,6 +66,7 @@ class Session:
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
         self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
         self._explanations: queue.Queue[tuple[int, dict[str, Any]]] = queue.Queue()
+        self._using_bench = threading.Lock()  # the simulation and the files read the same bench
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._simulate, name="robsim-session", daemon=True)
 
@@ -100,9 +102,24 @@ class Session:
         if name == "pictures.json":
             return "application/json", json.dumps(self.shelf.pictures()).encode()
         try:
-            return downloads.build_download(*self.bench.current, name)
-        except InputError as error:
+            return downloads.build_download(self._get_saved_experiment(), self._record, name)
+        except RobSimError as error:
             raise UnavailableDownload(str(error)) from None
+
+    def file_name(self, name: str) -> str:
+        """Return the name under which a browser stores a file."""
+        bench = self.open_bench
+        return downloads.format_file_name(bench.experiment if bench else None, name)
+
+    def _get_saved_experiment(self) -> Experiment:
+        """Return the experiment of the files; raise InputError if no run of the study is open."""
+        with self._using_bench:
+            return self.bench.saved_experiment()
+
+    def _record(self) -> Recording:
+        """Return the recording of all that is on the screen."""
+        with self._using_bench:
+            return self.bench.recording()
 
     def hello(self) -> list[str | bytes]:
         """Return the messages that bring a page up to date."""
@@ -121,10 +138,13 @@ class Session:
         due = time.monotonic()
         while not self._over.is_set():
             due = max(due + TICK, time.monotonic())
-            self._handle_requests(self._collect_requests(due))
+            requests = self._collect_requests(due)
+            with self._using_bench:
+                self._handle_requests(requests)
             try:
                 if self.playing:
-                    self._advance()
+                    with self._using_bench:
+                        self._advance()
                 self._store_explanation()
                 self.send_news()
             except Exception as error:  # noqa: BLE001  such as an error in a user's law

@@ -20,7 +20,7 @@ from robsim.declare.spec import MISSING, Context, NoTextError, Raw
 from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose, homogeneous_matrix
-from robsim.geometry.pose_table import FLAT_POSE, POSE
+from robsim.geometry.pose_table import FLAT_POSE, POSE, propose_short_poses
 from robsim.robot.joints.floating_joint import FloatingJoint
 from robsim.robot.robot_table import MOST_LISTED_PARTS
 from robsim.servo.camera_target import CameraTarget, compute_relative_pose
@@ -230,6 +230,8 @@ class GoalTable:
             return cls(places=places)
         if c.facts.get("by_hand"):
             return cls(*describe_start(value.q, scene), places=places)
+        if c.facts.get("short") and value.q is not None:
+            return cls(*describe_start_exactly(value.q, scene), places=places)
         q = None if value.q is None else scene.coordinates(value.q, limits=False)
         return cls(q, places=places)
 
@@ -276,6 +278,23 @@ def describe_start(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
     if scene.coordinate_units != FLOATING_UNITS:
         return at, None
     return None, Pose.from_quaternion(at[:3], at[3:])
+
+
+def describe_start_exactly(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
+    """Return the coordinates of a start, or a pose of short angles with exactly these coordinates.
+
+    >>> from robsim import robots
+    >>> q = Pose.at(0, 0, -1, rotvec=(0.0, 0.0, 0.5)).q
+    >>> describe_start_exactly(q, Scene([robots.free_camera()]))[1].rotvec
+    array([0. , 0. , 0.5])
+    """
+    at = scene.coordinates(q, limits=False)
+    if scene.coordinate_units == FLOATING_UNITS and at.ndim == 1:
+        near = Pose.from_quaternion(at[:3], at[3:])
+        for _, _, pose in propose_short_poses(near):
+            if scene.coordinates(pose.q, limits=False).tobytes() == at.tobytes():
+                return None, pose
+    return at, None
 
 
 def find_goal_configuration(goal: GoalKind, scene: Scene, runs: int) -> Array | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -31,14 +31,9 @@ class BeliefSpec(Table):
         if not isinstance(complete, bool):
             c.at("complete").report(str(make_expected_error("a valid boolean", complete)))
         rest = {key: part for key, part in raw.items() if key != "complete"}
-        before = (
-            MISSING
-            if complete is True
-            else c.facts["scene"]
-            if c.over in (MISSING, None)
-            else c.over
-        )
-        scene: Scene = super().read(rest, c.with_old_value(before))
+        before = c.facts["scene"] if c.over in (MISSING, None) else c.over
+        over = MISSING if complete is True else before
+        scene: Scene = super().read(rest, c.with_old_value(over))
         return scene
 
     def build_table(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
@@ -56,6 +51,10 @@ class BeliefSpec(Table):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if c.facts.get("apart"):
             super().put(table, name, value, c)
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        """Return the controls of a belief of its own; a common belief has them once."""
+        return super().controls(value, place) if place.c.facts["apart"] else ()
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})

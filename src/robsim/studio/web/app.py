@@ -12,8 +12,8 @@ class UnavailableDownload(Exception):
 class App(Protocol):
     """An app of a server: a page, downloads, and an exchange of messages with each page.
 
-    The server calls `page` and `download` in several worker threads. It calls `hello` and `receive`
-    in the single thread that serves all pages, so they must return quickly.
+    The server calls `page`, `download` and `file_name` in several worker threads. It calls `hello`
+    and `receive` in the single thread that serves all pages, so they must return quickly.
     """
 
     def page(self) -> str:
@@ -25,6 +25,10 @@ class App(Protocol):
 
         Raise UnavailableDownload with a reason if the file is temporarily not available.
         """
+        ...
+
+    def file_name(self, name: str) -> str:
+        """Return the name, of printable ASCII without quotes, under which a file is stored."""
         ...
 
     def hello(self) -> list[str | bytes]:

@@ -22,7 +22,7 @@ from robsim.studio.web.http_responses import (
 )
 
 SOCKET = "/socket"
-_DOWNLOAD = re.compile(r"/download/([a-z_.]{1,64})")
+_DOWNLOAD = re.compile(r"/download/([a-z0-9_.]{1,64})")
 _META = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
 _T = TypeVar("_T")
 
@@ -46,7 +46,8 @@ class Site:
         file = await self._call_app(lambda: self._app.download(match[1])) if match else None
         if not match or file is None:
             raise RefusedRequest(HTTPStatus.NOT_FOUND, "There is nothing under this address.")
-        disposition = f'attachment; filename="{match[1]}"'
+        stored_as = await self._call_app(lambda: self._app.file_name(match[1]))
+        disposition = f'attachment; filename="{stored_as}"'
         return build_response(HTTPStatus.OK, file[1], file[0], Content_Disposition=disposition)
 
     def close(self) -> None:
