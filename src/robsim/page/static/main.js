@@ -1,6 +1,7 @@
 // The page: a recording with time controls, the map of a study, or the messages of a studio.
 
 import { Clock } from "./clock.js";
+import { Pendant } from "./pendant.js";
 import { Studio } from "./studio.js";
 import { StudyMap } from "./study.js";
 import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
@@ -17,6 +18,7 @@ async function start() {
   const { header, arrays } = recorded ? await unpack(recorded) : {};
   if (header?.format === "robsim study") return chart(header, arrays);
   if (header) replay(header, arrays, view, clock);
+  else if (document.body.dataset.page === "pendant") new Pendant(view, clock);
   else new Studio(view, clock);
   frames(view, clock);
 }

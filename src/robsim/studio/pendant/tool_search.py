@@ -1,0 +1,166 @@
+"""Search for the coordinates near the present ones that bring the tool to a pose, or close to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
+from robsim.geometry.pose import Pose
+from robsim.robot.ik.ik_result import IKReason
+from robsim.robot.joint import Joint
+from robsim.robot.joints.mimic import Mimic
+from robsim.robot.link import Link
+from robsim.robot.robot import Robot
+
+Lead = Literal["pose", "pointing", "position"]  # parts of the pose that count
+LEADS: tuple[Lead, ...] = ("pose", "pointing", "position")
+REACHED = 1e-6  # metres and radians: smaller differences from the requested pose do not count
+ATTEMPTS = 12  # further starts near the present coordinates, if the search from these fails
+SPREAD = {"rad": 0.5, "m": 0.1}  # largest distance of these starts
+FARTHEST = 1.2  # rad or m: a dragged tool may not move a coordinate farther at once
+RESTARTS = 60  # random starts for a typed pose, which may need another configuration
+BETTER = 0.98  # another start must reduce the error at least to this share
+
+
+class ReachedPose(NamedTuple):
+    """Coordinates (nq,) nearest to a requested pose, and their distance from it.
+
+    `distance` is in metres and `angle` in radians; the angle counts only as far as the lead
+    demands. `limited` is whether joint limits prevent the pose.
+    """
+
+    q: Array
+    distance: float
+    angle: float
+    limited: bool = False
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the tool is at the requested pose."""
+        return self.distance <= REACHED and self.angle <= REACHED
+
+
+class ToolSearch:
+    """Search that moves the joints before a link; vehicles stay where they are.
+
+    Raises InputError if no joint moves the link.
+    """
+
+    def __init__(self, robot: Robot, link: str, q: Array) -> None:
+        self.robot, self.link = robot, link
+        self.arm, self.free = hold_vehicles(robot, q)
+        tree = self.arm.tree
+        columns = np.flatnonzero(tree.flag_velocities(link))
+        if not columns.size:
+            raise InputError(f"no joint moves '{link}': choose another frame, or use the sliders")
+        rows = tree.alone(columns.astype(np.int64))
+        self.rows = rows[rows >= 0]
+        self.turning = np.array([kind.turns for kind in tree.kinds(columns)])[rows >= 0]
+        self.count = len(columns)
+
+    @property
+    def natural_lead(self) -> Lead:
+        """The parts of a pose that the number of joints can fulfil."""
+        return "pose" if self.count > 5 else "pointing" if self.count == 5 else "position"
+
+    def find(self, T: Pose, q: Array, lead: Lead = "pose", wide: bool = False) -> ReachedPose:
+        """Return the coordinates near q (nq,) that bring the link closest to T in the base.
+
+        If `wide`, another configuration of the arm may be chosen, such as elbow up instead of
+        elbow down.
+        """
+        start = q[self.free]
+        mask = None if lead == "pose" else lead
+        ask = {"link": self.link, "mask": mask, "threads": 1}
+        found = self.arm.ik(T, start, restarts=0, **ask)  # type: ignore[arg-type]
+        best, limited = found.q, found.reason == IKReason.LIMITS
+        if not found.success:
+            nearby = self._search_nearby(T, start, float(found.error), ask)
+            best = best if nearby is None else nearby
+            if nearby is None and wide:
+                other = self.arm.ik(T, start, restarts=RESTARTS, **ask)  # type: ignore[arg-type]
+                best = other.q if other.success else best
+        whole = q.copy()
+        whole[self.free] = self._unwind(best, start)
+        return self.measure(T, whole, lead, bool(limited))
+
+    def measure(self, T: Pose, q: Array, lead: Lead, limited: bool = False) -> ReachedPose:
+        """Return the distance of the link at q (nq,) from the pose T in the base."""
+        reached = Pose(self.robot.fk(q, self.link))
+        between = (reached.inv() @ T).matrix
+        angle = 0.0
+        if lead == "pose":
+            angle = float(np.linalg.norm(Pose(between).rotvec))
+        elif lead == "pointing":
+            angle = float(np.arctan2(np.hypot(*between[:2, 2]), between[2, 2]))
+        return ReachedPose(q, float(np.linalg.norm(between[:3, 3])), angle, limited)
+
+    def _search_nearby(self, T: Pose, start: Array, error: float, ask: dict[str, object]) -> Array | None:
+        """Return coordinates closer to T by a search from several starts around `start`, if any.
+
+        An arm that is stretched cannot begin to bend from where it is: the gradient vanishes there.
+        """
+        spread = np.zeros(len(start))
+        spread[self.rows] = [SPREAD[self.arm.coordinate_units[i]] for i in self.rows]
+        shares = np.random.default_rng(0).uniform(-1.0, 1.0, (ATTEMPTS, len(start)))
+        low, high = self.arm.limits.T
+        starts = np.clip(start + shares * spread, low, high)
+        found = self.arm.ik(T, starts, restarts=0, **ask)  # type: ignore[arg-type]
+        own = np.array([self._unwind(q, start) for q in found.q])
+        near = np.abs(own - start)[:, self.rows].max(axis=1, initial=0.0) <= FARTHEST
+        closer = np.flatnonzero(near & (found.error < BETTER * error))
+        if not closer.size:
+            return None
+        least = found.error[closer].min()
+        good = closer[found.error[closer] <= least + REACHED]
+        steps = np.linalg.norm(own[good] - start, axis=1)
+        return np.asarray(own[good[steps.argmin()]])
+
+    def _unwind(self, q: Array, near: Array) -> Array:
+        """Return q with angles within the limits as close to `near` as whole turns permit."""
+        out = np.array(q)
+        low, high = self.arm.limits.T
+        rows = self.rows[self.turning]
+        turned = out[rows] + 2.0 * np.pi * np.round((near[rows] - out[rows]) / (2.0 * np.pi))
+        fits = (low[rows] <= turned) & (turned <= high[rows])
+        out[rows] = np.where(fits, turned, out[rows])
+        return out
+
+
+def hold_vehicles(robot: Robot, q: Array) -> tuple[Robot, NDArray[np.int64]]:
+    """Return a robot whose vehicles stand still at q (nq,), and the indices of its coordinates.
+
+    Inverse kinematics cannot drive a vehicle. A robot without vehicles is returned unchanged.
+    """
+    if not any(link.joint.model.wheeled for link in robot.links):
+        return robot, np.arange(robot.nq)
+    links, kept, start = [], [], 0
+    for link in robot.links:
+        count = len(link.joint.parts.coordinates)
+        if link.parent and (_rides_on_wheels(link)):
+            T = Pose(robot.fk(q, link.parent)).inv() @ Pose(robot.fk(q, link.name))
+            links.append(replace(link, joint=Joint(place=T)))
+        else:
+            links.append(link)
+            kept += range(start, start + count)
+        start += count
+    home = np.clip(q[kept], *robot.limits[kept].T)
+    return Robot(robot.name, links, home, tip=robot.tip), np.array(kept, dtype=np.int64)
+
+
+def _rides_on_wheels(link: Link) -> bool:
+    """Return whether the joint of a link is a vehicle, or a wheel of one."""
+    follows = link.joint.follows
+    return link.joint.model.wheeled or not (follows is None or isinstance(follows, Mimic))
+
+
+def parse_lead(value: object) -> Lead:
+    """Return the lead of this name; raise InputError if there is none."""
+    if value not in LEADS:
+        raise InputError(f"no lead {format_value(value)}; leads: {', '.join(LEADS)}")
+    return value  # type: ignore[return-value]  # checked above
