@@ -46,7 +46,9 @@ export class Pendant {
   async showRobot({ recording }) {
     this.still = await unpack(recording);
     this.endReplay();
-    if (this.view.space.scene && !this.hand) this.hand = new ToolHandle(this.view.space, (pose, last) => this.drag(pose, last));
+    if (this.view.space.scene && !this.hand) this.hand = new ToolHandle(this.view.space, (pose, first) => this.drag(pose, first));
+    this.tellMode();
+    this.moveRobot();
     document.body.dataset.ready = "yes";
   }
 
@@ -214,7 +216,7 @@ export class Pendant {
     this.chosen.link.value = now.link;
     this.chosen.lead.value = now.lead;
     this.takePace(now.pace);
-    this.tellNote(now.note || now.reach);
+    this.tellNote(now.note || (this.replaying ? "" : now.reach));
     this.asked?.refuse(now.note);
     this.asked = now.note ? this.asked : null;
     if (this.still && !this.replaying) this.moveRobot();
@@ -407,7 +409,7 @@ class JointRow {
     this.slider = Object.assign(element("input"), { type: "range", min: ends[0], max: ends[1], step: "any" });
     this.slider.setAttribute("aria-label", name);
     this.slider.addEventListener("pointerdown", () => this.begin());
-    this.slider.addEventListener("keydown", () => this.begin());
+    this.slider.addEventListener("keydown", (event) => this.press(event, ends));
     this.slider.addEventListener("input", () => this.slide(ends));
     const track = element("div", "", "track");
     const end = (value) => element("span", value === null ? "∞" : String(Number(value.toFixed(1))), "end");
@@ -419,6 +421,17 @@ class JointRow {
 
   begin() {
     this.stroke = `${this.name} ${performance.now()}`;
+  }
+
+  // Move by one unit for each arrow key, by ten with Shift.
+  press(event, [low, high]) {
+    const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+    if (!event.repeat) this.begin();
+    if (!step) return;
+    event.preventDefault();
+    const value = Number(this.slider.value) + step * (event.shiftKey ? 10 : 1);
+    this.slider.value = Math.min(Math.max(value, low), high);
+    this.slide([low, high]);
   }
 
   // Send a value of the slider, rounded to 0.1 unless the slider is at an end.

@@ -66,8 +66,8 @@ class CoordinateField:
     @property
     def range(self) -> str:
         """The limits as text, such as "its limits, -166 to 166 deg"."""
-        low = "no limit" if self.low is None else f"{self.low:.6g}"
-        high = "no limit" if self.high is None else f"{self.high:.6g}"
+        low = "no limit" if self.low is None else f"{self.low:.5g}"
+        high = "no limit" if self.high is None else f"{self.high:.5g}"
         return f"its limits, {low} to {high} {self.unit}"
 
 

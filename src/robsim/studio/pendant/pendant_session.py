@@ -22,11 +22,7 @@ from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
-from robsim.studio.pendant.recorded_poses import (
-    build_replay,
-    format_pose_table,
-    format_replay_code,
-)
+from robsim.studio.pendant.recorded_poses import build_replay, format_pose_table, format_replay_code
 from robsim.studio.pendant.teach_pendant import TeachPendant
 from robsim.studio.pendant.tool_search import LEADS
 from robsim.studio.web.app import UnavailableDownload
@@ -64,7 +60,8 @@ class PendantSession:
         instants = RecordingInstants(np.zeros(1), self._motion())
         title = f"teach pendant: {self.pendant.robot.name}"
         still = self._builder.build_recording(title, instants)
-        text = encode_recording_text(still.header, still.arrays, set())
+        header = still.header | {"reach": _find_workspace_box(self.pendant, still.header["reach"])}
+        text = encode_recording_text(header, still.arrays, set())
         self._send("pendant", **self._describe_robot(title))
         self._send("recording", recording=text)
         self._send_news()
@@ -187,10 +184,7 @@ class PendantSession:
         """Return the content of the message about the robot."""
         pendant = self.pendant
         joints = [
-            {
-                **{"name": f.name, "unit": f.unit, "low": f.low, "high": f.high},
-                "ends": f.ends,
-            }
+            {**{"name": f.name, "unit": f.unit, "low": f.low, "high": f.high}, "ends": f.ends}
             for f in pendant.fields
         ]
         coupled = [
@@ -241,6 +235,19 @@ def _collect_remarks(pendant: TeachPendant) -> str:
     for each in caught:
         warnings.warn(each.message, stacklevel=2)
     return "\n".join(str(each.message) for each in caught)
+
+
+def _find_workspace_box(pendant: TeachPendant, box: list[list[float]]) -> list[list[float]]:
+    """Return a box around the robot at home and most places of its tip, for the view."""
+    robot = pendant.robot
+    low, high = np.clip(robot.limits.T, -math.pi, math.pi)
+    turns = [unit == "rad" for unit in robot.coordinate_units]
+    share = np.random.default_rng(0).uniform(size=(200, robot.nq))
+    q = np.where(turns, low + share * (high - low), robot.home)
+    places = (pendant.base.matrix @ robot.fk(q))[:, :3, 3]
+    ends = np.quantile(places, [0.1, 0.9], axis=0)
+    ends[0, 2] = box[0][2]  # the ground stays below the base
+    return [np.minimum(ends[0], box[0]).tolist(), np.maximum(ends[1], box[1]).tolist()]
 
 
 def _list_shown_numbers(pendant: TeachPendant, q: Array) -> list[float]:

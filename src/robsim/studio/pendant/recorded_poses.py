@@ -35,7 +35,7 @@ FILE_UNITS = {"deg": "deg", "cm": "m"}  # unit of goals in files, by displayed u
 RAMP = 0.5  # seconds from rest to full speed
 RUN_DURATION = 10.0  # seconds, the duration of an experiment that does not give one
 MOST_POSES = 200
-NAME = PhaseName(1)
+NAME = PhaseName()
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,11 @@ def _list_drive_speeds(robot: Robot) -> dict[str, float]:
 
 
 def _find_longest_leg(
-    robot: Robot, poses: list[RecordedPose], followed: NDArray[np.int64], pace: Pace, task: dict[str, float | tuple[float, ...]]
+    robot: Robot,
+    poses: list[RecordedPose],
+    followed: NDArray[np.int64],
+    pace: Pace,
+    task: dict[str, float | tuple[float, ...]],
 ) -> float:
     """Return the longest duration of a leg in seconds."""
     if pace.duration is not None:
@@ -189,7 +193,12 @@ def format_replay_code(robot: Robot, poses: list[RecordedPose], pace: Pace) -> s
 def _format_imports(fields: list[CoordinateField]) -> list[str]:
     """Return the import statements."""
     names = sorted({FILE_UNITS[f.unit] for f in fields} | {f.unit for f in fields})
-    return ["import numpy as np", "", "import robsim as rs", f"from robsim.units import {', '.join(names)}"]
+    return [
+        "import numpy as np",
+        "",
+        "import robsim as rs",
+        f"from robsim.units import {', '.join(names)}",
+    ]
 
 
 def _format_goal(fields: list[CoordinateField]) -> str:
@@ -207,9 +216,7 @@ def _format_pace(task: FollowJoints, fields: list[CoordinateField]) -> str:
     for name in ("speed", "acceleration"):
         value = getattr(task, name)
         if isinstance(value, tuple):
-            numbers = [
-                f"{x / f.size:.6g} * {f.unit}" for x, f in zip(value, fields, strict=True)
-            ]
+            numbers = [f"{x / f.size:.6g} * {f.unit}" for x, f in zip(value, fields, strict=True)]
             parts.append(f"{name}=[{', '.join(numbers)}]")
         else:
             parts.append(f"{name}={value / fields[0].size:.6g} * {fields[0].unit}")

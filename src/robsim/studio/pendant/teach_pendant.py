@@ -21,13 +21,8 @@ from robsim.studio.pendant.coordinate_fields import (
     list_coordinate_fields,
     round_coordinates,
 )
-from robsim.studio.pendant.recorded_poses import (
-    MOST_POSES,
-    Pace,
-    RecordedPose,
-    check_pose_name,
-)
-from robsim.studio.pendant.tool_search import Lead, ReachedPose, ToolSearch, parse_lead
+from robsim.studio.pendant.recorded_poses import MOST_POSES, Pace, RecordedPose, check_pose_name
+from robsim.studio.pendant.tool_search import Lead, ReachedPose, ToolSearch, is_platform, parse_lead
 from robsim.world.scene import Scene
 
 MOST_STATES = 500  # number of stored moves
@@ -234,14 +229,14 @@ class TeachPendant:
             return ""
         gaps = [f"{reached.distance * 100:.2g} cm too far"] if reached.distance > 1e-6 else []
         if reached.angle > 1e-6:
-            gaps.append(f"turned {math.degrees(reached.angle):.2g} deg too far")
+            gaps.append(f"turned by {math.degrees(reached.angle):.2g} deg")
         held = [
             f"{field.name} at its limit of {(field.low if side == 'low' else field.high):.4g} "
             f"{field.unit}"
             for field, side in zip(self.fields, self.limit_sides, strict=True)
             if side
         ]
-        return "; ".join([f"out of reach: {', '.join(gaps)}", *held])
+        return "; ".join([f"out of reach: {' and '.join(gaps)}", *held])
 
     @property
     def condition(self) -> float | None:
@@ -251,8 +246,8 @@ class TeachPendant:
         return number if number < 1e6 else None
 
     def _tool_search(self) -> ToolSearch:
-        """Return the search for the chosen link, with vehicles where they are."""
-        moving = any(link.joint.model.wheeled for link in self.robot.links)
+        """Return the search for the chosen link, with platforms where they are."""
+        moving = any(map(is_platform, self.robot.links))
         key = (self.link, self.q.tobytes() if moving else b"")
         if self._search is None or self._search[0] != key:
             self._search = key, ToolSearch(self.robot, self.link, self.q)

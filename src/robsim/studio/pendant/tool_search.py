@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.geometry.pose import Pose
-from robsim.robot.ik.ik_result import IKReason
+from robsim.robot.ik.ik_result import IKResult
 from robsim.robot.joint import Joint
 from robsim.robot.joints.mimic import Mimic
 from robsim.robot.link import Link
@@ -20,6 +22,8 @@ from robsim.robot.robot import Robot
 Lead = Literal["pose", "pointing", "position"]  # parts of the pose that count
 LEADS: tuple[Lead, ...] = ("pose", "pointing", "position")
 REACHED = 1e-6  # metres and radians: smaller differences from the requested pose do not count
+STEP, STEP_ANGLE = 0.05, 0.2  # metres and radians between the searches along a motion
+MOST_STEPS = 30
 ATTEMPTS = 12  # further starts near the present coordinates, if the search from these fails
 SPREAD = {"rad": 0.5, "m": 0.1}  # largest distance of these starts
 FARTHEST = 1.2  # rad or m: a dragged tool may not move a coordinate farther at once
@@ -31,13 +35,12 @@ class ReachedPose(NamedTuple):
     """Coordinates (nq,) nearest to a requested pose, and their distance from it.
 
     `distance` is in metres and `angle` in radians; the angle counts only as far as the lead
-    demands. `limited` is whether joint limits prevent the pose.
+    demands.
     """
 
     q: Array
     distance: float
     angle: float
-    limited: bool = False
 
     @property
     def is_reached(self) -> bool:
@@ -46,14 +49,17 @@ class ReachedPose(NamedTuple):
 
 
 class ToolSearch:
-    """Search that moves the joints before a link; vehicles stay where they are.
+    """Search that moves the joints before a link; platforms stay where they are.
 
-    Raises InputError if no joint moves the link.
+    A free body or a platform that moves sideways is moved only if nothing else moves the link.
+    Raises InputError if no joint moves the link, or a vehicle alone.
     """
 
     def __init__(self, robot: Robot, link: str, q: Array) -> None:
         self.robot, self.link = robot, link
-        self.arm, self.free = hold_vehicles(robot, q)
+        self.arm, self.free = hold_links(robot, q, is_platform)
+        if not self.arm.tree.flag_velocities(link).any():
+            self.arm, self.free = hold_links(robot, q, _rides_on_wheels)
         tree = self.arm.tree
         columns = np.flatnonzero(tree.flag_velocities(link))
         if not columns.size:
@@ -75,21 +81,20 @@ class ToolSearch:
         elbow down.
         """
         start = q[self.free]
-        mask = None if lead == "pose" else lead
-        ask = {"link": self.link, "mask": mask, "threads": 1}
-        found = self.arm.ik(T, start, restarts=0, **ask)  # type: ignore[arg-type]
-        best, limited = found.q, found.reason == IKReason.LIMITS
+        ask = {"link": self.link, "mask": None if lead == "pose" else lead, "threads": 1}
+        found = self._search_along(T, q, ask)
+        best = found.q
         if not found.success:
             nearby = self._search_nearby(T, start, float(found.error), ask)
             best = best if nearby is None else nearby
             if nearby is None and wide:
-                other = self.arm.ik(T, start, restarts=RESTARTS, **ask)  # type: ignore[arg-type]
+                other = self.arm.ik(T, start, restarts=RESTARTS, **ask)
                 best = other.q if other.success else best
         whole = q.copy()
         whole[self.free] = self._unwind(best, start)
-        return self.measure(T, whole, lead, bool(limited))
+        return self.measure(T, whole, lead)
 
-    def measure(self, T: Pose, q: Array, lead: Lead, limited: bool = False) -> ReachedPose:
+    def measure(self, T: Pose, q: Array, lead: Lead) -> ReachedPose:
         """Return the distance of the link at q (nq,) from the pose T in the base."""
         reached = Pose(self.robot.fk(q, self.link))
         between = (reached.inv() @ T).matrix
@@ -98,9 +103,35 @@ class ToolSearch:
             angle = float(np.linalg.norm(Pose(between).rotvec))
         elif lead == "pointing":
             angle = float(np.arctan2(np.hypot(*between[:2, 2]), between[2, 2]))
-        return ReachedPose(q, float(np.linalg.norm(between[:3, 3])), angle, limited)
+        return ReachedPose(q, float(np.linalg.norm(between[:3, 3])), angle)
 
-    def _search_nearby(self, T: Pose, start: Array, error: float, ask: dict[str, object]) -> Array | None:
+    def _search_along(self, T: Pose, q: Array, ask: dict[str, Any]) -> IKResult:
+        """Return the result of searches along the straight motion to T, each from the one before.
+
+        Short steps keep the posture of the arm. The last search begins where the motion is still
+        possible, or at q if the result is better.
+        """
+        here, start = Pose(self.robot.fk(q, self.link)), q[self.free]
+        way = (here.inv() @ T).matrix
+        turn = Pose(way).rotvec
+        size = max(np.linalg.norm(way[:3, 3]) / STEP, np.linalg.norm(turn) / STEP_ANGLE)
+        count = min(math.ceil(float(size)), MOST_STEPS)
+        at = start
+        for share in np.arange(1, count) / max(count, 1):
+            between = here @ Pose.at(*(share * way[:3, 3]), rotvec=share * turn)
+            found = self.arm.ik(between, at, restarts=0, **ask)
+            if not found.success:
+                break
+            at = self._unwind(found.q, at)
+        along = self.arm.ik(T, at, restarts=0, **ask)
+        if along.success or at is start:
+            return along
+        direct = self.arm.ik(T, start, restarts=0, **ask)
+        return direct if direct.error < BETTER * along.error else along
+
+    def _search_nearby(
+        self, T: Pose, start: Array, error: float, ask: dict[str, Any]
+    ) -> Array | None:
         """Return coordinates closer to T by a search from several starts around `start`, if any.
 
         An arm that is stretched cannot begin to bend from where it is: the gradient vanishes there.
@@ -110,7 +141,7 @@ class ToolSearch:
         shares = np.random.default_rng(0).uniform(-1.0, 1.0, (ATTEMPTS, len(start)))
         low, high = self.arm.limits.T
         starts = np.clip(start + shares * spread, low, high)
-        found = self.arm.ik(T, starts, restarts=0, **ask)  # type: ignore[arg-type]
+        found = self.arm.ik(T, starts, restarts=0, **ask)
         own = np.array([self._unwind(q, start) for q in found.q])
         near = np.abs(own - start)[:, self.rows].max(axis=1, initial=0.0) <= FARTHEST
         closer = np.flatnonzero(near & (found.error < BETTER * error))
@@ -132,17 +163,19 @@ class ToolSearch:
         return out
 
 
-def hold_vehicles(robot: Robot, q: Array) -> tuple[Robot, NDArray[np.int64]]:
-    """Return a robot whose vehicles stand still at q (nq,), and the indices of its coordinates.
+def hold_links(
+    robot: Robot, q: Array, is_held: Callable[[Link], bool]
+) -> tuple[Robot, NDArray[np.int64]]:
+    """Return a robot whose held links rest on their parents as at q (nq,), and the coordinates left.
 
-    Inverse kinematics cannot drive a vehicle. A robot without vehicles is returned unchanged.
+    A robot without such links is returned unchanged.
     """
-    if not any(link.joint.model.wheeled for link in robot.links):
+    if not any(map(is_held, robot.links)):
         return robot, np.arange(robot.nq)
     links, kept, start = [], [], 0
     for link in robot.links:
         count = len(link.joint.parts.coordinates)
-        if link.parent and (_rides_on_wheels(link)):
+        if link.parent and is_held(link):
             T = Pose(robot.fk(q, link.parent)).inv() @ Pose(robot.fk(q, link.name))
             links.append(replace(link, joint=Joint(place=T)))
         else:
@@ -151,6 +184,11 @@ def hold_vehicles(robot: Robot, q: Array) -> tuple[Robot, NDArray[np.int64]]:
         start += count
     home = np.clip(q[kept], *robot.limits[kept].T)
     return Robot(robot.name, links, home, tip=robot.tip), np.array(kept, dtype=np.int64)
+
+
+def is_platform(link: Link) -> bool:
+    """Return whether the joint of a link is a free body, a vehicle, or a wheel of a vehicle."""
+    return len(link.joint.parts.coordinates) > 1 or _rides_on_wheels(link)
 
 
 def _rides_on_wheels(link: Link) -> bool:
