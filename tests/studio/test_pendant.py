@@ -8,6 +8,7 @@ import runpy
 import struct
 import warnings
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -160,8 +161,8 @@ def test_the_tool_follows_a_square_to_a_tenth_of_a_millimetre(tmp_path, name):
     pendant, start = session.pendant, session._describe_pose()["handle"]
     low, high = pendant.robot.limits.T
     corners = np.concatenate([[np.zeros(3)], SQUARE]) - (0.1, 0.1, 0)
-    sides = zip(corners[:-1], corners[1:], strict=True)
-    steps = [a + share * (b - a) for a, b in sides for share in np.arange(1, 11) / 10]
+    shares = np.arange(1, 11) / 10
+    steps = [a + share * (b - a) for a, b in pairwise(corners) for share in shares]
     for step in [corners[0], *steps]:
         goal = [*(np.array(start[:3]) + step), *start[3:]]
         told, before = ask(session, drag=[goal, "hand 1"]), pendant.q

@@ -7,7 +7,7 @@ import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ FILE_UNITS = {"deg": "deg", "cm": "m"}  # unit of goals in files, by displayed u
 RAMP = 0.5  # seconds from rest to full speed
 RUN_DURATION = 10.0  # seconds, the duration of an experiment that does not give one
 MOST_POSES = 200
+PaceArguments = dict[str, Any]  # of `FollowJoints`: a number, or one for each axis
 NAME = PhaseName()
 
 
@@ -79,7 +80,7 @@ def build_replay(robot: Robot, poses: list[RecordedPose], pace: Pace) -> Experim
     followed = find_followed_coordinates(robot)
     start = _place_base(robot, poses, followed)
     task = _describe_pace(robot, followed, pace)
-    phases = [Phase(pose.name, FollowJoints(to=pose.q[followed], **task)) for pose in poses]  # type: ignore[arg-type]
+    phases = [Phase(pose.name, FollowJoints(to=pose.q[followed], **task)) for pose in poses]
     longest = _find_longest_leg(robot, poses, followed, pace, task)
     return Experiment(
         Scene((robot,)),
@@ -113,7 +114,7 @@ def _place_base(robot: Robot, poses: list[RecordedPose], followed: NDArray[np.in
 
 def _describe_pace(
     robot: Robot, followed: NDArray[np.int64], pace: Pace
-) -> dict[str, float | tuple[float, ...]]:
+) -> PaceArguments:
     """Return the arguments of `FollowJoints` that set the pace."""
     if pace.duration is not None:
         return {"duration": pace.duration}
@@ -146,7 +147,7 @@ def _find_longest_leg(
     poses: list[RecordedPose],
     followed: NDArray[np.int64],
     pace: Pace,
-    task: dict[str, float | tuple[float, ...]],
+    task: PaceArguments,
 ) -> float:
     """Return the longest duration of a leg in seconds."""
     if pace.duration is not None:
@@ -208,7 +209,7 @@ def _format_goal(fields: list[CoordinateField]) -> str:
     return f"np.array(q) * {scale}"
 
 
-def _format_pace(task: FollowJoints, fields: list[CoordinateField]) -> str:
+def _format_pace(task: Any, fields: list[CoordinateField]) -> str:
     """Return the arguments of `FollowJoints` that set the pace."""
     if task.duration is not None:
         return f"duration={task.duration:g}"

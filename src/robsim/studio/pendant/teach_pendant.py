@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -15,7 +16,7 @@ from robsim.base.errors import InputError, check_known, format_value
 from robsim.geometry.pose import Pose
 from robsim.plot.wireframe import compute_display_pose
 from robsim.robot.robot import Robot
-from robsim.studio.control_values import is_json_integer
+from robsim.studio.control_values import is_json_integer, is_json_number
 from robsim.studio.pendant.coordinate_fields import (
     find_limit_side,
     list_coordinate_fields,
@@ -60,6 +61,9 @@ class TeachPendant:
     pace : Pace
         Pace of the replay.
     """
+
+    link: str
+    lead: Lead
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.scene = robot, Scene((robot,))
@@ -108,12 +112,11 @@ class TeachPendant:
 
     # moves
 
-    def set_joint(self, index: object, value: object, stroke: object = None) -> None:
+    def set_joint(self, index: Any, value: Any, stroke: object = None) -> None:
         """Set a coordinate, in its displayed unit."""
-        if not is_json_integer(index) or not 0 <= index < len(self.fields):
-            raise InputError(f"no joint number {format_value(index)}")
+        i = _check_index(index, len(self.fields), "joint")
         q = self.q.copy()
-        q[index] = self.fields[index].convert_number(value)
+        q[i] = self.fields[i].convert_number(value)
         self._move(q, stroke)
 
     def move_tool(self, T: Pose, stroke: object = None, wide: bool = False) -> None:
@@ -127,15 +130,13 @@ class TeachPendant:
         requested = None if reached.is_reached else T
         self._commit(replace(self.state, q=reached.q, requested=requested, reached=reached), stroke)
 
-    def type_tool(self, index: object, value: object) -> None:
+    def type_tool(self, index: Any, value: Any) -> None:
         """Set x, y or z of the tool in cm, or roll, pitch or yaw in degrees (index 0 to 5)."""
-        if not is_json_integer(index) or not 0 <= index < 6:
-            raise InputError(f"no number {format_value(index)} of a pose")
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError("the tool: expected a number")
-        tool = self.tool
+        i, tool = _check_index(index, 6, "number of a pose"), self.tool
+        if not is_json_number(value):
+            raise InputError(f"the tool: expected a number, got {format_value(value)}")
         numbers = [*tool.position, *tool.rpy]
-        numbers[index] = value / 100.0 if index < 3 else math.radians(value)
+        numbers[i] = value / 100.0 if i < 3 else math.radians(value)
         self.move_tool(Pose.at(*numbers[:3], rpy=numbers[3:]), wide=True)
 
     def go_home(self) -> None:
@@ -146,16 +147,15 @@ class TeachPendant:
         """Choose the link that the handle moves."""
         names = [link.name for link in self.robot.links]
         check_known(name, names, "no link {}", "links")
-        self.link, self.lead = str(name), "position"
-        try:
+        self.link = str(name)
+        self.lead = "position"
+        with suppress(InputError):  # a link that no joint moves is shown, and cannot be dragged
             self.lead = self._tool_search().natural_lead
-        except InputError:  # a link that no joint moves is shown, and cannot be dragged
-            pass
         self._forget_request()
 
     def choose_lead(self, name: object) -> None:
         """Choose the parts of the pose that the link follows."""
-        self.lead: Lead = parse_lead(name)
+        self.lead = parse_lead(name)
         self._forget_request()
 
     # recorded poses
@@ -170,26 +170,26 @@ class TeachPendant:
         q = round_coordinates(self.fields, self.q)
         self._keep_poses([*self.poses, RecordedPose(f"pose {number}", q)])
 
-    def remove(self, index: object) -> None:
+    def remove(self, index: Any) -> None:
         """Remove a recorded pose."""
         poses = self.poses
         del poses[self._check_pose(index)]
         self._keep_poses(poses)
 
-    def rename(self, index: object, name: object) -> None:
+    def rename(self, index: Any, name: object) -> None:
         """Give a recorded pose another name."""
         poses, i = self.poses, self._check_pose(index)
         others = [pose.name for j, pose in enumerate(poses) if j != i]
         poses[i] = replace(poses[i], name=check_pose_name(name, others))
         self._keep_poses(poses)
 
-    def reorder(self, index: object, to: object) -> None:
+    def reorder(self, index: Any, to: Any) -> None:
         """Move a recorded pose to another place in the list."""
         poses, place = self.poses, self._check_pose(to)
         poses.insert(place, poses.pop(self._check_pose(index)))
         self._keep_poses(poses)
 
-    def go_to(self, index: object) -> None:
+    def go_to(self, index: Any) -> None:
         """Move to a recorded pose."""
         self._move(self.poses[self._check_pose(index)].q.copy())
 
@@ -245,10 +245,17 @@ class TeachPendant:
         number = float(condition_number(self.robot, self.q, self.link, length=size))
         return number if number < 1e6 else None
 
+    @cached_property
+    def _platform_rows(self) -> list[int]:
+        """Indices of the coordinates of platforms."""
+        rows = [
+            is_platform(link) for link in self.robot.links for _ in link.joint.parts.coordinates
+        ]
+        return [i for i, held in enumerate(rows) if held]
+
     def _tool_search(self) -> ToolSearch:
         """Return the search for the chosen link, with platforms where they are."""
-        moving = any(map(is_platform, self.robot.links))
-        key = (self.link, self.q.tobytes() if moving else b"")
+        key = (self.link, self.q[self._platform_rows].tobytes())
         if self._search is None or self._search[0] != key:
             self._search = key, ToolSearch(self.robot, self.link, self.q)
         return self._search[1]
@@ -272,16 +279,20 @@ class TeachPendant:
         self._states[self._at] = replace(self.state, requested=None, reached=None)
         self._stroke = None
 
-    def _check_pose(self, index: object) -> int:
+    def _check_pose(self, index: Any) -> int:
         """Return the index of a recorded pose; raise InputError if there is none."""
-        if not is_json_integer(index) or not 0 <= index < len(self.state.poses):
-            raise InputError(f"no recorded pose number {format_value(index)}")
-        return int(index)
+        return _check_index(index, len(self.state.poses), "recorded pose")
+
+
+def _check_index(index: Any, count: int, what: str) -> int:
+    """Return an index below `count`; raise InputError for other values."""
+    if not is_json_integer(index) or not 0 <= index < count:
+        raise InputError(f"there is no {what} {format_value(index)}")
+    return int(index)
 
 
 def _check_between(value: Any, ends: tuple[float, float], what: str) -> float:
     """Return a number between two ends; raise InputError for others."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not ends[0] <= value <= ends[1]:
+    if not is_json_number(value) or not ends[0] <= value <= ends[1]:
         raise InputError(f"{what}: expected {ends[0]:g} to {ends[1]:g}, got {format_value(value)}")
     return float(value)

@@ -1,4 +1,4 @@
-"""Search for the coordinates near the present ones that bring the tool to a pose, or close to it."""
+"""Search for coordinates that bring the tool to a pose, or close to it, near the present ones."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ToolSearch:
         elbow down.
         """
         start = q[self.free]
-        ask = {"link": self.link, "mask": None if lead == "pose" else lead, "threads": 1}
+        ask: dict[str, Any] = {"link": self.link, "mask": None if lead == "pose" else lead, "threads": 1}
         found = self._search_along(T, q, ask)
         best = found.q
         if not found.success:
@@ -144,11 +144,11 @@ class ToolSearch:
         found = self.arm.ik(T, starts, restarts=0, **ask)
         own = np.array([self._unwind(q, start) for q in found.q])
         near = np.abs(own - start)[:, self.rows].max(axis=1, initial=0.0) <= FARTHEST
-        closer = np.flatnonzero(near & (found.error < BETTER * error))
+        errors = np.asarray(found.error)
+        closer = np.flatnonzero(near & (errors < BETTER * error))
         if not closer.size:
             return None
-        least = found.error[closer].min()
-        good = closer[found.error[closer] <= least + REACHED]
+        good = closer[errors[closer] <= errors[closer].min() + REACHED]
         steps = np.linalg.norm(own[good] - start, axis=1)
         return np.asarray(own[good[steps.argmin()]])
 
@@ -166,13 +166,15 @@ class ToolSearch:
 def hold_links(
     robot: Robot, q: Array, is_held: Callable[[Link], bool]
 ) -> tuple[Robot, NDArray[np.int64]]:
-    """Return a robot whose held links rest on their parents as at q (nq,), and the coordinates left.
+    """Return a robot whose held links are fixed as at q (nq,), and its coordinates.
 
     A robot without such links is returned unchanged.
     """
     if not any(map(is_held, robot.links)):
         return robot, np.arange(robot.nq)
-    links, kept, start = [], [], 0
+    links: list[Link] = []
+    kept: list[int] = []
+    start = 0
     for link in robot.links:
         count = len(link.joint.parts.coordinates)
         if link.parent and is_held(link):
@@ -197,8 +199,8 @@ def _rides_on_wheels(link: Link) -> bool:
     return link.joint.model.wheeled or not (follows is None or isinstance(follows, Mimic))
 
 
-def parse_lead(value: object) -> Lead:
+def parse_lead(value: Any) -> Lead:
     """Return the lead of this name; raise InputError if there is none."""
     if value not in LEADS:
         raise InputError(f"no lead {format_value(value)}; leads: {', '.join(LEADS)}")
-    return value  # type: ignore[return-value]  # checked above
+    return value
