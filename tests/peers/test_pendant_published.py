@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def test_the_tool_of_a_published_arm_follows_a_square(arm, pinocchio_reads):
     for i, value in enumerate(q):
         assert session.do({"joint": [i, value / pendant.fields[i].size, None]}) == ""
     peer, start = pinocchio_reads(path, pendant.robot), session._describe_pose()["handle"]
-    for a, b in zip(CORNERS[:-1], CORNERS[1:], strict=True):
+    for a, b in pairwise(CORNERS):
         for share in np.arange(1, 11) / 10:
             goal = [*(np.array(start[:3]) + a + share * (b - a)), *start[3:]]
             assert session.do({"drag": [goal, "hand"]}) == ""
@@ -59,8 +60,9 @@ def test_the_tool_of_a_published_arm_follows_a_square(arm, pinocchio_reads):
 
 
 def test_the_page_shows_the_meshes_and_a_far_goal_in_words(arm):
-    _, session, q = arm
-    told, session.broadcast = [], lambda message: told.append(message)
+    _, session, _ = arm
+    told = []
+    session.broadcast = told.append
     session.start()
     session.close()
     header = session._builder.entries["parts"]

@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import re
 import runpy
 import struct
 import warnings
@@ -18,7 +17,7 @@ import robsim as rs
 from robsim.cli.studio_command import _load_shown
 from robsim.errors import FileError, FileWarning
 from robsim.studio.pendant.pendant_session import PendantSession
-from robsim.studio.pendant.recorded_poses import Pace, build_replay
+from robsim.studio.pendant.recorded_poses import ReplayPace, build_replay
 from robsim.studio.pendant.tool_search import ToolSearch
 from robsim.studio.web.app import UnavailableDownload
 
@@ -187,7 +186,7 @@ def test_an_unreachable_corner_is_named_and_the_arm_goes_as_near_as_it_can(tmp_p
     reached = multiply_joints(tmp_path / "six.urdf", session.pendant.q)
     distance, angle = measure_gap(reached, matrix_of(goal))
     assert (
-        f"out of reach: {100 * distance:.2g} cm too far and turned by {angle:.2g} deg"
+        f"out of reach: {100 * distance:.3g} cm too far and turned by {angle:.3g} deg"
         == told["reach"]
     )
     assert told["requested"] == pytest.approx(goal, abs=1e-8)
@@ -202,9 +201,8 @@ def test_a_joint_at_its_limit_is_marked_and_named(tmp_path):
     session = open_arm(tmp_path, "gantry")
     start = session._describe_pose()["handle"]
     told = ask(session, drag=[[start[0] + 0.7, *start[1:]], "hand 1"])
-    assert re.fullmatch(
-        r"out of reach: 20 cm too far and turned by \S+ deg; j1 at its limit of 60 cm",
-        told["reach"],
+    assert told["reach"] == (
+        "out of reach: 19.8 cm too far and turned by 1.11 deg; j1 at its limit of 60 cm"
     )
     assert told["limits"] == ["high", "", "", "", "", ""]
     assert told["joints"][0] == 60.0
@@ -225,6 +223,29 @@ def test_angles_go_on_beyond_a_turn_and_keep_their_side():
     handle = session._describe_pose()["handle"]
     told = ask(session, drag=[[handle[0], handle[1] + 0.01, *handle[2:]], "hand 1"])
     assert told["reach"] == "" and 340 < told["joints"][5] <= 360
+
+
+def test_an_angle_turns_no_farther_than_its_limits_demand():
+    arm = rs.robots.ur5e()
+    search = ToolSearch(arm, arm.tip, arm.home)
+    near, found = np.radians([-248.6, 350, 0, 0, 0, 0]), np.radians([298.6, -5, 0, 0, 0, 0])
+    assert np.degrees(search._unwind(found, near))[:2] == pytest.approx([-61.4, 355])
+
+
+def test_a_typed_pose_may_need_another_configuration_and_a_dragged_one_does_not_jump(tmp_path):
+    pendant = open_arm(tmp_path, "six").pendant
+    low, high = np.clip(pendant.robot.limits.T, -3, 3)
+    other = np.random.default_rng(6).uniform(low, high)
+    T = rs.Pose(multiply_joints(tmp_path / "six.urdf", other))
+    pendant.move_tool(T)
+    assert pendant.reach_text == (
+        "out of reach: 1.34 cm too far and turned by 0.0622 deg; j1 at its limit of -166.2 deg"
+    )
+    pendant.undo()
+    pendant.move_tool(T, wide=True)
+    assert pendant.reach_text == "reached in another configuration of the arm"
+    reached = multiply_joints(tmp_path / "six.urdf", pendant.q)
+    np.testing.assert_allclose(reached, T.matrix, rtol=0, atol=1e-7)
 
 
 def test_a_typed_pose_and_refused_numbers():
@@ -298,7 +319,7 @@ def test_twenty_recorded_poses_are_replayed_within_the_speed_of_the_joints(tmp_p
     assert np.abs(ends_of(mission) - recorded).max() < 1e-6
     fastest = np.abs(np.diff(mission.run["q"].values, axis=0)).max() / 0.04
     assert 1.4 < fastest < 1.5 + 1e-9  # rad/s, of the URDF file
-    slow = build_replay(robot, poses[:2], Pace(0.5, 3.0)).run()
+    slow = build_replay(robot, poses[:2], ReplayPace(0.5, 3.0)).run()
     assert [leg.end - leg.start for leg in slow.legs] == pytest.approx([3.0, 3.0], abs=0.05)
 
 
@@ -387,6 +408,10 @@ def test_other_robots_are_shown_with_units_and_refuse_in_words(name):
     assert [each["unit"] for each in joints] == [
         {"m": "cm", "rad": "deg", "1": ""}[unit] for unit in session.pendant.robot.coordinate_units
     ]
+    coupled = json.loads(session.told[0])["coupled"]
+    assert [each["name"] for each in coupled] == (
+        ["right_finger"] if name == "rhino_gripper" else ["front_right"] if name == "car" else []
+    )
     session.do({"record": True})
     note = session.do({"replay": True})
     assert not note or "FollowJoints moves joints of one coordinate" in note

@@ -45,6 +45,7 @@ export class Pendant {
   // The robot and its frames, which are sent first, and again after a lost connection.
   async showRobot({ recording }) {
     this.still = await unpack(recording);
+    this.shown = false;
     this.endReplay();
     if (this.view.space.scene && !this.hand) this.hand = new ToolHandle(this.view.space, (pose, first) => this.drag(pose, first));
     this.tellMode();

@@ -47,8 +47,8 @@ class RecordedPose:
     q: Array
 
 
-class Pace(NamedTuple):
-    """Pace of a replay: a share of the full speed of the joints, or a duration of each leg in s."""
+class ReplayPace(NamedTuple):
+    """ReplayPace of a replay: a share of the full speed of the joints, or a duration of each leg in s."""
 
     speed: float = 0.5
     duration: float | None = None
@@ -69,7 +69,7 @@ def find_followed_coordinates(robot: Robot) -> NDArray[np.int64]:
     return np.array([joint.coordinate for joint in joints], dtype=np.int64)
 
 
-def build_replay(robot: Robot, poses: list[RecordedPose], pace: Pace) -> Experiment[Mission]:
+def build_replay(robot: Robot, poses: list[RecordedPose], pace: ReplayPace) -> Experiment[Mission]:
     """Return the experiment that drives a robot from home through recorded poses, one by one.
 
     Raise InputError if there is no pose, or if the poses differ in coordinates that `FollowJoints`
@@ -112,9 +112,7 @@ def _place_base(robot: Robot, poses: list[RecordedPose], followed: NDArray[np.in
     return start
 
 
-def _describe_pace(
-    robot: Robot, followed: NDArray[np.int64], pace: Pace
-) -> PaceArguments:
+def _describe_pace(robot: Robot, followed: NDArray[np.int64], pace: ReplayPace) -> PaceArguments:
     """Return the arguments of `FollowJoints` that set the pace."""
     if pace.duration is not None:
         return {"duration": pace.duration}
@@ -146,7 +144,7 @@ def _find_longest_leg(
     robot: Robot,
     poses: list[RecordedPose],
     followed: NDArray[np.int64],
-    pace: Pace,
+    pace: ReplayPace,
     task: PaceArguments,
 ) -> float:
     """Return the longest duration of a leg in seconds."""
@@ -156,7 +154,7 @@ def _find_longest_leg(
     return float(np.max(Trapezoid(q[:-1], q[1:], **task).duration))
 
 
-def format_replay_code(robot: Robot, poses: list[RecordedPose], pace: Pace) -> str:
+def format_replay_code(robot: Robot, poses: list[RecordedPose], pace: ReplayPace) -> str:
     """Return Python code that builds and runs the replay, with its numbers in degrees and cm.
 
     A robot that is neither in the library nor in an unchanged URDF file is stored as text.

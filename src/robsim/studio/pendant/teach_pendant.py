@@ -22,8 +22,20 @@ from robsim.studio.pendant.coordinate_fields import (
     list_coordinate_fields,
     round_coordinates,
 )
-from robsim.studio.pendant.recorded_poses import MOST_POSES, Pace, RecordedPose, check_pose_name
-from robsim.studio.pendant.tool_search import Lead, ReachedPose, ToolSearch, is_platform, parse_lead
+from robsim.studio.pendant.recorded_poses import (
+    MOST_POSES,
+    ReplayPace,
+    RecordedPose,
+    check_pose_name,
+)
+from robsim.studio.pendant.tool_search import (
+    REACHED,
+    Lead,
+    ReachedPose,
+    ToolSearch,
+    is_platform,
+    parse_lead,
+)
 from robsim.world.scene import Scene
 
 MOST_STATES = 500  # number of stored moves
@@ -58,8 +70,8 @@ class TeachPendant:
         The link that the handle moves.
     lead : {"pose", "pointing", "position"}
         Parts of the pose of the handle that the link follows.
-    pace : Pace
-        Pace of the replay.
+    pace : ReplayPace
+        ReplayPace of the replay.
     """
 
     link: str
@@ -68,7 +80,7 @@ class TeachPendant:
     def __init__(self, robot: Robot) -> None:
         self.robot, self.scene = robot, Scene((robot,))
         self.fields = list_coordinate_fields(robot)
-        self.pace = Pace()
+        self.pace = ReplayPace()
         self._states, self._at = [TaughtState(np.array(robot.home))], 0
         self._stroke: object = None
         self._search: tuple[tuple[str, bytes], ToolSearch] | None = None
@@ -195,7 +207,7 @@ class TeachPendant:
 
     def set_pace(self, speed: object, duration: object) -> None:
         """Set the share of the full speed, or the duration of each leg in seconds if not None."""
-        self.pace = Pace(
+        self.pace = ReplayPace(
             _check_between(speed, SPEED_SHARES, "speed"),
             None if duration is None else _check_between(duration, LEG_DURATIONS, "seconds a leg"),
         )
@@ -225,11 +237,13 @@ class TeachPendant:
     def reach_text(self) -> str:
         """Explanation of the distance from the requested pose, or "" if the tool is there."""
         reached = self.state.reached
+        if reached is not None and reached.switched:
+            return "reached in another configuration of the arm"
         if self.state.requested is None or reached is None:
             return ""
-        gaps = [f"{reached.distance * 100:.2g} cm too far"] if reached.distance > 1e-6 else []
-        if reached.angle > 1e-6:
-            gaps.append(f"turned by {math.degrees(reached.angle):.2g} deg")
+        gaps = [f"{_format_length(reached.distance)} too far"] if reached.distance > REACHED else []
+        if reached.angle > REACHED:
+            gaps.append(f"turned by {math.degrees(reached.angle):.3g} deg")
         held = [
             f"{field.name} at its limit of {(field.low if side == 'low' else field.high):.4g} "
             f"{field.unit}"
@@ -282,6 +296,11 @@ class TeachPendant:
     def _check_pose(self, index: Any) -> int:
         """Return the index of a recorded pose; raise InputError if there is none."""
         return _check_index(index, len(self.state.poses), "recorded pose")
+
+
+def _format_length(metres: float) -> str:
+    """Return a length in cm, or in m from 10 m on."""
+    return f"{100.0 * metres:.3g} cm" if metres < 9.995 else f"{metres:.3g} m"
 
 
 def _check_index(index: Any, count: int, what: str) -> int:

@@ -27,7 +27,8 @@ MOST_STEPS = 30
 ATTEMPTS = 12  # further starts near the present coordinates, if the search from these fails
 SPREAD = {"rad": 0.5, "m": 0.1}  # largest distance of these starts
 FARTHEST = 1.2  # rad or m: a dragged tool may not move a coordinate farther at once
-RESTARTS = 60  # random starts for a typed pose, which may need another configuration
+WIDE_ATTEMPTS = 80  # random starts for a typed pose, which may need another configuration
+WIDEST = {"rad": math.pi, "m": 1.0}  # largest distance of these starts from zero
 BETTER = 0.98  # another start must reduce the error at least to this share
 
 
@@ -35,12 +36,13 @@ class ReachedPose(NamedTuple):
     """Coordinates (nq,) nearest to a requested pose, and their distance from it.
 
     `distance` is in metres and `angle` in radians; the angle counts only as far as the lead
-    demands.
+    demands. `switched` is whether the arm is in another configuration, such as elbow up.
     """
 
     q: Array
     distance: float
     angle: float
+    switched: bool = False
 
     @property
     def is_reached(self) -> bool:
@@ -81,18 +83,27 @@ class ToolSearch:
         elbow down.
         """
         start = q[self.free]
-        ask: dict[str, Any] = {"link": self.link, "mask": None if lead == "pose" else lead, "threads": 1}
+        ask: dict[str, Any] = {
+            "link": self.link,
+            "mask": None if lead == "pose" else lead,
+            "threads": 1,
+        }
         found = self._search_along(T, q, ask)
-        best = found.q
+        best, switched = found.q, False
         if not found.success:
             nearby = self._search_nearby(T, start, float(found.error), ask)
             best = best if nearby is None else nearby
-            if nearby is None and wide:
-                other = self.arm.ik(T, start, restarts=RESTARTS, **ask)
-                best = other.q if other.success else best
+            missed = wide and not self.measure(T, self._complete(best, q), lead).is_reached
+            other = self._search_widely(T, start, ask) if missed else None
+            best, switched = (best, False) if other is None else (other, True)
+        whole = self._complete(self._unwind(best, start), q)
+        return self.measure(T, whole, lead)._replace(switched=switched)
+
+    def _complete(self, own: Array, q: Array) -> Array:
+        """Return q (nq,) with other values of the coordinates that the search may change."""
         whole = q.copy()
-        whole[self.free] = self._unwind(best, start)
-        return self.measure(T, whole, lead)
+        whole[self.free] = own
+        return whole
 
     def measure(self, T: Pose, q: Array, lead: Lead) -> ReachedPose:
         """Return the distance of the link at q (nq,) from the pose T in the base."""
@@ -136,31 +147,50 @@ class ToolSearch:
 
         An arm that is stretched cannot begin to bend from where it is: the gradient vanishes there.
         """
-        spread = np.zeros(len(start))
-        spread[self.rows] = [SPREAD[self.arm.coordinate_units[i]] for i in self.rows]
-        shares = np.random.default_rng(0).uniform(-1.0, 1.0, (ATTEMPTS, len(start)))
-        low, high = self.arm.limits.T
-        starts = np.clip(start + shares * spread, low, high)
-        found = self.arm.ik(T, starts, restarts=0, **ask)
-        own = np.array([self._unwind(q, start) for q in found.q])
-        near = np.abs(own - start)[:, self.rows].max(axis=1, initial=0.0) <= FARTHEST
-        errors = np.asarray(found.error)
-        closer = np.flatnonzero(near & (errors < BETTER * error))
-        if not closer.size:
+        spread = [SPREAD[self.arm.coordinate_units[i]] for i in self.rows]
+        ends = start[self.rows] - spread, start[self.rows] + spread
+        own, errors = self._search_from_random_starts(T, start, ends, ATTEMPTS, ask)
+        near = np.abs(own - start).max(axis=1, initial=0.0) <= FARTHEST
+        closer = near & (errors < BETTER * error)
+        if not closer.any():
             return None
-        good = closer[errors[closer] <= errors[closer].min() + REACHED]
-        steps = np.linalg.norm(own[good] - start, axis=1)
-        return np.asarray(own[good[steps.argmin()]])
+        return _find_nearest(own, start, closer & (errors <= errors[closer].min() + REACHED))
+
+    def _search_widely(self, T: Pose, start: Array, ask: dict[str, Any]) -> Array | None:
+        """Return the coordinates nearest to `start` of all searches that reach T, or None."""
+        spans = [WIDEST[self.arm.coordinate_units[i]] for i in self.rows]
+        ends = np.multiply(spans, -1.0), np.array(spans)
+        own, errors = self._search_from_random_starts(T, start, ends, WIDE_ATTEMPTS, ask)
+        solved = errors <= REACHED / 10
+        return _find_nearest(own, start, solved) if solved.any() else None
+
+    def _search_from_random_starts(
+        self, T: Pose, start: Array, ends: tuple[Array, Array], count: int, ask: dict[str, Any]
+    ) -> tuple[Array, Array]:
+        """Return the coordinates (count, nq) and errors of searches that begin between two ends."""
+        starts, low, high = np.tile(start, (count, 1)), *self.arm.limits.T
+        starts[:, self.rows] = np.random.default_rng(0).uniform(*ends, (count, len(self.rows)))
+        found = self.arm.ik(T, np.clip(starts, low, high), restarts=0, **ask)
+        return np.array([self._unwind(q, start) for q in found.q]), np.asarray(found.error)
 
     def _unwind(self, q: Array, near: Array) -> Array:
         """Return q with angles within the limits as close to `near` as whole turns permit."""
         out = np.array(q)
         low, high = self.arm.limits.T
-        rows = self.rows[self.turning]
-        turned = out[rows] + 2.0 * np.pi * np.round((near[rows] - out[rows]) / (2.0 * np.pi))
-        fits = (low[rows] <= turned) & (turned <= high[rows])
-        out[rows] = np.where(fits, turned, out[rows])
+        rows, whole = self.rows[self.turning], 2.0 * np.pi
+        fewest, most = (
+            np.ceil((low[rows] - q[rows]) / whole),
+            np.floor((high[rows] - q[rows]) / whole),
+        )
+        turns = np.clip(np.round((near[rows] - q[rows]) / whole), fewest, most)
+        out[rows] += whole * np.where(fewest <= most, turns, 0.0)
         return out
+
+
+def _find_nearest(q: Array, start: Array, usable: NDArray[np.bool_]) -> Array:
+    """Return the usable row of q (n, nq) whose largest distance from `start` is least."""
+    steps = np.abs(q - start).max(axis=1)
+    return np.asarray(q[np.where(usable, steps, np.inf).argmin()])
 
 
 def hold_links(
