@@ -20,6 +20,7 @@ from robsim.studio.pendant.pendant_session import PendantSession
 from robsim.studio.pendant.recorded_poses import ReplayPace, build_replay
 from robsim.studio.pendant.tool_search import ToolSearch
 from robsim.studio.web.app import UnavailableDownload
+from robsim.studio.workbench import Workbench
 
 SQUARE = np.array([(0.2, 0, 0), (0.2, 0.2, 0), (0, 0.2, 0), (0, 0, 0)])  # corners in metres
 ARMS = {  # parent to child: kind, xyz, rpy, axis, lower, upper
@@ -311,8 +312,6 @@ def test_twenty_recorded_poses_are_replayed_within_the_speed_of_the_joints(tmp_p
     session = open_arm(tmp_path, "six")
     recorded = record_poses(session, 20)
     session.do({"pace": [1.0, None]})
-    assert session.do({"replay": True}) == ""
-    assert json.loads(session.told[-1])["type"] == "replay"
     robot, poses, pace = session.pendant.robot, session.pendant.poses, session.pendant.pace
     mission = build_replay(robot, poses, pace).run()
     assert mission.succeeded and len(mission.legs) == 20
@@ -338,6 +337,8 @@ def test_the_files_give_the_same_motion(tmp_path, monkeypatch, name):
     run = experiment.run()
     np.testing.assert_array_equal([p.task.to for p in experiment.task.phases], recorded)
     assert np.abs(ends_of(run) - recorded).max() < 1e-6
+    shown = Workbench(experiment).recording()  # as `robsim studio experiment.toml` opens it
+    assert len(shown.arrays["time"]) == run.run.sizes["time"]
     monkeypatch.setattr(rs, "show", lambda run: None)
     made = runpy.run_path(str(tmp_path / "experiment.py"))
     np.testing.assert_array_equal(made["run"].run["q"].values, run.run["q"].values)
@@ -350,6 +351,27 @@ def test_the_files_give_the_same_motion(tmp_path, monkeypatch, name):
         np.pi / 180 if u == "deg" else 0.01 for u in units
     ]
     np.testing.assert_allclose(shown, recorded, rtol=0, atol=1e-9)
+
+
+def test_a_table_of_poses_is_loaded_again_and_wrong_tables_are_refused(tmp_path):
+    session = open_arm(tmp_path, "gantry")
+    recorded = record_poses(session, 3)
+    table = session.download("poses.csv")[1].decode()
+    for _ in range(3):
+        session.do({"remove": 0})
+    assert session.do({"load": table}) == ""
+    np.testing.assert_array_equal([pose.q for pose in session.pendant.poses], recorded)
+    for wrong, reason in {
+        "": "expected the columns pose, j1 [cm], j2 [cm], j3 [cm], j4 [deg]",
+        table.replace("[cm]", "[m]"): "expected the columns",
+        table + "pose 9,1,2\n": "line 5: expected 7 columns, got 3",
+        table + "pose 9,1,2,3,x,5,6\n": "line 5: j4: expected a number, got 'x'",
+        table + "pose 9,100,2,3,4,5,6\n": "line 5: j1: 100 cm is outside of its limits",
+        table + "pose 9,nan,2,3,4,5,6\n": "line 5: j1",
+        table + "pose 1,1,2,3,4,5,6\n": "line 5: another pose is called 'pose 1'",
+    }.items():
+        assert reason in session.do({"load": wrong})
+    assert len(session.pendant.poses) == 3
 
 
 def test_the_files_read_as_a_person_writes_them():
@@ -391,6 +413,7 @@ def test_an_arm_on_a_platform_moves_while_the_platform_stands():
     assert pendant.q[:3].tolist() == [0.5, 0, 0]
     session.do({"record": True})
     assert session.do({"replay": True}) == ""
+    assert json.loads(session.told[-1])["type"] == "replay"
     session.do({"joint": [0, 60, None]})
     session.do({"record": True})
     assert session.do({"replay": True}) == (
@@ -410,7 +433,10 @@ def test_other_robots_are_shown_with_units_and_refuse_in_words(name):
     ]
     coupled = json.loads(session.told[0])["coupled"]
     assert [each["name"] for each in coupled] == (
-        ["right_finger"] if name == "rhino_gripper" else ["front_right"] if name == "car" else []
+        {
+            "rhino_gripper": ["finger_left", "finger_right"],
+            "car": ["knuckle_left", "knuckle_right"],
+        }.get(name, [])
     )
     session.do({"record": True})
     note = session.do({"replay": True})

@@ -8,6 +8,7 @@ import { element, find } from "./view.js";
 
 const REPLAY_SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const DRAG_PAUSE = 40; // milliseconds between messages of a drag
+const LARGEST_FILE = 60_000; // characters; a message has at most 64 KiB
 const PENDANT_FILES = ["experiment.toml", "experiment.py", "poses.csv"];
 const POSE_NUMBERS = [["x", "cm"], ["y", "cm"], ["z", "cm"], ["roll", "deg"], ["pitch", "deg"], ["yaw", "deg"]];
 const LEAD_NAMES = { pose: "whole pose", pointing: "position and z axis", position: "position only" };
@@ -149,7 +150,7 @@ export class Pendant {
     this.recordButton = pressable("● record", () => this.link.ask({ record: true }), "p");
     this.replayButton = pressable("▶ replay", () => this.askReplay(), "space");
     const bar = element("div", "", "buttons");
-    bar.append(this.recordButton, this.replayButton);
+    bar.append(this.recordButton, this.replayButton, this.opener());
     this.files = element("p", "", "files");
     for (const name of PENDANT_FILES) {
       const link = element("a", name);
@@ -158,6 +159,21 @@ export class Pendant {
     }
     panel.append(element("h2", "Recorded poses"), bar, this.empty, this.list, this.pacePanel(), this.files);
     return panel;
+  }
+
+  // A button that loads the poses of a file poses.csv.
+  opener() {
+    const input = Object.assign(element("input"), { type: "file", accept: ".csv", hidden: true });
+    input.setAttribute("aria-label", "file of poses");
+    input.addEventListener("change", async () => {
+      const text = await input.files[0]?.text();
+      input.value = "";
+      if (text?.length > LARGEST_FILE) this.tellNote("This file is too large for a list of poses.");
+      else if (text !== undefined) this.link.ask({ load: text });
+    });
+    const button = pressable("load …", () => input.click(), "poses of a file poses.csv");
+    button.append(input);
+    return button;
   }
 
   pacePanel() {

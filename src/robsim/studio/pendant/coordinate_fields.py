@@ -14,6 +14,7 @@ from robsim.robot.robot import Robot
 
 UNITS = {"rad": ("deg", deg), "m": ("cm", cm)}  # displayed unit and its value, by unit
 FILE_ROUNDING = {"deg": (deg, 3), "cm": (1.0, 5)}  # unit in files, and decimals there
+LARGEST = 36_000.0  # deg or cm, of a coordinate without limits
 NEAR_LIMIT = 1e-6  # rad or m: a coordinate this close to a limit is at it
 WITHOUT_LIMITS = {"deg": 360.0, "cm": 200.0}  # largest displayed value of a slider without limits
 
@@ -58,6 +59,8 @@ class CoordinateField:
             raise InputError(f"{self.name}: drag the tool or type its pose to turn the body")
         low = -math.inf if self.low is None else self.low
         high = math.inf if self.high is None else self.high
+        if abs(value) > LARGEST:
+            raise InputError(f"{self.name}: {value:g} {self.unit} is too large")
         slack = NEAR_LIMIT / self.size  # a slider ends at a rounded number
         if not low - slack <= value <= high + slack:
             raise InputError(f"{self.name}: {value:.6g} {self.unit} is outside of {self.range}")

@@ -22,7 +22,8 @@ from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
-from robsim.studio.pendant.recorded_poses import build_replay, format_pose_table, format_replay_code
+from robsim.studio.pendant.pose_table_file import format_pose_table
+from robsim.studio.pendant.recorded_poses import build_replay, format_replay_code
 from robsim.studio.pendant.teach_pendant import TeachPendant
 from robsim.studio.pendant.tool_search import LEADS
 from robsim.studio.web.app import UnavailableDownload
@@ -307,6 +308,7 @@ _PENDANT_REQUESTS: dict[str, Callable[[PendantSession, Any], None]] = {
     "remove": lambda session, index: session.pendant.remove(index),
     "rename": lambda session, value: session.pendant.rename(*_parse_list(value, 2, "rename")),
     "reorder": lambda session, value: session.pendant.reorder(*_parse_list(value, 2, "reorder")),
+    "load": lambda session, text: session.pendant.load_poses(text),
     "go": lambda session, index: session.pendant.go_to(index),
     "pace": PendantSession._set_pace,
     "replay": PendantSession._replay,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,7 +46,7 @@ class RecordedPose:
 
 
 class ReplayPace(NamedTuple):
-    """ReplayPace of a replay: a share of the full speed of the joints, or a duration of each leg in s."""
+    """Pace of a replay: a share of the full speed of the joints, or a duration of each leg in s."""
 
     speed: float = 0.5
     duration: float | None = None
@@ -256,14 +254,3 @@ def _format_robot_loading(robot: Robot) -> str:
     except (RobSimError, OSError):
         pass
     return ""
-
-
-def format_pose_table(robot: Robot, poses: list[RecordedPose]) -> str:
-    """Return the recorded poses as CSV, with a column for each coordinate and its unit."""
-    fields, text = list_coordinate_fields(robot), io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["pose", *(f"{f.name} [{f.unit or '1'}]" for f in fields)])
-    for pose in poses:
-        shown = (round(float(x) / f.size, 6) + 0.0 for x, f in zip(pose.q, fields, strict=True))
-        writer.writerow([pose.name, *(f"{x:.9g}" for x in shown)])
-    return text.getvalue()

@@ -22,10 +22,11 @@ from robsim.studio.pendant.coordinate_fields import (
     list_coordinate_fields,
     round_coordinates,
 )
+from robsim.studio.pendant.pose_table_file import read_pose_table
 from robsim.studio.pendant.recorded_poses import (
     MOST_POSES,
-    ReplayPace,
     RecordedPose,
+    ReplayPace,
     check_pose_name,
 )
 from robsim.studio.pendant.tool_search import (
@@ -71,7 +72,7 @@ class TeachPendant:
     lead : {"pose", "pointing", "position"}
         Parts of the pose of the handle that the link follows.
     pace : ReplayPace
-        ReplayPace of the replay.
+        Pace of the replay.
     """
 
     link: str
@@ -148,7 +149,7 @@ class TeachPendant:
         if not is_json_number(value):
             raise InputError(f"the tool: expected a number, got {format_value(value)}")
         numbers = [*tool.position, *tool.rpy]
-        numbers[i] = value / 100.0 if i < 3 else math.radians(value)
+        numbers[i] = value / 100.0 if i < 3 else math.radians(math.remainder(value, 360.0))
         self.move_tool(Pose.at(*numbers[:3], rpy=numbers[3:]), wide=True)
 
     def go_home(self) -> None:
@@ -204,6 +205,12 @@ class TeachPendant:
     def go_to(self, index: Any) -> None:
         """Move to a recorded pose."""
         self._move(self.poses[self._check_pose(index)].q.copy())
+
+    def load_poses(self, text: Any) -> None:
+        """Replace the recorded poses by the poses of a CSV table."""
+        if not isinstance(text, str):
+            raise InputError("poses: expected the text of a CSV file")
+        self._keep_poses(read_pose_table(self.robot, text))
 
     def set_pace(self, speed: object, duration: object) -> None:
         """Set the share of the full speed, or the duration of each leg in seconds if not None."""
