@@ -417,7 +417,9 @@ class JointRow {
     const head = element("div", "", "joint-head");
     this.mark = element("span", "", "at-limit");
     this.field = new NumberField("", unit, (value) => this.set(value, null), `${name} in ${unit}`);
-    head.append(element("label", name), this.mark, this.field.box);
+    const label = element("label", name);
+    label.title = name;
+    head.append(label, this.mark, this.field.box);
     this.box.append(head);
     if (!unit) {
       this.field.input.disabled = true;
@@ -461,8 +463,8 @@ class JointRow {
   renew(value, side) {
     this.field.renew(value);
     if (this.slider) this.slider.value = value;
-    this.mark.textContent = side ? "at its limit" : "";
-    this.box.classList.toggle("limited", Boolean(side));
+    this.mark.textContent = side ? "at limit" : "";
+    for (const each of ["low", "high"]) this.box.classList.toggle(each, side === each);
   }
 
   refuse(text) {

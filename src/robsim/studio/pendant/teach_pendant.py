@@ -164,12 +164,12 @@ class TeachPendant:
         self.lead = "position"
         with suppress(InputError):  # a link that no joint moves is shown, and cannot be dragged
             self.lead = self._tool_search().natural_lead
-        self._forget_request()
+        self._forget_requests()
 
     def choose_lead(self, name: object) -> None:
         """Choose the parts of the pose that the link follows."""
         self.lead = parse_lead(name)
-        self._forget_request()
+        self._forget_requests()
 
     # recorded poses
 
@@ -233,7 +233,7 @@ class TeachPendant:
             raise InputError("there is nothing to redo")
         self._at, self._stroke = self._at + 1, None
 
-    # what the page displays
+    # displayed values
 
     @property
     def limit_sides(self) -> list[str]:
@@ -251,10 +251,11 @@ class TeachPendant:
         gaps = [f"{_format_length(reached.distance)} too far"] if reached.distance > REACHED else []
         if reached.angle > REACHED:
             gaps.append(f"turned by {math.degrees(reached.angle):.3g} deg")
+        sides = ((self.fields[i], self.limit_sides[i]) for i in self._tool_search().moved)
         held = [
             f"{field.name} at its limit of {(field.low if side == 'low' else field.high):.4g} "
             f"{field.unit}"
-            for field, side in zip(self.fields, self.limit_sides, strict=True)
+            for field, side in sides
             if side
         ]
         return "; ".join([f"out of reach: {' and '.join(gaps)}", *held])
@@ -295,9 +296,9 @@ class TeachPendant:
         self._states = [*self._states[: self._at + (0 if again else 1)], state][-MOST_STATES:]
         self._at, self._stroke = len(self._states) - 1, stroke
 
-    def _forget_request(self) -> None:
-        """Forget the requested pose, which belongs to another link or lead."""
-        self._states[self._at] = replace(self.state, requested=None, reached=None)
+    def _forget_requests(self) -> None:
+        """Forget the requested poses, which belong to another link or lead."""
+        self._states = [replace(state, requested=None, reached=None) for state in self._states]
         self._stroke = None
 
     def _check_pose(self, index: Any) -> int:

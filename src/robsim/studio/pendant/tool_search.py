@@ -68,8 +68,15 @@ class ToolSearch:
             raise InputError(f"no joint moves '{link}': choose another frame, or use the sliders")
         rows = tree.alone(columns.astype(np.int64))
         self.rows = rows[rows >= 0]
-        self.turning = np.array([kind.turns for kind in tree.kinds(columns)])[rows >= 0]
+        sources = [tie.source for tie in tree.joints.ties]  # a turn would move their followers
+        turning = np.array([kind.turns for kind in tree.kinds(columns)])[rows >= 0]
+        self.turning = turning & ~np.isin(self.rows, sources)
         self.count = len(columns)
+
+    @property
+    def moved(self) -> list[int]:
+        """Indices of the coordinates of the robot that the search changes."""
+        return [int(i) for i in self.free[self.rows]]
 
     @property
     def natural_lead(self) -> Lead:
@@ -117,7 +124,7 @@ class ToolSearch:
         return ReachedPose(q, float(np.linalg.norm(between[:3, 3])), angle)
 
     def _search_along(self, T: Pose, q: Array, ask: dict[str, Any]) -> IKResult:
-        """Return the result of searches along the straight motion to T, each from the one before.
+        """Return the result of searches along the straight motion to T, each from the last result.
 
         Short steps keep the posture of the arm. The last search begins where the motion is still
         possible, or at q if the result is better.
@@ -229,8 +236,9 @@ def _rides_on_wheels(link: Link) -> bool:
     return link.joint.model.wheeled or not (follows is None or isinstance(follows, Mimic))
 
 
-def parse_lead(value: Any) -> Lead:
+def parse_lead(value: object) -> Lead:
     """Return the lead of this name; raise InputError if there is none."""
-    if value not in LEADS:
+    lead = next((each for each in LEADS if each == value), None)
+    if lead is None:
         raise InputError(f"no lead {format_value(value)}; leads: {', '.join(LEADS)}")
-    return value
+    return lead
