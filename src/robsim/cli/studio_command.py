@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING
 import click
 
 from robsim.base import interrupt
+from robsim.base.errors import FileError
 from robsim.cli.console import print_text
 from robsim.cli.output_files import find_run_file, path_exists
 
 if TYPE_CHECKING:
+    from robsim.robot.robot import Robot
     from robsim.run.experiment import Experiment
     from robsim.studies.study_result import StudyResult
     from robsim.studio.scenario_shelf import ScenarioShelf
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 LOOK = 0.2  # interval between checks for an interrupt, seconds
 LATE = 60.0  # longest time until a browser opens the page, seconds
 GONE = 5.0  # time without a page after which it counts as closed, seconds
+DESCRIPTIONS = (".urdf", ".xacro", ".xml")  # suffixes of robot descriptions
 FIRST = "eye_in_hand"  # default scenario of a studio
 
 no_open_option = click.option("--no-open", is_flag=True, help="Do not open a browser.")
@@ -27,7 +31,7 @@ no_open_option = click.option("--no-open", is_flag=True, help="Do not open a bro
 
 @click.command("studio")
 @click.argument(
-    "shown", metavar="[FILE|RUN|FOLDER]", required=False, type=click.Path(path_type=Path)
+    "shown", metavar="[FILE|RUN|FOLDER|ROBOT]", required=False, type=click.Path(path_type=Path)
 )
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address of the server.")
 @click.option(
@@ -44,13 +48,14 @@ def open_studio(
     """Show and change a running simulation in the browser.
 
     FILE is a scenario, and RUN a run.nc or its folder. FOLDER has scenarios to choose from, or the
-    results of a study: a map opens any of its runs. Ctrl-C ends the studio.
+    results of a study: a map opens any of its runs. ROBOT is a URDF file or a robot of the library,
+    such as panda: a teach pendant moves it and records poses. Ctrl-C ends the studio.
     """
     serve_studio(*_load_shown(shown), host, port, allow_remote, no_open)
 
 
 def serve_studio(
-    shown: Experiment | StudyResult,
+    shown: Experiment | StudyResult | Robot,
     shelf: ScenarioShelf | None = None,
     host: str = "127.0.0.1",
     port: int = 0,
@@ -83,8 +88,10 @@ def serve_studio(
                 break
 
 
-def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioShelf | None]:
-    """Return the study or experiment at a path, and the scenarios to choose from, if any."""
+def _load_shown(
+    shown: Path | None,
+) -> tuple[Experiment | StudyResult | Robot, ScenarioShelf | None]:
+    """Return the study, experiment or robot of a path or name, and the scenarios to choose from."""
     from robsim.files import examples
     from robsim.run.experiment import Experiment, load_scenario
     from robsim.studies.study_store import ABOUT
@@ -92,6 +99,8 @@ def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioS
 
     if shown is None:
         return load_scenario(examples.path(FIRST)), None
+    if (robot := _load_robot(shown)) is not None:
+        return robot, None
     path = find_run_file(shown) if path_exists(shown / "run.nc") else shown
     if path_exists(path / ABOUT) or any(
         path.glob("rows-*.parquet")
@@ -108,4 +117,27 @@ def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioS
         return Experiment.of(open_run(path)), None
     return load_scenario(path), ScenarioShelf(
         [path, *(Path(examples.path(n)) for n in examples.names())]
+    )
+
+
+def _load_robot(shown: Path) -> Robot | None:
+    """Return the robot of a URDF file or of the library, or None for other files and folders.
+
+    A file or folder has priority over a robot of the same name. Raise FileError if a name without
+    a suffix is neither.
+    """
+    from robsim.files import robots
+    from robsim.robot.robot import Robot
+
+    if shown.suffix.lower() in DESCRIPTIONS:
+        return Robot.from_urdf(shown)
+    if path_exists(shown) or shown.suffix or len(shown.parts) != 1:
+        return None
+    if shown.name in robots.names():
+        return robots.load(shown.name)
+    nearby = [path.name for path in Path().iterdir() if path.suffix in (".toml", ".nc", ".urdf")]
+    near = difflib.get_close_matches(shown.name, [*robots.names(), *nearby], n=1, cutoff=0.5)
+    guess = f"did you mean '{near[0]}'? " if near else ""
+    raise FileError(
+        f"no file, folder or robot '{shown.name}'; {guess}robots: {', '.join(robots.names())}"
     )

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
+from robsim.studio.pendant.pendant_session import PendantSession
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
 from robsim.studio.web.server import Server
@@ -15,7 +17,7 @@ from robsim.studio.workbench import Workbench
 
 @contextmanager
 def studio(
-    shown: Experiment | StudyResult,
+    shown: Experiment | StudyResult | Robot,
     shelf: ScenarioShelf | None = None,
     *,
     host: str = "127.0.0.1",
@@ -24,12 +26,13 @@ def studio(
 ) -> Iterator[Server]:
     """Serve pages that show and change an experiment, for the duration of a `with` block.
 
-    The pages of a study show its map, and open its runs on request.
+    The pages of a study show its map, and open its runs on request. The pages of a robot are a
+    teach pendant.
 
     Parameters
     ----------
-    shown : Experiment or StudyResult
-        Experiment or study to show.
+    shown : Experiment, StudyResult or Robot
+        Experiment, study or robot to show.
     shelf : ScenarioShelf, optional
         Experiments to choose from. Default: the shipped experiments.
     host : str, default "127.0.0.1"
@@ -50,7 +53,10 @@ def studio(
         If the experiment cannot run, the study has no map, or the address is not available.
     """
     shelf = shelf or ScenarioShelf.shipped()
-    if isinstance(shown, StudyResult):
+    session: Session | PendantSession
+    if isinstance(shown, Robot):
+        session = PendantSession(shown)
+    elif isinstance(shown, StudyResult):
         session = Session(None, shelf, shown)
     else:
         session = Session(Workbench(shown), shelf)
@@ -62,7 +68,9 @@ def studio(
 
 
 @contextmanager
-def _run_session(session: Session, broadcast: Callable[[str], None]) -> Iterator[None]:
+def _run_session(
+    session: Session | PendantSession, broadcast: Callable[[str], None]
+) -> Iterator[None]:
     """Run a session for the duration of a `with` block."""
     session.broadcast = broadcast
     session.start()

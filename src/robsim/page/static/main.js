@@ -2,6 +2,7 @@
 
 import { Clock } from "./clock.js";
 import { listenForKeys } from "./keys.js";
+import { Pendant } from "./pendant.js";
 import { Studio } from "./studio.js";
 import { StudyMap } from "./study.js";
 import { listenForTime, offerSpeeds, showTime } from "./time.js";
@@ -18,6 +19,7 @@ async function start() {
   const { header, arrays } = recorded ? await unpack(recorded) : {};
   if (header?.format === "robsim study") return chart(header, arrays);
   if (header) replay(header, arrays, view, clock);
+  else if (document.body.dataset.page === "pendant") new Pendant(view, clock);
   else new Studio(view, clock);
   frames(view, clock);
 }
