@@ -32,9 +32,12 @@ def solids(name):
             block((0.1, 0.1, 0.5), (0.4, 0, -0.2), color="g"),
         ],
         "three bars, each over the next": [
-            block((1.0, 0.1, 0.1), (0, -0.3, 0), (0, 0.3, 0), "r"),
-            block((1.0, 0.1, 0.1), (0.26, 0.15, 0), (0, 0.3, 2 * np.pi / 3), "g"),
-            block((1.0, 0.1, 0.1), (-0.26, 0.15, 0), (0, 0.3, 4 * np.pi / 3), "b"),
+            block((1.0, 0.1, 0.1), (0.17 * x, 0.17 * y, 0), (0, 0.3, yaw), color)
+            for x, y, yaw, color in (
+                (1, 0, np.pi / 2, "r"),
+                (-0.5, 0.866, 7 * np.pi / 6, "g"),
+                (-0.5, -0.866, 11 * np.pi / 6, "b"),
+            )
         ],
         "a camera on a plate, and a ball in a wheel": [
             block((1.0, 1.0, 0.05), (0, 0, 0), color="c"),
@@ -101,7 +104,7 @@ def share_of_wrong_pixels(shapes, view, perspective=False):
         beside = np.roll(found, (rows - APART, columns - APART), axis=(0, 1))
         inner &= beside == found
     assert inner.sum() > 1000
-    wrong = np.abs(image - expected).max(axis=2) > 0.01
+    wrong = np.abs(image - expected).max(axis=2) > 0.04  # cuts are faint lines
     return wrong[inner].mean()
 
 

@@ -101,7 +101,7 @@ class FaceOrder:
                 groups.append([pieces[i] for i in order])
             else:
                 others = [piece for piece in pieces if piece.body != body]
-                near, far = self._separate(others, planes, [piece.source for piece in own])
+                near, far = self._separate(others, planes, own)
                 pending += [near, own, far]
         return [group for group in groups if group]
 
@@ -114,14 +114,14 @@ class FaceOrder:
         return bodies[order[len(order) // 2]]
 
     def _separate(
-        self, pieces: list[PaintedFace], planes: tuple[Array, Array], faces: list[int]
+        self, pieces: list[PaintedFace], planes: tuple[Array, Array], body: list[PaintedFace]
     ) -> tuple[list[PaintedFace], list[PaintedFace]]:
-        """Return the parts of pieces in front of any, and behind all visible faces of a body.
+        """Return the parts of pieces in front of a visible face of a body, and the parts behind all.
 
-        The body hides no part in front of a face, and no part behind all faces hides the body. A
-        piece in the plane of a larger face counts as in front of it.
+        The body hides no part in front of one of its faces, and no part behind all faces hides the
+        body or a part in front. A piece in the plane of a larger face counts as in front of it.
         """
-        faces = list(dict.fromkeys(faces))
+        faces = list({piece.source: None for piece in body})
         normals, offsets = planes[0][faces], planes[1][faces]
         points = np.concatenate([piece.corners for piece in pieces])
         starts = np.cumsum([0, *(len(piece.corners) for piece in pieces[:-1])])
