@@ -52,16 +52,19 @@ class FaceOrder:
 
     def __init__(self, solids: Sequence[Sequence[Array]], like: FaceOrder | None = None) -> None:
         faces = [face for solid in solids for face in solid]
-        self._normals = np.array([_compute_area_vector(face) for face in faces]).reshape(-1, 3)
+        self._normals = _compute_area_vectors(faces)
         self._areas = np.linalg.norm(self._normals, axis=1)
         self._normals = self._normals / np.maximum(self._areas, 1e-300)[:, None]
-        self._offsets = np.array([float(n @ f[0]) for n, f in zip(self._normals, faces)])
+        first = np.array([face[0] for face in faces]).reshape(-1, 3)
+        self._offsets = (self._normals * first).sum(axis=1)
         points = np.concatenate([np.zeros((0, 3)), *faces])
         self._near = CLOSE * (float(np.ptp(points, axis=0).max()) if len(points) else 1.0)
         self._pieces: list[PaintedFace] = []
         self._is_convex: list[bool | None] = []  # of each solid; None for a lone face
         self._centres: list[Array] = []  # of each solid
-        self.convex = like.convex if like else [_is_convex(solid, self._near) for solid in solids]
+        ends = np.cumsum([len(solid) for solid in solids])[:-1]
+        normals = np.split(self._normals, ends)
+        self.convex = like.convex if like else list(map(self._check_convex, solids, normals))
         for solid, convex in zip(solids, self.convex, strict=True):
             self._add_solid(solid, convex)
 
@@ -76,6 +79,19 @@ class FaceOrder:
         centres = [face.mean(axis=0) for face in solid]
         self._centres += centres if alone else [np.mean(centres, axis=0)]
         self._is_convex += [None] * len(solid) if alone else [convex]
+
+    def _check_convex(self, solid: Sequence[Array], normals: Array) -> bool:
+        """Return whether a solid is convex and closed, with normals that point outside."""
+        if len(solid) > 4 * MOST_LONE:
+            return False
+        offsets = (np.array([face[0] for face in solid]) * normals).sum(axis=1)
+        if (np.concatenate(solid) @ normals.T - offsets).max() > self._near:
+            return False
+        sides: set[tuple[bytes, bytes]] = set()
+        for face in solid:
+            corners = [corner.tobytes() for corner in face]
+            sides.update(zip(corners, corners[1:] + corners[:1], strict=True))
+        return all((other, one) in sides for one, other in sides)
 
     def arrange(self, viewer: Array) -> list[list[PaintedFace]]:
         """Return groups of faces, the farthest first, as seen from a viewer in homogeneous (4,).
@@ -158,25 +174,6 @@ class FaceOrder:
             outside.append(above)
 
 
-def _is_convex(solid: Sequence[Array], near: float) -> bool:
-    """Return whether a solid is convex and closed, with normals that point outside.
-
-    Corners up to a distance of `near` metres in front of a face are in its plane.
-    """
-    if len(solid) > 4 * MOST_LONE:
-        return False
-    points = np.concatenate(solid)
-    for face in solid:
-        normal = _compute_area_vector(face)
-        if ((points - face[0]) @ normal).max() > near * np.linalg.norm(normal):
-            return False
-    sides = set()
-    for face in solid:
-        corners = [corner.tobytes() for corner in face]
-        sides.update(zip(corners, corners[1:] + corners[:1], strict=True))
-    return all((other, one) in sides for one, other in sides)
-
-
 def _measure_nearness(points: Sequence[Array], viewer: Array) -> Array:
     """Return a number for each point (3,) that grows towards the viewer."""
     centres = np.array(points)
@@ -214,10 +211,18 @@ def _cut_piece(piece: PaintedFace, heights: Array) -> tuple[PaintedFace, Painted
     return above, below
 
 
-def _compute_area_vector(face: Array) -> Array:
-    """Return the normal of a face (n, 3), as long as twice its area (Newell)."""
-    following = np.concatenate([face[1:], face[:1]])
-    return np.asarray(np.cross(face - face[0], following - face[0]).sum(axis=0))
+def _compute_area_vectors(faces: Sequence[Array]) -> Array:
+    """Return the normal of each face (n, 3), as long as twice its area (Newell)."""
+    if not faces:
+        return np.zeros((0, 3))
+    counts = np.array([len(face) for face in faces])
+    starts = np.cumsum(counts) - counts
+    points = np.concatenate(faces)
+    following = np.arange(1, len(points) + 1)
+    following[starts + counts - 1] = starts
+    first = np.repeat(points[starts], counts, axis=0)
+    pieces = np.cross(points - first, points[following] - first)
+    return np.asarray(np.add.reduceat(pieces, starts, axis=0))
 
 
 def find_viewer(projection: Array) -> Array:

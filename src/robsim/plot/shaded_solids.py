@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb, to_rgba
+from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
@@ -45,9 +45,10 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
         self._has_border = [wire.has_border[i] for wire, i in faces]
-        self._dark, self._pale = np.array(
+        dark, self._pale = np.array(
             [_choose_tints(wire.color) for wire, _ in faces]
         ).swapaxes(0, 1)
+        self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
         corners, fills = self._shade_solids(wires)
         super().__init__(corners, facecolors=fills, linewidths=0.6, zorder=SHADED)
 
@@ -67,8 +68,8 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         x, y, depth = proj3d.proj_transform(*corners.T, self.axes.M)
         ends = np.cumsum([len(part) for part, _, _ in painted])[:-1]
         PolyCollection.set_verts(self, np.split(np.column_stack([x, y]), ends))
-        self._facecolors2d = np.array([to_rgba(fill) for _, fill, _ in painted])
-        self._edgecolors2d = np.array([to_rgba(edge) for _, _, edge in painted])
+        self._facecolors2d = np.array([fill for _, fill, _ in painted])
+        self._edgecolors2d = np.array([edge for _, _, edge in painted])
         return float(np.min(depth))
 
     def _paint_group(self, group: Sequence[PaintedFace]) -> list[tuple[Array, Any, Any]]:
@@ -76,7 +77,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         parts: list[tuple[Array, Any, Any]] = []
         lines: list[tuple[Array, Any, Any]] = []
         for face in group:
-            fill, dark = self._facecolor3d[face.source], self._dark[face.source]
+            fill, dark = self._facecolor3d[face.source], self._edges[face.source]
             bordered = self._has_border[face.source]
             whole = bordered and face.is_side.all()
             parts.append((face.corners, fill, dark if whole else fill))
