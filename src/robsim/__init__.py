@@ -112,22 +112,25 @@ _SHOWN = {
     "robsim.run.mission_run": "MissionRun",
     "robsim.world.scene": "Scene",
     "robsim.robot.robot": "Robot",
+    "robsim.run.experiment": "Experiment",
+    "robsim.studies.study_result": "StudyResult",
 }
 
 
 def _shown_in_notebooks() -> None:
-    """Let IPython, where it runs, show runs, scenes and robots as the page of `export_html`."""
+    """Let IPython, where it runs, show pages with pictures, as `build_notebook_bundle` does."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if shell is None:
         return
-    html = shell.display_formatter.formatters["text/html"]
+    bundles = shell.display_formatter.mimebundle_formatter
     for module, name in _SHOWN.items():
-        html.for_type_by_name(module, name, _page)
+        bundles.for_type_by_name(module, name, _page)
 
 
-def _page(shown: Any) -> str:
-    found: str = import_module(f"{__name__}.page.export").render_notebook_cell(shown)
-    return found
+def _page(shown: Any, **options: Any) -> dict[str, str]:
+    export = import_module(f"{__name__}.page.export")
+    bundle: dict[str, str] = export.build_notebook_bundle(shown)
+    return bundle
 
 
 _shown_in_notebooks()

@@ -11,6 +11,7 @@ import re
 from decimal import Decimal, DecimalException
 from typing import Any, Literal, overload
 
+from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import UnitError
 
 
@@ -99,23 +100,24 @@ def parse(
     units = _UNITS[dimension]
     match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) < 1000 else None
     if match is None or not match[1].strip() or match[2] not in units:
-        raise UnitError(f"{text!r}: {_describe_expected(dimension, count)}")
+        raise UnitError(f"{text!r}: {_describe_expected(dimension, count, text)}")
     words = match[1].replace(",", " ").split()
     if len(words) != (count or 1):
         wrong = f"{text!r} has {len(words)} numbers, not {count or 1}"
-        raise UnitError(f"{wrong}: {_describe_expected(dimension, count)}")
+        raise UnitError(f"{wrong}: {_describe_expected(dimension, count, text)}")
     try:
         numbers = tuple(_scale_decimal(word, units[match[2]]) for word in words)
     except (DecimalException, OverflowError):
-        raise UnitError(f"{text!r}: {_describe_expected(dimension, count)}") from None
+        raise UnitError(f"{text!r}: {_describe_expected(dimension, count, text)}") from None
     return numbers if count else numbers[0]
 
 
-def _describe_expected(dimension: Dimension, count: int | None) -> str:
+def _describe_expected(dimension: Dimension, count: int | None, text: object) -> str:
     """Return the end of a message about a text that is not a quantity of a dimension."""
     noun, example = ("a vector", "1, 2, 3") if count else ("one number", "1.5")
     listed, first = ", ".join(_UNITS[dimension]), next(iter(_UNITS[dimension]))
-    return f'expected {noun} with a unit of {dimension} ({listed}), as in "{example} {first}"'
+    expected = f'expected {noun} with a unit of {dimension} ({listed}), as in "{example} {first}"'
+    return expected + suggest_decimal_point(text, count)
 
 
 def list_units(dimension: Dimension) -> tuple[str, ...]:

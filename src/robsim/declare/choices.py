@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.protocols import describe_protocol, implements
 from robsim.declare.dotted_paths import find_field_parts
@@ -301,7 +302,7 @@ class KindOf(Spec):
                 if not isinstance(raw, str):
                     raise
         near = difflib.get_close_matches(str(raw)[:64], self._bare_words, 1, 0.5)
-        guess = f"; did you mean {near[0]!r}?" if near else ""
+        guess = f"; did you mean {near[0]!r}?" if near else suggest_decimal_point(raw)
         if isinstance(raw, str) and raw in self.names:  # the kind has required fields
             guess = f', as in {{ kind = "{raw}" }}'
         raise InputError(f"must be {self.text_words()}, got {format_value(raw)}{guess}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base import si_units
 from robsim.base.arrays import as_floats
+from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import UnitError, format_value
 from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.scalars import LARGEST, Number
@@ -67,10 +68,9 @@ def _parse_quantity(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
 
 
 def _make_unit_error(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
-    expected_text = "a bare number"
-    if of != ("1",):
-        expected_text = f"a short text with a unit, as in {format_examples(*of, count=count)}"
-    return UnitError(f"{format_value(raw)}: expected {expected_text}")
+    text = f"a short text with a unit, as in {format_examples(*of, count=count)}"
+    expected = ("a bare number" if of == ("1",) else text) + suggest_decimal_point(raw, count)
+    return UnitError(f"{format_value(raw)}: expected {expected}")
 
 
 def format_examples(*of: str, count: int | None = None) -> str:

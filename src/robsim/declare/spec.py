@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare.problems import Problems, UnreadableValue, join_keys
 
@@ -282,7 +283,7 @@ def add_article(noun: str) -> str:
 
 def make_expected_error(words: str, raw: Raw) -> InputError:
     """Return the error about a value of a wrong type."""
-    return InputError(f"must be {words}, got {format_value(raw)}")
+    return InputError(f"must be {words}, got {format_value(raw)}{suggest_decimal_point(raw)}")
 
 
 def make_python_error(spec: Spec, value: Any) -> InputError:

@@ -9,6 +9,7 @@ import tomllib
 from itertools import accumulate, islice
 from typing import Any
 
+from robsim.base.decimal_comma import suggest_toml_line
 from robsim.base.errors import FileError, format_value
 from robsim.base.file_content import read_bytes
 
@@ -54,7 +55,7 @@ def parse_toml(text: str, source: str) -> Tables:
         raise FileError(f"{source}: brackets are nested too deeply (line {line})") from None
     except tomllib.TOMLDecodeError as error:
         end = f"(at line {_get_line_number(text, len(text))}, the end)"
-        reason = str(error).replace("(at end of document)", end)
+        reason = str(error).replace("(at end of document)", end) + _suggest_line(text, error)
         raise FileError(f"{source}: not valid TOML: {reason}") from None
     except ValueError:
         raise FileError(f"{source}: not valid TOML: {_describe_long_number(text)}") from None
@@ -74,6 +75,14 @@ def _describe_long_number(text: str) -> str:
     match = re.search(rf"[0-9_]{{{most + 1},}}", text)
     at, size = (match.start(), len(match[0])) if match else (0, most + 1)
     return f"a number of {size} digits; at most {most} are read (line {_get_line_number(text, at)})"
+
+
+def _suggest_line(text: str, error: tomllib.TOMLDecodeError) -> str:
+    """Return a message with the corrected line of an error, or "" without a correction."""
+    place = re.search(r"line (\d+), column (\d+)", str(error))
+    if not place:
+        return ""
+    return suggest_toml_line(text.splitlines()[int(place[1]) - 1], int(place[2]) - 1)
 
 
 def _get_line_number(text: str, at: int) -> int:

@@ -14,6 +14,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
+from robsim.base.arrays import Array
 from robsim.base.atomic_files import check_suffix, write_whole
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.base.file_content import read_bytes
@@ -22,15 +25,14 @@ from robsim.page.recording_builder import FORMAT, VERSION, Recording
 from robsim.page.recording_codec import unpack_recording
 from robsim.page.recordings import build_recording
 from robsim.page.study_map import build_study_map
+from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
+from robsim.run.mission_run import MissionRun
 from robsim.studies.study_result import StudyResult
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from robsim.robot.robot import Robot
-    from robsim.run.mission_run import MissionRun
-    from robsim.world.scene import Scene
 
     Showable: TypeAlias = xr.Dataset | MissionRun | Experiment | Scene | Robot | StudyResult
 
@@ -154,7 +156,7 @@ def show(shown: Showable, experiment: Experiment | None = None) -> None:
     page = build_html(_build_shown_recording(shown, experiment))
     if _is_notebook():
         notebook: Any = importlib.import_module("IPython.display")
-        notebook.display({"text/html": embed_page(page)}, raw=True)
+        notebook.display(_build_bundle(page, draw_still_picture(shown, experiment)), raw=True)
         return
     open_page_file(write_whole(Path(tempfile.mkdtemp(prefix="robsim-")) / "run.html", page))
 
@@ -185,20 +187,79 @@ def has_browser() -> bool:
     return not remote and bool(windows or display)
 
 
-def render_notebook_cell(shown: xr.Dataset | MissionRun | Scene | Robot) -> str:
-    """Return the HTML that a notebook displays: the page, or the table of a run without a page."""
+def build_notebook_bundle(shown: Showable) -> dict[str, str]:
+    """Return the contents of a notebook cell by MIME type: HTML, and a picture as PNG in base64.
+
+    The HTML of an experiment or a study is its table, and of other objects their page. A run
+    without a page has its table, and no picture.
+    """
+    if isinstance(shown, Experiment | StudyResult):
+        html = {"text/html": shown._repr_html_()}
+        return html | _build_picture_entry(draw_still_picture(shown))
     try:
-        return embed_page(build_html(build_recording(shown, trials=False)))
+        page = build_html(build_recording(shown, trials=False))
     except InputError:
         table = getattr(shown, "_repr_html_", None)
-        return str(table()) if table else f"<pre>{escape(repr(shown))}</pre>"
+        return {"text/html": str(table()) if table else f"<pre>{escape(repr(shown))}</pre>"}
+    return _build_bundle(page, draw_still_picture(shown))
 
 
-def embed_page(page: str) -> str:
-    """Return a page as an iframe element, to embed it in another page."""
-    return (
+def draw_still_picture(shown: Showable, experiment: Experiment | None = None) -> bytes:
+    """Return a picture of an object as PNG; empty if it cannot be drawn."""
+    from robsim.plot.still_picture import draw_scene_still, draw_study_still
+
+    try:
+        if isinstance(shown, StudyResult):
+            return draw_study_still(shown)
+        return draw_scene_still(*_find_shown_scene(shown, experiment))
+    except InputError:
+        return b""
+
+
+def _find_shown_scene(
+    shown: Any, experiment: Experiment | None
+) -> tuple[Scene, Array | None, xr.Dataset | None]:
+    """Return the scene of an object, and its configuration or run."""
+    if isinstance(shown, Robot):
+        return Scene((shown,)), None, None
+    if isinstance(shown, Scene):
+        return shown, None, None
+    if isinstance(shown, Experiment):
+        q = None if shown.start is None else np.atleast_2d(shown.start)[0]
+        return shown.scene, q, None
+    if isinstance(shown, MissionRun):
+        return shown.legs[-1].scene, None, shown.legs[-1].run
+    return (experiment or Experiment.of(shown)).scene, None, shown
+
+
+def _build_bundle(page: str, picture: bytes) -> dict[str, str]:
+    """Return a page in front of its picture, and the picture."""
+    entry = _build_picture_entry(picture)
+    return {"text/html": embed_page(page, entry.get("image/png", ""))} | entry
+
+
+def _build_picture_entry(picture: bytes) -> dict[str, str]:
+    """Return the entry of a picture in a notebook cell, or none of an empty picture."""
+    return {"image/png": base64.b64encode(picture).decode()} if picture else {}
+
+
+def embed_page(page: str, picture: str = "") -> str:
+    """Return a page as an iframe element, to embed it in another page.
+
+    `picture` is a PNG in base64. The page covers it; it is visible on paper, and in viewers that
+    remove the page.
+    """
+    frame = (
         f'<iframe srcdoc="{escape(page)}" width="100%" height="{HEIGHT}" sandbox="allow-scripts" '
         'style="border: 1px solid #ccc; border-radius: 6px"></iframe>'
+    )
+    if not picture:
+        return frame
+    cover = frame.replace('style="', 'style="position: absolute; inset: 0; background: #fff; ', 1)
+    return (
+        "<style>@media print { .robsim-page iframe { display: none } }</style>"
+        f'<div class="robsim-page" style="position: relative; min-height: {HEIGHT + 4}px">'
+        f'<img alt="still of the page" src="data:image/png;base64,{picture}">{cover}</div>'
     )
 
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
-from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
+from robsim.plot.face_order import FaceOrder, PaintedFace, find_viewer
 from robsim.plot.wireframe import WireSolid
 
 LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the frame of the figures
@@ -32,35 +34,64 @@ class MovableArtist:
 
 
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
-    """The faces of several solids, sorted by depth together; `labels` are their labels."""
+    """The faces of several solids, painted from the farthest to the nearest.
+
+    `labels` are the labels of the faces. `FaceOrder` returns their order for the view of the axes.
+    """
+
+    _order: FaceOrder | None = None
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
         self._has_border = [wire.has_border[i] for wire, i in faces]
-        self._dark, self._pale = np.array(
+        dark, self._pale = np.array(
             [_choose_tints(wire.color) for wire, _ in faces]
         ).swapaxes(0, 1)
-        corners, fills, edges = self._paint_faces(wires)
-        look = {"facecolors": fills, "edgecolors": edges, "linewidths": 0.6, "zorder": SHADED}
-        super().__init__(corners, **look)
+        self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
+        corners, fills = self._shade_solids(wires)
+        super().__init__(corners, facecolors=fills, linewidths=0.6, zorder=SHADED)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
         """Move the faces to new poses of the same solids, and shade them for these poses."""
-        corners, fills, edges = self._paint_faces(wires)
+        corners, fills = self._shade_solids(wires)
         self.set_verts(corners)
         self.set_facecolor(fills)
-        self.set_edgecolor(edges)
 
-    def _paint_faces(self, wires: Sequence[WireSolid]) -> tuple[Array, Array, Array]:
-        """Return the corners (F, n, 3) of all faces, and the colours (F, 3) of faces and edges."""
+    def do_3d_projection(self) -> float:
+        """Project the faces onto the paper in the order of the painter; return the least depth."""
+        viewer = find_viewer(self.axes.M)
+        if not np.array_equal(viewer, self._viewer):
+            self._viewer, self._groups = viewer, self._order.arrange(viewer)
+        painted = [part for group in self._groups for part in self._paint_group(group)]
+        corners = np.concatenate([part for part, _, _ in painted])
+        x, y, depth = proj3d.proj_transform(*corners.T, self.axes.M)
+        ends = np.cumsum([len(part) for part, _, _ in painted])[:-1]
+        PolyCollection.set_verts(self, np.split(np.column_stack([x, y]), ends))
+        self._facecolors2d = np.array([fill for _, fill, _ in painted])
+        self._edgecolors2d = np.array([edge for _, _, edge in painted])
+        return float(np.min(depth))
+
+    def _paint_group(self, group: Sequence[PaintedFace]) -> list[tuple[Array, Any, Any]]:
+        """Return the corners and the colours of fill and edge of faces, and then of their sides."""
+        parts: list[tuple[Array, Any, Any]] = []
+        lines: list[tuple[Array, Any, Any]] = []
+        for face in group:
+            fill, dark = self._facecolor3d[face.source], self._edges[face.source]
+            bordered = self._has_border[face.source]
+            whole = bordered and face.is_side.all()
+            parts.append((face.corners, fill, dark if whole else fill))
+            if bordered and not whole:
+                ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+                lines += [(side, dark, dark) for side in ends[face.is_side]]
+        return parts + lines
+
+    def _shade_solids(self, wires: Sequence[WireSolid]) -> tuple[Array, Array]:
+        """Return the corners (F, n, 3) and the colours (F, 3) of all faces; order them anew."""
+        self._order = FaceOrder([wire.faces for wire in wires], self._order)
+        self._viewer = np.zeros(4)
         faces = [face for wire in wires for face in wire.faces]
-        fills = shade_faces(self._pale, faces)
-        return (
-            _pad_faces(faces),
-            fills,
-            np.where(np.array(self._has_border)[:, None], self._dark, fills),
-        )
+        return _pad_faces(faces), shade_faces(self._pale, faces)
 
 
 def _pad_faces(faces: Sequence[Array]) -> Array:
