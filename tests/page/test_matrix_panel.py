@@ -31,7 +31,9 @@ def test_the_panel_shows_the_matrix_of_the_shown_instant(desk):
     assert page.locator("#matrix table").count() == 0  # it is closed, and asks for nothing
     page.keyboard.press("m")
     for index in (0, 3):
-        page.evaluate(f"robsim.clock.following = false; robsim.clock.seek(robsim.clock.times[{index}])")
+        page.evaluate(
+            f"robsim.clock.following = false; robsim.clock.seek(robsim.clock.times[{index}])"
+        )
         until(page, f"robsim.matrix.message?.index === {index}")
         bench = desk.app.bench
         L = bench.experiment.scene.interaction(bench.pair.live.instants[index].q)
