@@ -1,5 +1,6 @@
 """The teach pendant without a server: joints, the tool, recorded poses, and their files."""
 
+import base64
 import csv
 import io
 import json
@@ -16,6 +17,7 @@ import pytest
 import robsim as rs
 from robsim.cli.studio_command import _load_shown
 from robsim.errors import FileError, FileWarning
+from robsim.page.recording_codec import unpack_recording
 from robsim.studio.pendant.pendant_session import PendantSession
 from robsim.studio.pendant.recorded_poses import ReplayPace, build_replay
 from robsim.studio.pendant.tool_search import ToolSearch
@@ -322,6 +324,21 @@ def test_twenty_recorded_poses_are_replayed_within_the_speed_of_the_joints(tmp_p
     assert [leg.end - leg.start for leg in slow.legs] == pytest.approx([3.0, 3.0], abs=0.05)
 
 
+@pytest.mark.parametrize("seconds", [300.0, 600.0])
+def test_a_long_replay_is_shown_with_fewer_instants_or_refused(seconds):
+    session = open_pendant(rs.robots.planar_2r())
+    record_poses(session, 4)
+    session.do({"pace": [1.0, seconds]})
+    note = session.do({"replay": True})
+    if seconds == 600.0:
+        assert note.startswith("the replay takes 40 minutes, and at most 30 are shown")
+        return
+    _, arrays = unpack_recording(base64.b64decode(json.loads(session.told[-1])["recording"]))
+    time = arrays["time"]
+    assert note == "" and 3500 < len(time) < 4100
+    assert time[-1] == pytest.approx(1200.0, abs=0.5)
+
+
 @pytest.mark.parametrize("name", ["panda", "gantry"])
 def test_the_files_give_the_same_motion(tmp_path, monkeypatch, name):
     session = open_arm(tmp_path, name)
@@ -440,7 +457,8 @@ def test_other_robots_are_shown_with_units_and_refuse_in_words(name):
     )
     session.do({"record": True})
     note = session.do({"replay": True})
-    assert not note or "FollowJoints moves joints of one coordinate" in note
+    refused = "FollowJoints moves joints of one coordinate" in note
+    assert refused == (name != "rhino_gripper") and (refused or note == "")
     if name == "car":
         handle = session._describe_pose()["handle"]
         assert session.do({"drag": [handle, 1]}).startswith("no joint moves 'camera_mount'")

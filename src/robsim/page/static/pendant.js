@@ -8,6 +8,7 @@ import { element, find } from "./view.js";
 
 const REPLAY_SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const DRAG_PAUSE = 40; // milliseconds between messages of a drag
+const SETTLING = 600; // milliseconds after the last move of a slider until it shows the value in effect
 const LARGEST_FILE = 60_000; // characters; a message has at most 64 KiB
 const PENDANT_FILES = ["experiment.toml", "experiment.py", "poses.csv"];
 const POSE_NUMBERS = [["x", "cm"], ["y", "cm"], ["z", "cm"], ["roll", "deg"], ["pitch", "deg"], ["yaw", "deg"]];
@@ -456,15 +457,25 @@ class JointRow {
   // Send a value of the slider, rounded to 0.1 unless the slider is at an end.
   slide([low, high]) {
     const value = Number(this.slider.value);
+    this.moved = performance.now();
     const near = [low, high].find((end) => Math.abs(end - value) < 0.05);
     this.set(near ?? Math.round(10 * value) / 10, this.stroke ?? this.name);
   }
 
   renew(value, side) {
     this.field.renew(value);
-    if (this.slider) this.slider.value = value;
+    this.value = value;
+    if (this.slider) this.settle();
     this.mark.textContent = side ? "at limit" : "";
     for (const each of ["low", "high"]) this.box.classList.toggle(each, side === each);
+  }
+
+  // Show the value in effect; a slider under the hand does not jump back to an earlier value.
+  settle() {
+    clearTimeout(this.settling);
+    const left = SETTLING - (performance.now() - (this.moved ?? -Infinity));
+    if (left <= 0) this.slider.value = this.value;
+    else this.settling = setTimeout(() => this.settle(), left);
   }
 
   refuse(text) {

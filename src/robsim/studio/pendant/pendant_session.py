@@ -12,23 +12,30 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileWarning, InputError, RobSimError, format_value
 from robsim.geometry.pose import Pose
 from robsim.page.html_document import build_live_html, encode_recording_text
-from robsim.page.recording_builder import RecordingBuilder, RecordingInstants
+from robsim.page.recording_builder import Recording, RecordingBuilder, RecordingInstants
 from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
 from robsim.studio.pendant.pose_table_file import format_pose_table
-from robsim.studio.pendant.recorded_poses import build_replay, format_replay_code
+from robsim.studio.pendant.recorded_poses import (
+    build_replay,
+    compute_leg_durations,
+    format_replay_code,
+)
 from robsim.studio.pendant.teach_pendant import TeachPendant
 from robsim.studio.pendant.tool_search import LEADS
 from robsim.studio.web.app import UnavailableDownload
 
 LAST_REQUEST = 0.5  # seconds until a request that has begun is abandoned at the end
+LONGEST_REPLAY = 1800.0  # seconds
+MOST_INSTANTS = 4000  # of a replay; of a longer one fewer instants are shown
 MARK = '<body data-page="pendant">'  # the element that selects the script of the page
 
 
@@ -162,9 +169,17 @@ class PendantSession:
     def _replay(self, value: Any) -> None:
         """Simulate the motion through the recorded poses, and send it to all pages."""
         pendant = self.pendant
-        mission = build_replay(pendant.robot, pendant.poses, pendant.pace).run()
-        recording = build_recording(mission)
-        text = encode_recording_text(recording.header, recording.arrays, {"poses"})
+        robot, poses, pace = pendant.robot, pendant.poses, pendant.pace
+        experiment = build_replay(robot, poses, pace)
+        total = float(compute_leg_durations(robot, poses, pace).sum())
+        if total > LONGEST_REPLAY:
+            raise InputError(
+                f"the replay takes {total / 60:.0f} minutes, and at most {LONGEST_REPLAY / 60:.0f} "
+                "are shown: raise the speed, or save the experiment and run it"
+            )
+        recording = build_recording(experiment.run())
+        arrays = _thin_instants(recording)
+        text = encode_recording_text(recording.header, arrays, {"poses"})
         self.broadcast(_encode_pendant_message("replay", recording=text))
 
     def _motion(self) -> SceneMotion:
@@ -249,6 +264,16 @@ def _find_workspace_box(pendant: TeachPendant, box: list[list[float]]) -> list[l
     ends = np.quantile(places, [0.1, 0.9], axis=0)
     ends[0, 2] = box[0][2]  # the ground stays below the base
     return [np.minimum(ends[0], box[0]).tolist(), np.maximum(ends[1], box[1]).tolist()]
+
+
+def _thin_instants(recording: Recording) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a recording with at most about `MOST_INSTANTS` instants."""
+    count = len(recording.arrays["time"])
+    timed = {"time", "poses", *(curve["values"] for curve in recording.header["curves"])}
+    kept = np.append(np.arange(0, count - 1, math.ceil(count / MOST_INSTANTS)), count - 1)
+    return {
+        name: array[kept] if name in timed else array for name, array in recording.arrays.items()
+    }
 
 
 def _list_shown_numbers(pendant: TeachPendant, q: Array) -> list[float]:

@@ -79,7 +79,7 @@ def build_replay(robot: Robot, poses: list[RecordedPose], pace: ReplayPace) -> E
     start = _place_base(robot, poses, followed)
     task = _describe_pace(robot, followed, pace)
     phases = [Phase(pose.name, FollowJoints(to=pose.q[followed], **task)) for pose in poses]
-    longest = _find_longest_leg(robot, poses, followed, pace, task)
+    longest = float(compute_leg_durations(robot, poses, pace).max())
     return Experiment(
         Scene((robot,)),
         Mission(phases),
@@ -120,7 +120,7 @@ def _describe_pace(robot: Robot, followed: NDArray[np.int64], pace: ReplayPace) 
         drives[field.name] / field.size if field.name in drives else FULL_SPEED[field.unit]
         for field in fields
     ]
-    speeds = [max(round(pace.speed * each, 1), 0.1) for each in full]
+    speeds = [max(math.floor(10.0 * pace.speed * each + 1e-9) / 10.0, 0.1) for each in full]
     speed = [x * field.size for x, field in zip(speeds, fields, strict=True)]
     ramp = [round(x / RAMP, 1) * f.size for x, f in zip(speeds, fields, strict=True)]
     same = len(set(speed)) == 1 and len({field.unit for field in fields}) == 1
@@ -138,18 +138,14 @@ def _list_drive_speeds(robot: Robot) -> dict[str, float]:
     }
 
 
-def _find_longest_leg(
-    robot: Robot,
-    poses: list[RecordedPose],
-    followed: NDArray[np.int64],
-    pace: ReplayPace,
-    task: PaceArguments,
-) -> float:
-    """Return the longest duration of a leg in seconds."""
+def compute_leg_durations(robot: Robot, poses: list[RecordedPose], pace: ReplayPace) -> Array:
+    """Return the duration of each leg of a replay in seconds."""
     if pace.duration is not None:
-        return pace.duration
+        return np.full(len(poses), pace.duration)
+    followed = find_followed_coordinates(robot)
     q = np.array([robot.home, *(pose.q for pose in poses)])[:, followed]
-    return float(np.max(Trapezoid(q[:-1], q[1:], **task).duration))
+    task = _describe_pace(robot, followed, pace)
+    return np.asarray(Trapezoid(q[:-1], q[1:], **task).duration)
 
 
 def format_replay_code(robot: Robot, poses: list[RecordedPose], pace: ReplayPace) -> str:
