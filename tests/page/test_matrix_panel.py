@@ -11,7 +11,7 @@ from robsim.studio.studio import studio
 pytestmark = pytest.mark.browser
 
 TABLE = """() => [...document.querySelectorAll("#matrix tbody tr")]
-  .map((row) => [...row.cells].slice(1).map((cell) => Number(cell.textContent.replace("−", "-"))))"""
+  .map((row) => [...row.cells].slice(1).map((cell) => cell.textContent.replace("−", "-")))"""
 
 COUNT = """() => {
   const ask = robsim.link.ask.bind(robsim.link);
@@ -46,7 +46,7 @@ def test_the_panel_shows_the_matrix_of_the_shown_instant(desk):
         until(page, f"robsim.matrix.message?.index === {index}")
         bench = desk.app.bench
         L = bench.experiment.scene.interaction(bench.pair.live.instants[index].q)
-        np.testing.assert_allclose(page.evaluate(TABLE), L.matrix, atol=0.0051)
+        np.testing.assert_allclose(np.array(page.evaluate(TABLE), float), L.matrix, atol=0.0051)
     assert "rank 6 of 6" in page.inner_text("#matrix")
     page.locator("#matrix select").select_option(index=1)
     assert page.inner_text("#matrix thead").split()[0].startswith("body")
