@@ -3,6 +3,7 @@
 from robsim.run.mission import Mission as Mission
 from robsim.run.mission_run import MissionRun as MissionRun
 from robsim.run.phase import Phase as Phase
+from robsim.servo.goals.body_place import BodyPlace as BodyPlace
 from robsim.servo.goals.goal import GoalFeatures as GoalFeatures
 from robsim.servo.goals.goal import GoalPose as GoalPose
 from robsim.servo.goals.goal import TaughtGoal as TaughtGoal

@@ -82,7 +82,7 @@ class InteractionMatrix:
     @property
     def singular_values(self) -> Array:
         """Singular values (..., min(k, n)), the largest first; NaN if a number is not finite."""
-        finite = np.isfinite(self.matrix).all(axis=(-2, -1))
+        finite = np.asarray(np.isfinite(self.matrix).all(axis=(-2, -1)))
         known = np.where(finite[..., None, None], self.matrix, 0.0)
         values = np.linalg.svd(known, compute_uv=False)
         return np.where(finite[..., None], values, np.nan)

@@ -85,7 +85,9 @@ def describe_joint_motion(qd: Array, names: Sequence[str]) -> str:
     sizes = np.abs(ratio)
     if (sizes > SMALL).sum() == 1:
         return f"{names[int(np.argmax(sizes))]} alone"
-    pairs = [f"{names[i]} {_format_number(ratio[i])}" for i in np.flatnonzero(sizes >= MINOR)]
+    pairs = [
+        f"{names[i]} {_format_number(ratio[i])}" for i in np.flatnonzero(sizes >= MINOR).tolist()
+    ]
     rest = ["others below 0.01"] if ((sizes > SMALL) & (sizes < MINOR)).any() else []
     return ", ".join([*pairs, *rest])
 

@@ -78,7 +78,7 @@ def _find_shown_poses(scene: Scene, goal: TaughtGoal, q: Array) -> dict[str, Pos
         return _compute_frame_poses(scene, q_shown)
     shown = place_bodies(scene, {each.name: each.pose for each in cast(Places, goal.places)})
     return _resolve_relative_goal(
-        scene, lambda *pair: _compute_target_pose(shown, *pair, q_shown), q
+        scene, lambda eye, target: _compute_target_pose(shown, eye, target, q_shown), q
     )
 
 

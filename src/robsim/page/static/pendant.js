@@ -99,7 +99,7 @@ export class Pendant {
     const modes = element("div", "", "buttons");
     modes.append(...this.modes, this.axes);
     this.fields = POSE_NUMBERS.map(([name, unit], i) => {
-      const field = new NumberField(name, unit, (value) => this.type(i, value));
+      const field = new JointField(name, unit, (value) => this.type(i, value));
       return field;
     });
     const numbers = element("div", "", "pose-numbers");
@@ -417,7 +417,7 @@ class JointRow {
     this.box = element("div", "", "joint");
     const head = element("div", "", "joint-head");
     this.mark = element("span", "", "at-limit");
-    this.field = new NumberField("", unit, (value) => this.set(value, null), `${name} in ${unit}`);
+    this.field = new JointField("", unit, (value) => this.set(value, null), `${name} in ${unit}`);
     const label = element("label", name);
     label.title = name;
     head.append(label, this.mark, this.field.box);
@@ -484,7 +484,7 @@ class JointRow {
 }
 
 // A number with its unit; a typed value is replaced by the value in effect.
-class NumberField {
+class JointField {
   constructor(name, unit, set, label = `${name} in ${unit}`) {
     this.box = element("label", "", "number-field");
     this.input = Object.assign(element("input"), { type: "number", step: "any" });

@@ -58,7 +58,8 @@ def make_places(value: Any) -> Places:
 
 def list_bodies(scene: Scene) -> dict[str, Body]:
     """Return the objects and cameras of a scene by name."""
-    return {each.name: each for each in (*scene.objects, *scene.cameras)}
+    bodies: tuple[Body, ...] = (*scene.objects, *scene.cameras)
+    return {each.name: each for each in bodies}
 
 
 def check_places(places: Iterable[BodyPlace], scene: Scene) -> None:
