@@ -56,7 +56,9 @@ def wish_of(draw, bench):
             name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])
         }
     if name == "change":
-        values = {str(path_of(draw, bench)): value_of(draw, bench) for _ in range(draw.randint(1, 3))}
+        values = {
+            str(path_of(draw, bench)): value_of(draw, bench) for _ in range(draw.randint(1, 3))
+        }
         return {name: draw.choice([values, draw.choice(ODD)])}
     if name == "show_goal":
         return {name: draw.choice(["anew", "here", draw.choice(ODD)])}

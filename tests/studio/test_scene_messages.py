@@ -197,7 +197,9 @@ def test_the_second_scheme_has_a_path_of_its_own():
 def test_a_large_shape_is_sent_in_parts():
     points = np.random.default_rng(2).normal(size=(9001, 3)).astype(np.float32)
     page = PageModel()
-    page.hear(scene_messages._encode_shapes({"large": points, "none": points[:0], "one": points[:1]}))
+    page.hear(
+        scene_messages._encode_shapes({"large": points, "none": points[:0], "one": points[:1]})
+    )
     assert max(page.sizes) < LARGEST and len(page.sizes) > 2
     assert np.array_equal(page.shapes["large"], points)
     assert page.shapes["none"].shape == (0, 3) and len(page.shapes["one"]) == 1

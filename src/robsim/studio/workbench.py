@@ -378,9 +378,7 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(
-        self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False
-    ) -> None:
+    def _adopt(self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
         `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
@@ -394,8 +392,9 @@ class Workbench:
         if pair is None:
             mission_recording = build_recording(experiment.run())
         else:
-            handles = list_handles(experiment, controls, pair.live.template)
-            carried = list_carried_handles(experiment.scene, pair.live.now.q)
+            live = pair.live
+            handles = list_handles(experiment, controls, live.moving_frame, live.find_goal_pose())
+            carried = list_carried_handles(experiment.scene, live.now.q)
             builder = pair.create_recording_builder(None if opens else self.builder)
         self.edit, self._remark, self.delay_remark = edit, remark, ""
         self.controls, self.revision = controls, self.revision + 1
