@@ -32,6 +32,7 @@ from robsim.studio.handles import (
     list_handles,
     solve_drag,
 )
+from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
@@ -354,23 +355,20 @@ class Workbench:
 
         The reason is empty if the edit itself demands a new start, or the run is at its start.
         """
-        if self.pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
+        pair, same_second = self.pair, self.second == edit.second
+        if pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
             return None, ""
-        live, same_second = self.pair.live, self.second == edit.second
-        if live.is_at_start and same_second:
-            return self.pair.start_again(edit.experiment, edit.second), ""
+        if same_second and pair.live.is_at_start:
+            return pair.start_again(edit.experiment, edit.second), ""
         if not same_second or self._demands_start(edit.experiment):
             return None, ""
-        if live.full:
-            return None, "the run had ended: the largest number of instants was stored"
-        if live.failed and not live.failed_at_once:
-            assert live.decision is not None
-            outcome, time = live.decision.outcome, live.decision.time
-            return None, f"the run had ended: {describe_outcome(outcome, time, False)}"
-        try:
-            return self.pair.continue_with(edit.experiment, edit.second), ""
-        except InputError as error:
-            return None, f"the run could not continue with this change: {error}"
+        reason = _explain_end(pair.live)
+        if not reason:
+            try:
+                return pair.continue_with(edit.experiment, edit.second), ""
+            except InputError as error:
+                reason = f"the run could not continue with this change: {error}"
+        return None, reason
 
     def _demands_start(self, experiment: Experiment) -> bool:
         """Return whether another experiment differs in the start or in settings of the run."""
@@ -418,6 +416,20 @@ def _start_pair(edit: Edit) -> RunPair | None:
     if isinstance(edit.experiment.task, SelfSimulatingTask):
         return None
     return RunPair.of(edit.experiment, edit.second)
+
+
+def _explain_end(live: LiveRun) -> str:
+    """Return the reason why a run cannot continue; "" if it can.
+
+    A run that ended at the instant of the last change can continue without that change.
+    """
+    if live.full:
+        return "the run had ended: the largest number of instants was stored"
+    if live.decision is None or not live.failed or live.failed_at_once:
+        return ""
+    return (
+        f"the run had ended: {describe_outcome(live.decision.outcome, live.decision.time, False)}"
+    )
 
 
 def _get_start(experiment: Experiment) -> Array:
