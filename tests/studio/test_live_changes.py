@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from robsim import Experiment, Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
 from robsim.studio import edit_history, live_run
 from robsim.studio.control_values import convert_radians
+from robsim.studio.scenario_shelf import ScenarioShelf
+from robsim.studio.session import Session
 from robsim.studio.workbench import Workbench
 
 FAR, TURNED = 1e-3, 0.1  # largest distance in metres and angle in degrees from the first pose
@@ -347,3 +351,35 @@ def test_without_a_change_during_the_run_the_saved_experiment_is_the_experiment(
 )
 def test_angles_of_messages_are_in_degrees(text, expected):
     assert convert_radians(text) == expected
+
+
+def measure_resident_memory():
+    """Return the resident memory of this process in MB (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@pytest.mark.full
+def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
+    """18,000 changes are 15 minutes of a hand that sends 20 values a second."""
+    now = [0.0]
+    monkeypatch.setattr(edit_history.time, "monotonic", lambda: now[0])
+    session = Session(open_bench("eye_in_hand"), ScenarioShelf([]))
+    bench, used, largest = session.bench, [], 0
+    for i in range(18_000):
+        now[0] += 0.05
+        share = (i % 60) / 60 - 0.5
+        pose = handle_pose(bench, "objects.plate")
+        request = (
+            {"set": ["task.gain", 1.0 + share]},
+            {"drag": ["objects.plate", [0.31 + 0.03 * share, 0.02 * share, *pose[2:]]]},
+            {"undo": True} if i % 2 else {"redo": True},
+        )[i // 60 % 3]
+        session.do(request)
+        bench.step()
+        messages = list(session.outgoing.news(session, bench, session.shelf))
+        largest = max([largest, *map(len, messages)] if i else [0])
+        if i % 1000 == 999:
+            used.append(measure_resident_memory())
+    assert largest < 64 * 1024
+    assert used[-1] - used[0] < 60.0  # an instant has 2 kB, and there are 17,000 more

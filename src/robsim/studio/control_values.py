@@ -92,7 +92,7 @@ def format_control_value(control: Control) -> str:
     if control.form == "choice":
         return str(value)
     units = [control.unit] if isinstance(control.unit, str) else list(control.unit)
-    numbers = [value] if control.form in ("number", "whole") else list(value)  # type: ignore[call-overload]
+    numbers = [value] if control.form in ("number", "whole") else list(value)
     if len(set(units)) == 1:
         return _format_quantity(numbers, units[0])
     return ", ".join(_format_quantity([x], unit) for x, unit in zip(numbers, units, strict=True))

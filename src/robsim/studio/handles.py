@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from robsim.studio.rounded_values import round_dragged_value
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FAR = 1e3  # largest coordinate of a dragged pose, metres
 
@@ -54,24 +51,22 @@ class Handle:
 
 
 def list_handles(
-    experiment: Experiment, controls: Mapping[str, Control], template: xr.Dataset
+    experiment: Experiment, controls: Mapping[str, Control], frame: str, goal: Pose | None
 ) -> list[Handle]:
     """Return the handles of the fixed bodies, and of the start and the goal of the moving frame.
 
-    `template` is a run of the experiment; it stores the goal pose.
+    `goal` is the goal pose of the moving frame in the world; None if it is unknown.
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
     handles = [
         _build_handle(scene, name, body.name, scene.pose(body.name, q))
         for name, body in _list_fixed_bodies(scene)
     ]
-    frame = str(template["goal_pose"].attrs.get("frame", "")) if "goal_pose" in template else ""
-    if not frame or _find_movable_robot(scene, frame) is None:
+    if _find_movable_robot(scene, frame) is None:
         return handles
     handles.append(_build_handle(scene, "start", frame, scene.pose(frame, q)))
-    goal = template["goal_pose"].values.reshape(-1, 4, 4)[0]
-    if np.isfinite(goal).all() and any(name.startswith("task.goal.") for name in controls):
-        handles.append(_build_handle(scene, "goal", frame, Pose(goal)))
+    if goal is not None and any(name.startswith("task.goal.") for name in controls):
+        handles.append(_build_handle(scene, "goal", frame, goal))
     return handles
 
 

@@ -15,6 +15,7 @@ from robsim.engine.chunk import Chunk
 from robsim.engine.instant import Instant, make_instant
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
+from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
 from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import compute_frame_motion, make_dataset
@@ -171,15 +172,26 @@ class LiveRun:
         del self.instants[:-1]
         self.restarted = True
 
-    def measure_distance(self) -> tuple[float, float, str]:
-        """Return the distance (m) and angle (rad) of the moving frame to its goal, and its name.
+    @property
+    def moving_frame(self) -> str:
+        """The frame whose goal pose is known: a camera, a target, or the controlled frame."""
+        return select_goal_controller(self._loop.controller).moving
 
-        The numbers are NaN if the goal pose is not known.
-        """
+    def find_goal_pose(self) -> Pose | None:
+        """Return the present goal pose of the moving frame in the world; None if it is unknown."""
+        goal, away, _ = self._measure_goal()
+        return Pose(homogeneous_matrix(goal)[0]) if np.isfinite(away[0]) else None
+
+    def measure_distance(self) -> tuple[float, float]:
+        """Return the distance (m) and angle (rad) of the moving frame to its goal, or NaN."""
+        _, away, turn = self._measure_goal()
+        return float(away[0]), float(turn[0])
+
+    def _measure_goal(self) -> tuple[Array, Array, Array]:
+        """Return the goal pose (3, 4, 1) at the present instant, the distance and the angle (1,)."""
         q, start = self.now.q[:, None], self.segment.start
         q0 = self.segment.scene.home if start is None else start
-        _, away, turn = measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
-        return float(away[0]), float(turn[0]), select_goal_controller(self._loop.controller).moving
+        return measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from number `start` on as a run."""
@@ -216,7 +228,7 @@ class LiveRun:
 
         The bounds are `NEAR` and `ALIGNED`. 0 if the goal pose is not known.
         """
-        length, angle, _ = self.measure_distance()
+        length, angle = self.measure_distance()
         ratio = float(np.nanmax([length / NEAR, angle / ALIGNED, 1.0]))
         return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
 

@@ -59,11 +59,11 @@ def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
 
 def _build_distance(live: LiveRun) -> dict[str, Any] | None:
     """Return the distance of the moving frame to its goal; None if no goal pose is known."""
-    length, angle, frame = live.measure_distance()
+    length, angle = live.measure_distance()
     if not math.isfinite(length):
         return None
     turn = float(f"{angle:.4g}") if math.isfinite(angle) else None
-    return {"length": float(f"{length:.4g}"), "angle": turn, "frame": frame}
+    return {"length": float(f"{length:.4g}"), "angle": turn, "frame": live.moving_frame}
 
 
 _NO_BENCH: dict[str, Any] = {

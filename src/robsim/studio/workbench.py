@@ -35,6 +35,7 @@ from robsim.studio.handles import (
     solve_drag,
 )
 from robsim.studio.live_explanation import list_watch_entries
+from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 
 RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
@@ -356,23 +357,20 @@ class Workbench:
 
         The reason is empty if the edit itself demands a new start, or the run is at its start.
         """
-        if self.pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
+        pair, same_second = self.pair, self.second == edit.second
+        if pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
             return None, ""
-        live, same_second = self.pair.live, self.second == edit.second
-        if live.is_at_start and same_second:
-            return self.pair.start_again(edit.experiment, edit.second), ""
+        if same_second and pair.live.is_at_start:
+            return pair.start_again(edit.experiment, edit.second), ""
         if not same_second or self._demands_start(edit.experiment):
             return None, ""
-        if live.full:
-            return None, "the run had ended: the largest number of instants was stored"
-        if live.failed and not live.failed_at_once:
-            assert live.decision is not None
-            outcome, time = live.decision.outcome, live.decision.time
-            return None, f"the run had ended: {describe_outcome(outcome, time, False)}"
-        try:
-            return self.pair.continue_with(edit.experiment, edit.second), ""
-        except InputError as error:
-            return None, f"the run could not continue with this change: {error}"
+        reason = _explain_end(pair.live)
+        if not reason:
+            try:
+                return pair.continue_with(edit.experiment, edit.second), ""
+            except InputError as error:
+                reason = f"the run could not continue with this change: {error}"
+        return None, reason
 
     def _demands_start(self, experiment: Experiment) -> bool:
         """Return whether another experiment differs in the start or in settings of the run."""
@@ -396,8 +394,9 @@ class Workbench:
         if pair is None:
             mission_recording = build_recording(experiment.run())
         else:
-            handles = list_handles(experiment, controls, pair.live.template)
-            carried = list_carried_handles(experiment.scene, pair.live.now.q)
+            live = pair.live
+            handles = list_handles(experiment, controls, live.moving_frame, live.find_goal_pose())
+            carried = list_carried_handles(experiment.scene, live.now.q)
             builder = pair.create_recording_builder(None if opens else self.builder)
         self.edit, self._watch, self.delay_remark = edit, watch, ""
         self.controls, self.revision = controls, self.revision + 1
@@ -416,6 +415,20 @@ def _start_pair(edit: Edit) -> RunPair | None:
     if isinstance(edit.experiment.task, SelfSimulatingTask):
         return None
     return RunPair.of(edit.experiment, edit.second)
+
+
+def _explain_end(live: LiveRun) -> str:
+    """Return the reason why a run cannot continue; "" if it can.
+
+    A run that ended at the instant of the last change can continue without that change.
+    """
+    if live.full:
+        return "the run had ended: the largest number of instants was stored"
+    if live.decision is None or not live.failed or live.failed_at_once:
+        return ""
+    return (
+        f"the run had ended: {describe_outcome(live.decision.outcome, live.decision.time, False)}"
+    )
 
 
 def _get_start(experiment: Experiment) -> Array:
