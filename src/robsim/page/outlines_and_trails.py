@@ -81,10 +81,7 @@ def list_trail_entries(frames: RecordingFrames) -> list[Entry]:
     if frames.motion.second is None:
         return entries
     return entries + [
-        {
-            "frame": frames.add_frame(name, "second", _move_frame_in_second),
-            "color": palette.ORANGE,
-        }
+        {"frame": frames.add_frame(name, "second", _move_frame_in_second), "color": palette.ORANGE}
         for name in moving
     ]
 

@@ -81,9 +81,7 @@ def list_scene_parts(
     """
     drawable, build = drawable or list_drawable_shapes, build or build_shape_solid
     every = [
-        part
-        for robot in scene.robots
-        for part in _list_robot_parts(scene, robot, drawable, build)
+        part for robot in scene.robots for part in _list_robot_parts(scene, robot, drawable, build)
     ]
     for obj in scene.objects:
         shapes = drawable(obj.solids)

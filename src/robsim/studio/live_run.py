@@ -196,7 +196,9 @@ class LiveRun:
         values[f"{owner}_velocity"] = twists[0]
         values["time"] = np.array([each.time for each in instants])
         every = {
-            name: xr.Variable(variable.dims, values[name], variable.attrs) if name in values else variable
+            name: xr.Variable(variable.dims, values[name], variable.attrs)
+            if name in values
+            else variable
             for name, variable in template.variables.items()
             if name in values or "time" not in variable.dims
         }

@@ -378,9 +378,7 @@ class Workbench:
         same = all(getattr(old, name) == getattr(experiment, name) for name in RESTARTING)
         return not same or not np.array_equal(_get_start(old), _get_start(experiment))
 
-    def _adopt(
-        self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False
-    ) -> None:
+    def _adopt(self, edit: Edit, pair: RunPair | None, remark: str, opens: bool = False) -> None:
         """Build handles and recording builder of an edit; then store them all.
 
         `pair` are the runs; None simulates a mission. If `opens`, the edit is another experiment
