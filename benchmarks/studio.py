@@ -1,8 +1,9 @@
-"""CPU of the studio for a change by hand, against a step of the same run (see README.md)."""
+"""CPU of the studio for a change by hand, and the size of its messages (see README.md)."""
 
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,14 +26,20 @@ KINDS = {
 def requests(bench: Workbench) -> Iterator[tuple[str, Any]]:
     """Yield a kind of change, and a function from a small number to its request."""
     controls = bench.controls
-    paths = {kind: path for kind, path in KINDS.items() if path in controls}
-    paths |= {"object": p for p in controls if p.startswith("objects.") and p.endswith("position")}
-    for kind, path in paths.items():
-        value = controls[path].value
-        yield kind, lambda x, path=path, value=value: {"set": [path, _moved(value, x)]}
+    paths = [(kind, path) for kind, path in KINDS.items() if path in controls]
+    places = [p for p in controls if p.startswith("objects.") and p.endswith("position")]
+    for kind, path in [*paths, *(("object", place) for place in places[:1])]:
+        yield kind, partial(_set, path, controls[path].value)
     for handle in bench.handles[:1]:
-        name, pose = handle.name, handle.pose
-        yield "drag", lambda x: {"drag": [name, [pose[0] + x, *pose[1:]]]}
+        yield "drag", partial(_drag, handle.name, handle.pose)
+
+
+def _set(path: str, value: Any, x: float) -> dict[str, Any]:
+    return {"set": [path, _moved(value, x)]}
+
+
+def _drag(name: str, pose: list[float], x: float) -> dict[str, Any]:
+    return {"drag": [name, [pose[0] + x, *pose[1:]]]}
 
 
 def _moved(value: Any, x: float) -> Any:

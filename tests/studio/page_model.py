@@ -48,8 +48,8 @@ class PageModel:
 
     def _take_rows(self, message, header, arrays):
         start, width = message["from"], len(self.header["frames"])
-        for name, more in arrays.items():
-            own = self.arrays[name]
+        for name, values in arrays.items():
+            own, more = self.arrays[name], values
             if name == "poses":
                 own, more = _widen(own, width), _widen(more, width)
             whole = name.endswith(".goal")

@@ -149,11 +149,11 @@ def test_a_dragged_target_has_its_old_places_before_the_drag():
     desk.do(steps=4)
     handle = next(each for each in desk.bench.handles if each.name == "objects.cube")
     before = np.array(handle.pose[:3])
-    kinds = desk.do(drag=[handle.name, [before[0] + 0.01, *handle.pose[1:]]], steps=2)
+    kinds = desk.do(drag=[handle.name, [handle.pose[0] + 0.01, *handle.pose[1:]]], steps=2)
     assert "shapes" not in kinds and "recording" not in kinds
     track = desk.page.track("cube")
     assert np.allclose(track[:4], before, atol=1e-6)
-    assert np.allclose(track[4:], before + [0.01, 0, 0], atol=1e-6)
+    assert np.allclose(track[4:], before + np.array([0.01, 0.0, 0.0]), atol=1e-6)
 
 
 def test_a_restart_sends_rows_alone():

@@ -16,7 +16,6 @@ from robsim.plot.goal_outlines import build_frame_outline
 from robsim.plot.wireframe import ScenePart, WireSolid
 from robsim.world.scene import Scene
 
-
 T = TypeVar("T")
 BodyKey = tuple[str, int]  # kind of the result, and identity of the body
 
@@ -70,7 +69,7 @@ class BodyShapes:
 
     def build_solid(self, label: str, shape: Primitive, color: str | None = None) -> WireSolid:
         """Return a primitive as a solid, in its own colour or in another one."""
-        wire = self._find("solid", shape, _build_unlabelled_solid)
+        wire: WireSolid = self._find("solid", shape, _build_unlabelled_solid)
         return replace(wire, label=label, color=palette.convert_color(color or shape.color))
 
     def store_solid(self, wire: WireSolid) -> dict[str, str]:

@@ -102,10 +102,12 @@ class RecordingBuilder:
         live: bool = False,
         former: RecordingBuilder | None = None,
     ) -> None:
-        self.shapes = BodyShapes(former.shapes if former else None)
+        self.shapes: BodyShapes = BodyShapes(former.shapes if former else None)
         keys = former.frames.keys if former else ()
-        frames = self.frames = RecordingFrames(motion, self.shapes, keys, live)
-        depth = self.depth = former.depth if former else choose_frustum_depth(motion)
+        frames = RecordingFrames(motion, self.shapes, keys, live)
+        depth = former.depth if former else choose_frustum_depth(motion)
+        self.frames: RecordingFrames = frames
+        self.depth: float = depth
         first = {} if run is None else run_data.number_first_marks(run)
         self.entries: dict[str, list[Entry]] = {
             "parts": build_solid_entries(frames, motion.scene, depth, "true"),
@@ -116,7 +118,7 @@ class RecordingBuilder:
         if run is not None:
             self.entries["parts"] += list_outline_entries(frames, belief, run, depth)
         self.shapes.forget_former()
-        self.reach = former.reach if former else self._find_reach()
+        self.reach: list[list[float]] = former.reach if former else self._find_reach()
 
     def build_recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
         """Return the recording of the instants; `entries` are further entries of the header."""

@@ -20,7 +20,7 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
 * cameras: name, frame, image size and centre; "frustum" (ends, 3), lines in camera axes; "pixels"
   (T, N, 2) and "goal" (N, 2) of the feature points, and their colours; "second" (T, N, 2), the
   pixels under the second scheme.
-* trails: frames with a drawn path, and their colours.
+* trails: frames with a drawn path, of the scene and of the second scheme, and their colours.
 * curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic.
 * events: {time, text} of each event.
 

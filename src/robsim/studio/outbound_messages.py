@@ -6,11 +6,12 @@ The messages, by type:
 * shapes: {"recording"}, arrays of triangles, edges and points by name, without instants. A shape is
   sent once, and kept while an entry of the header names it; "starts" in the header of the message
   has the number of the first point of each array, because a large shape is divided.
-* recording: {"recording", "live"}, header and first instants, as in a file without shapes and texts.
+* recording: {"recording", "live"}, header and first instants, as in a file, but without shapes and
+  texts.
 * entries: {"header"}, the changes of the header: {"value"}, or the length of a list and its changed
   entries [index, entry].
-* rows: {"from", "recording"}, the instants from number "from" on; 0 starts the run anew. Frames that
-  are not in the arrays of earlier instants have no pose there.
+* rows: {"from", "recording"}, the instants from number "from" on; 0 starts the run anew. Frames
+  that are not in the arrays of earlier instants have no pose there.
 * controls: {"controls", "from", "count"}, the values that a page can change, with their
   declarations, in parts.
 * values: {"controls"}, the controls that have changed.
@@ -149,7 +150,8 @@ def _describe_control(control: Control) -> dict[str, Any]:
 
 def _encode_controls(controls: dict[str, DescribedControl]) -> list[str]:
     """Return the messages of all controls, in parts that are small enough."""
-    entries, parts, room = [entry for _, entry in controls.values()], [], 0
+    entries, room = [entry for _, entry in controls.values()], 0
+    parts: list[list[dict[str, Any]]] = []
     for entry in entries:
         size = len(json.dumps(entry, ensure_ascii=False)) + 2
         if size > room:
@@ -157,7 +159,7 @@ def _encode_controls(controls: dict[str, DescribedControl]) -> list[str]:
             room = LARGEST - 200
         parts[-1].append(entry)
         room -= size
-    starts = [sum(map(len, parts[:i])) for i in range(len(parts))]
+    starts = [sum(len(part) for part in parts[:i]) for i in range(len(parts))]
     return [
         _encode_message("controls", controls=part, **{"from": start}, count=len(entries))
         for part, start in zip(parts, starts, strict=True)

@@ -145,7 +145,7 @@ def _widen(poses: NDArray[Any], frames: int) -> NDArray[Any]:
 
 
 def _find_changes(before: Any, after: Any) -> Any:  # Any: JSON
-    """Return a changed value, or {"length", "changed": [[index, entry], ...]} of a list; or None."""
+    """Return the change of a value or of a list, as in the message "entries"; None without one."""
     if before == after:
         return None
     if not isinstance(after, list):
