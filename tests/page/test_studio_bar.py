@@ -337,6 +337,11 @@ def test_buttons_are_large_enough_and_nothing_is_cut(desk, width, least):
     for button in page.locator("#bar button:visible, header button:visible").all():
         box = button.bounding_box()
         assert box["x"] >= 0 and box["x"] + box["width"] <= width
+    for name in ("changes", "save"):
+        page.locator("#bar summary", has_text=name).click()
+        box = page.locator("#bar .menu[open] .panel").bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= width
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_a_menu_of_the_bar_fits_a_phone(desk):
