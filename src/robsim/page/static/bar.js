@@ -48,6 +48,7 @@ export class Bar {
     menu.panel.setAttribute("role", "group");
     menu.panel.setAttribute("aria-label", label);
     menu.append(element("summary", text), menu.panel);
+    menu.addEventListener("toggle", () => keepInside(menu.panel));
     this.place.append(menu);
     return menu;
   }
@@ -114,6 +115,13 @@ export class Bar {
     this.said.classList.toggle("warm", warm);
     this.timer = setTimeout(() => (this.said.textContent = ""), warm ? 2 * MESSAGE : MESSAGE);
   }
+}
+
+// Shift an open panel to the left if the window ends before it.
+function keepInside(panel) {
+  panel.style.removeProperty("left");
+  const over = panel.getBoundingClientRect().right + 10 - document.documentElement.clientWidth;
+  if (over > 0) panel.style.left = `${-over}px`;
 }
 
 function closeMenusOutside(place) {
