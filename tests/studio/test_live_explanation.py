@@ -23,7 +23,7 @@ NO_BUTTON = {"local_minimum": "robsim study", "straight_image_lines": "robsim ru
 
 
 def explained(bench, trials=True):
-    while not bench.ended:
+    while not bench.idle:
         bench.step()
     bench.explain(explain_live_run(bench.experiment, bench.pair.live, trials))
     return bench.why
