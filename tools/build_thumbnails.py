@@ -30,13 +30,10 @@ def main() -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rs.errors.RankWarning)  # some lose rank on purpose
             run = experiment.run()
-        draw_picture(experiment, run).save(
-            TARGET / f"{name}.webp", "WEBP", quality=QUALITY, method=6
-        )
-    total = sum(each.stat().st_size for each in TARGET.glob("*.webp"))
-    print(
-        f"{len(list(TARGET.glob('*.webp')))} pictures of together {total / 1000:.0f} kB in {TARGET}"
-    )
+        picture = draw_picture(experiment, run)
+        picture.save(TARGET / f"{name}.webp", "WEBP", quality=QUALITY, method=6)
+    sizes = [each.stat().st_size for each in TARGET.glob("*.webp")]
+    print(f"{len(sizes)} pictures of together {sum(sizes) / 1000:.0f} kB in {TARGET}")
 
 
 def draw_picture(experiment: rs.Experiment, run: Any) -> Image.Image:

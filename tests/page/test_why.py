@@ -1,4 +1,4 @@
-"""The card of the reason in a real browser: distances, buttons that cure, and its place on the page."""
+"""The card of the reason in a real browser: distances, buttons that cure, and its place."""
 
 import re
 
@@ -120,7 +120,8 @@ def contrast(page, selector):
         """(selector) => {
           const text = document.querySelector(selector);
           let behind = text;
-          while (/, 0\\)|transparent/.test(getComputedStyle(behind).backgroundColor)) behind = behind.parentElement;
+          const clear = (it) => /, 0\\)|transparent/.test(getComputedStyle(it).backgroundColor);
+          while (clear(behind)) behind = behind.parentElement;
           return [getComputedStyle(text).color, getComputedStyle(behind).backgroundColor];
         }""",
         selector,

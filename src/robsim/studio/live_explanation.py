@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +42,8 @@ def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dic
         note = f"After the last change at {start:.2f} s (times count from there):"
         collected["texts"]["explanation"] = f"{note}\n{collected['texts']['explanation']}"
         collected["why"]["findings"].insert(0, {"head": "", "text": note, "actions": []})
-    try:
+    with suppress(InputError):  # the segment has the same reason to have no text
         collected["texts"]["experiment"] = experiment.text
-    except InputError:
-        pass  # the reason is the same for the segment
     return collected
 
 
