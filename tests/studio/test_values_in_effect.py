@@ -135,6 +135,12 @@ def test_numbers_from_a_slider_are_stored_as_they_are_shown():
     assert bench.controls["start.position"].value == [exact[0], 0.3, exact[2]]
 
 
+def test_a_moved_start_keeps_its_angles():
+    bench = Workbench(load_scenario(examples.path("visp_tutorial")))
+    bench.set("start.position", [-0.25, 0.1, -0.9])
+    assert 'position = "-25, 10, -90 cm"\nrotvec = "-10, 10, -50 deg"' in bench.experiment.to_toml()
+
+
 def test_a_slider_at_its_end_stays_within_its_limits():
     bench = Workbench(load_scenario(examples.path("eye_in_hand")))
     control = bench.controls["start.q"]

@@ -12,7 +12,7 @@ from robsim.files.toml import SCHEMA, Tables
 SHORT = 40  # longer lists come last in their section
 WIDTH = 120  # longest line in characters
 ITEM = 240  # longest line of a table within a list
-MOST_LINES = 60  # a longer text gets a denser layout, with fewer sections
+MOST_LINES = 59  # a longer text gets a denser layout; 60 with a remark at its head
 SECTIONED, LISTED, INLINE, DENSEST = range(4)  # layouts: each has fewer sections than the previous
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LONGEST_STEM = 48  # characters of a file name
-FILM_FRAMES = 48  # a film is ready within about twenty seconds
+FILM_FRAMES = 36  # a film is ready within some ten seconds
 FILM_SECONDS = 6.0  # longest film; a longer run is shown faster
 FILM_DPI = 75  # 960 x 540 pixels
 MEDIA = {

@@ -53,7 +53,8 @@ def format_change_remark(experiment: Experiment) -> str:
     texts = [f"{path} = {_format_literal(value)}" for path, value in changes.items()]
     start = f"# {Path(experiment.source).name} with"
     for count in range(len(texts), -1, -1):
-        rest = [f"{len(texts) - count} other values"] if count < len(texts) else []
+        more = len(texts) - count
+        rest = [f"{more} other value{'s' * (more > 1)}"] if more else []
         line = f"{start} {', '.join([*texts[:count], *rest])}"
         if len(line) <= LONGEST_REMARK:
             break
@@ -82,6 +83,9 @@ def _write_tables(experiment: Experiment, brief: bool) -> Any:
 
 def _yield_changes(path: str, before: Any, after: Any) -> Iterator[tuple[str, Any]]:
     """Yield dotted names and new values of all differences within a table."""
+    if "q" in after and "q" not in before:  # coordinates in place of a pose
+        yield f"{path}q", after["q"]
+        return
     for key in dict.fromkeys([*before, *after]):
         old, new, name = before.get(key), after.get(key), f"{path}{key}"
         if old == new:

@@ -274,9 +274,9 @@ def parse_start(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
 
 def describe_start(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
     """Return the coordinates of a start; for one floating joint, its pose instead."""
-    at = np.asarray(scene.coordinates(scene.home if q is None else q, limits=False))
-    if scene.coordinate_units != FLOATING_UNITS:
-        return at, None
+    at, pose = describe_start_exactly(scene.home if q is None else q, scene)
+    if at is None or scene.coordinate_units != FLOATING_UNITS:
+        return at, pose
     return None, Pose.from_quaternion(at[:3], at[3:])
 
 
@@ -288,7 +288,7 @@ def describe_start_exactly(q: Any, scene: Scene) -> tuple[Array | None, Pose | N
     >>> describe_start_exactly(q, Scene([robots.free_camera()]))[1].rotvec
     array([0. , 0. , 0.5])
     """
-    at = scene.coordinates(q, limits=False)
+    at = np.asarray(scene.coordinates(q, limits=False))
     if scene.coordinate_units == FLOATING_UNITS and at.ndim == 1:
         near = Pose.from_quaternion(at[:3], at[3:])
         for _, _, pose in propose_short_poses(near):
