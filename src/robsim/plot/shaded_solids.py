@@ -45,9 +45,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
         self._has_border = [wire.has_border[i] for wire, i in faces]
-        dark, self._pale = np.array(
-            [_choose_tints(wire.color) for wire, _ in faces]
-        ).swapaxes(0, 1)
+        dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
         corners, fills = self._shade_solids(wires)
         super().__init__(corners, facecolors=fills, linewidths=0.6, zorder=SHADED)
