@@ -1,9 +1,9 @@
 """Faces of solids in the order of the painter: hidden faces first, and intersecting faces split.
 
-A convex solid divides the other faces: parts behind all its visible faces are painted before it, and
-parts in front of one of them after it. A face that is neither is split at the planes of the solid.
-Both sets are divided further, until a set is a single convex solid: its visible faces do not hide
-each other (Fuchs, Kedem and Naylor 1980, "On visible surface generation by a priori tree
+A convex solid divides the other faces: parts behind all its visible faces are painted before it,
+and parts in front of one of them after it. A face that is neither is split at the planes of the
+solid. Both sets are divided further, until a set is a single convex solid: its visible faces do not
+hide each other (Fuchs, Kedem and Naylor 1980, "On visible surface generation by a priori tree
 structures").
 """
 
@@ -229,8 +229,8 @@ def _compute_area_vectors(faces: Sequence[Array]) -> Array:
 def find_viewer(projection: Array) -> Array:
     """Return the viewer (4,) of a projection (4, 4), as a point in homogeneous coordinates.
 
-    The last coordinate is 1, or 0 if the viewer is infinitely far away. The viewer is projected to a point without a place on the paper. Depths of the projection grow
-    away from the viewer.
+    The last coordinate is 1, or 0 if the viewer is infinitely far away. Depths of the projection
+    grow away from the viewer.
     """
     viewer = np.linalg.svd(projection[[0, 1, 3]])[2][-1]
     if abs(viewer[3]) > 1e-9:
