@@ -1,6 +1,7 @@
 """Each pixel of a solid has the colour of the nearest face on its ray."""
 
 import io
+from itertools import pairwise
 
 import matplotlib
 import numpy as np
@@ -74,7 +75,7 @@ def nearest_faces(faces, shape):
         x, y, z = proj3d.proj_transform(*face.T, axes.M)
         screen = axes.transData.transform(np.column_stack([x, y])) - 0.5  # centres of pixels
         corners = np.column_stack([screen[:, 0], shape[0] - 1 - screen[:, 1], z])
-        for triangle in zip(corners[1:-1], corners[2:], strict=True):
+        for triangle in pairwise(corners[1:]):
             fill_triangle(depth, found, np.array([corners[0], *triangle]), k)
     return found
 

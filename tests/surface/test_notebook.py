@@ -1,13 +1,17 @@
 """The display of robots, scenes, explanations and comparisons in notebooks and interpreters."""
 
+import base64
+import io
 import re
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import robsim as rs
 from robsim.analysis.explanation.findings import Finding
 from robsim.base.html import format_html_table
+from robsim.page.export import build_notebook_bundle
 
 
 def cells(html):
@@ -80,3 +84,44 @@ def test_every_text_is_escaped(text):
     html = format_html_table(text, [(text, 3)], (text, text), text)
     assert text not in html
     assert "<td" in html and "<br>" in format_html_table("two\nlines", [])
+
+
+def picture(bundle):
+    data = base64.b64decode(bundle["image/png"])
+    assert data.startswith(b"\x89PNG") and len(data) <= 22_000
+    return (imread(io.BytesIO(data), format="png")[..., :3] * 255).round().astype(int)
+
+
+def test_a_run_in_a_notebook_has_a_picture_behind_its_page():
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    run = experiment.run(duration=0.4)
+    bundle = build_notebook_bundle(run)
+    html, image = bundle["text/html"], picture(bundle)
+    assert image.shape == (320, 736, 3)
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 20
+    goal = (np.abs(image - (214, 0, 122)) < 60).all(axis=2)  # the outline of the goal
+    assert goal[:, :416].sum() > 10 and goal[:, 416:].sum() > 10
+    assert f"data:image/png;base64,{bundle['image/png']}" in html
+    assert html.count("<iframe") == 1 and 'sandbox="allow-scripts"' in html
+
+
+def test_without_its_page_the_picture_is_left():
+    arm = rs.Robot.from_dh([[0, 0, 1, 0]], name="arm")
+    html = build_notebook_bundle(arm)["text/html"]
+    rest = re.sub(r"<iframe.*?</iframe>|<style>.*?</style>", "", html, flags=re.S)
+    assert re.fullmatch(r"<div [^>]*><img alt=[^>]*></div>", rest)
+
+
+def test_an_experiment_has_its_table_and_a_picture():
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    bundle = build_notebook_bundle(experiment)
+    assert bundle["text/html"] == experiment._repr_html_()
+    assert picture(bundle).shape == (320, 416, 3)
+
+
+def test_a_batch_has_its_table_alone():
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    batch = rs.simulate(
+        experiment.scene, experiment.task, np.stack([experiment.start] * 2), duration=0.2
+    )
+    assert build_notebook_bundle(batch).keys() == {"text/html"}

@@ -68,8 +68,8 @@ def _parse_quantity(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
 
 
 def _make_unit_error(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
-    text = f"a short text with a unit, as in {format_examples(*of, count=count)}"
-    expected = ("a bare number" if of == ("1",) else text) + suggest_decimal_point(raw, count)
+    text = of != ("1",) and f"a short text with a unit, as in {format_examples(*of, count=count)}"
+    expected = (text or "a bare number") + suggest_decimal_point(raw, count)
     return UnitError(f"{format_value(raw)}: expected {expected}")
 
 

@@ -14,6 +14,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette, run_data
 from robsim.plot.canvas import figure_style, new_figure, replace_frame_by_grid
+from robsim.plot.fitted_legend import add_fitted_legend
 from robsim.plot.image_figure import set_image_axes
 from robsim.plot.run_data import ROUNDING_ERROR, has_spread
 
@@ -114,7 +115,7 @@ def _draw_single_runs(result: Comparison, size: tuple[float, float] | None) -> F
     for i, draw in enumerate((_draw_scheme_errors, _draw_measures, _draw_camera_paths)):
         draw(figure.add_subplot(below[i]), result)
     names = figure.axes[len(result.names)].get_legend_handles_labels()
-    figure.legend(*names, loc="outside lower center", ncols=columns, frameon=False)
+    add_fitted_legend(figure, *names, loc="outside lower center", ncols=columns)
     return figure
 
 

@@ -1,9 +1,10 @@
 """Faces of solids in the order of the painter: hidden faces first, and intersecting faces split.
 
-A plane divides the faces: the faces on the side of the viewer are painted last, after the faces in
-the plane. A face that crosses the plane is split. Both sides are divided further, until a side holds
-a single convex solid, whose visible faces do not hide each other (Fuchs, Kedem and Naylor 1980, "On
-visible surface generation by a priori tree structures").
+A convex solid divides the other faces: parts behind all its visible faces are painted before it,
+and parts in front of one of them after it. A face that is neither is split at the planes of the
+solid. Both sets are divided further, until a set is a single convex solid: its visible faces do not
+hide each other (Fuchs, Kedem and Naylor 1980, "On visible surface generation by a priori tree
+structures").
 """
 
 from __future__ import annotations
@@ -132,7 +133,7 @@ class FaceOrder:
     def _separate(
         self, pieces: list[PaintedFace], planes: tuple[Array, Array], body: list[PaintedFace]
     ) -> tuple[list[PaintedFace], list[PaintedFace]]:
-        """Return the parts of pieces in front of a visible face of a body, and the parts behind all.
+        """Return the parts of pieces in front of a visible face of a body, and the other parts.
 
         The body hides no part in front of one of its faces, and no part behind all faces hides the
         body or a part in front. A piece in the plane of a larger face counts as in front of it.
@@ -226,10 +227,10 @@ def _compute_area_vectors(faces: Sequence[Array]) -> Array:
 
 
 def find_viewer(projection: Array) -> Array:
-    """Return the viewer (4,) of a projection (4, 4): a point, or a direction with a zero at its end.
+    """Return the viewer (4,) of a projection (4, 4), as a point in homogeneous coordinates.
 
-    The viewer is projected to a point without a place on the paper. Depths of the projection grow
-    away from the viewer.
+    The last coordinate is 1, or 0 if the viewer is infinitely far away. Depths of the projection
+    grow away from the viewer.
     """
     viewer = np.linalg.svd(projection[[0, 1, 3]])[2][-1]
     if abs(viewer[3]) > 1e-9:

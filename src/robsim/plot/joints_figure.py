@@ -17,6 +17,7 @@ from robsim.plot.canvas import (
     prepare_panels,
     set_time_axis,
 )
+from robsim.plot.fitted_legend import add_fitted_legend
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,7 +113,8 @@ def draw_joints_by_unit(panels: list[Axes], one: xr.Dataset) -> None:
         _draw_coordinate(of_unit[unit], time, path, palette.cycle_color(i), names[i])
     for unit, axes in of_unit.items():
         axes.set_ylabel(f"coordinates ({unit})")
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
+        place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 4}
+        add_fitted_legend(axes, *axes.get_legend_handles_labels(), **place)
 
 
 def draw_joints(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:

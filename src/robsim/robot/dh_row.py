@@ -53,7 +53,7 @@ class DHRow(DeclaredValue):
     The row determines the constants of a `Joint`. The coordinate of the joint is added to theta if
     it turns, and to d if it slides. The order of the transforms is Rz(theta) Tz(d) Tx(a) Rx(alpha)
     in the standard convention, and Rx(alpha) Tx(a) Rz(theta) Tz(d) in the modified convention
-    (Craig).
+    (Craig). A constant that is left out is zero.
 
     Examples
     --------
@@ -61,10 +61,10 @@ class DHRow(DeclaredValue):
     array([0.5, 0. , 0.1])
     """
 
-    theta: Annotated[float, Angle(), PerRun(()), "Rotation about z."]
-    d: Annotated[float, Length(), PerRun(()), "Translation along z."]
-    a: Annotated[float, Length(), PerRun(()), "Translation along x."]
-    alpha: Annotated[float, Angle(), PerRun(()), "Rotation about x."]
+    theta: Annotated[float, Angle(), PerRun(()), "Rotation about z."] = 0.0
+    d: Annotated[float, Length(), PerRun(()), "Translation along z."] = 0.0
+    a: Annotated[float, Length(), PerRun(()), "Translation along x."] = 0.0
+    alpha: Annotated[float, Angle(), PerRun(()), "Rotation about x."] = 0.0
     convention: Annotated[
         str, DHConvention(), "Order of the transforms. None: as in the robot."
     ] = "standard"

@@ -19,6 +19,7 @@ from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.robot.dh_row import Convention
+from robsim.robot.dh_table import convert_chain_schema, expand_dh_table
 from robsim.robot.joint import list_coordinate_units
 from robsim.robot.link import Link, list_coordinate_names
 from robsim.robot.link_table import LinkTable
@@ -69,6 +70,7 @@ class LinkTreeSpec(Table):
     """Declaration of a robot or tool: its links, or a library robot or URDF file with changes."""
 
     def read(self, raw: Raw, c: Context) -> Any:
+        raw = expand_dh_table(raw) if c.over is MISSING else raw
         origin = [key for key in ORIGIN_KEYS if isinstance(raw, Mapping) and key in raw]
         if not origin or "library" not in c.facts:
             return super().read(raw, c)
@@ -91,7 +93,7 @@ class LinkTreeSpec(Table):
         form = self.says or self.kind
         origins = {"oneOf": [{"required": [key]} for key in ORIGIN_KEYS]}
         changes = {"allOf": [define.changes(form), origins]}
-        return {"anyOf": [define(form), changes]}
+        return {"anyOf": [define(form), changes, convert_chain_schema(define.table(form, {}, []))]}
 
     def _as_text_form(self, robot: Robot) -> Any:
         """Return a robot in the form that the text changes: a robot, or the table of a tool."""

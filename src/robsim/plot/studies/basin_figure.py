@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import figure_style, get_root_figure, prepare_panels
-from robsim.plot.studies import run_dots
+from robsim.plot.studies import run_dots, share_bins
 from robsim.plot.studies.column_axis import (
     Rows,
     check_column,
@@ -21,6 +21,7 @@ from robsim.plot.studies.column_axis import (
     read_drawable_column,
     split_by_choice,
 )
+from robsim.plot.studies.share_bins import ShareBins
 from robsim.studies import table_columns
 from robsim.studies.table_columns import ColumnGroups
 
@@ -48,7 +49,8 @@ def study_basin(
 
     Each dot is the start of a run. Runs that converged are blue; a darker blue is a longer time of
     convergence (s). Other runs have the colour of their outcome, and runs that could not begin are
-    hollow and grey.
+    hollow and grey. If a panel has more than 2000 runs, squares of the plane have the colour of the
+    share of their runs that converged; the runs of squares with fewer than 5 runs are dots.
 
     Parameters
     ----------
@@ -125,16 +127,27 @@ def _draw_basin_panels(
     low, high = (time[converged].min(), time[converged].max()) if converged.any() else (0.0, 1.0)
     faces = run_dots.list_outcome_colors(endings)
     faces[converged] = _BLUES((time[converged] - low) / max(high - low, 1e-12))
+    parts = [started & (groups.which == i) for i in range(len(groups.labels))]
+    is_dense = max(int(part.sum()) for part in parts) > share_bins.DENSE
+    if is_dense:
+        bins = [ShareBins.of(at, part, endings == Outcome.CONVERGED) for part in parts]
+        for axes, each in zip(panels, bins, strict=False):
+            each.draw(axes)
+        started = np.any([each.sparse for each in bins], axis=0)
     some, rest = run_dots.shuffle_rows(started), run_dots.shuffle_rows(unstarted)
     for i, axes in enumerate(panels[: len(groups.labels)]):
         run_dots.draw_hollow_dots(axes, *at, rest[groups.which[rest] == i])
         of_panel = some[groups.which[some] == i]
         run_dots.draw_dots(axes, *at, of_panel, c=faces[of_panel])
-    handles = run_dots.build_outcome_legend(endings, started)
+    handles = run_dots.build_outcome_legend(endings, np.any(parts, axis=0))
     handles += run_dots.build_unstarted_legend(int(unstarted.sum()))
     figure = get_root_figure(panels[0])
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
-    if converged.any():
+    if is_dense:
+        scale = run_dots.build_color_scale(share_bins.SHARES, 0.0, 1.0)
+        label = ShareBins.describe(bins)
+        figure.colorbar(scale, ax=panels, label=label, aspect=30)
+    elif converged.any():
         scale = run_dots.build_color_scale(_BLUES, low, high)
         figure.colorbar(scale, ax=panels, label="time to converge (s)", aspect=30)
 

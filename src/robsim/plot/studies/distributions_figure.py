@@ -16,6 +16,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import figure_style, prepare_panels, replace_frame_by_grid
+from robsim.plot.fitted_legend import add_fitted_legend
 from robsim.plot.run_data import has_spread
 from robsim.plot.studies.column_axis import (
     Rows,
@@ -126,7 +127,8 @@ def _draw_distribution_legend(
     ]
     columns = max(1, int(figure.get_figwidth() / LEGEND))
     placement: dict[str, Any] = {"loc": "outside lower center", "ncols": min(len(handles), columns)}
-    figure.legend(handles=handles, frameon=False, **placement)
+    names = [str(handle.get_label()) for handle in handles]
+    add_fitted_legend(figure, handles, names, **placement)
 
 
 def _style_line(i: int) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
+from robsim.plot.fitted_legend import add_fitted_legend
 from robsim.plot.studies.column_axis import Rows, format_thousands
 from robsim.studies import table_columns
 
@@ -94,12 +95,13 @@ def build_choice_legend(groups: table_columns.ColumnGroups, rows: Rows) -> list[
 
 def show_side_legend(axes: Axes, handles: list[Line2D], title: str = "") -> None:
     """Add a legend to the right of the axes, clear of the dots."""
-    axes.legend(
-        handles=handles,
+    add_fitted_legend(
+        axes,
+        handles,
+        [str(handle.get_label()) for handle in handles],
         title=title or None,
         loc="upper left",
         bbox_to_anchor=(1.0, 1.0),
-        frameon=False,
         alignment="left",
         handletextpad=0.3,
     )

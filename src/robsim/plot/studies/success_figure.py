@@ -13,6 +13,7 @@ from robsim.base.arrays import Array, as_integer
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import figure_style, prepare_panels, replace_frame_by_grid
+from robsim.plot.fitted_legend import add_fitted_legend
 from robsim.plot.studies import column_axis
 from robsim.plot.studies.column_axis import ColumnBins, Rows
 from robsim.statistics.estimate import Estimate
@@ -98,9 +99,10 @@ def study_success(
         )
         replace_frame_by_grid(panel, "y" if bins_of_x.labels else "both")
         if by is not None:
-            panel.legend(
+            add_fitted_legend(
+                panel,
+                *panel.get_legend_handles_labels(),
                 title=column_axis.format_column_label(table, by),
-                frameon=False,
                 loc="best",
                 alignment="left",
             )
