@@ -112,5 +112,6 @@ def find_second_scheme(experiment: Experiment, changes: Mapping[str, Any]) -> En
         )
     except InputError:
         return {}
-    differs = before and after and before.value != after.value
-    return {path: after.value} if differs and after.form in ("number", "choice") else {}
+    if before is None or after is None or before.value == after.value:
+        return {}
+    return {path: after.value} if after.form in ("number", "choice") else {}
