@@ -199,6 +199,8 @@ def test_it_is_explained_again_when_it_ends_again(desk):
     for _ in range(2):
         page.locator("#play").click()
         until(page, "document.getElementById('texts').innerText.includes('the run converged')")
+        page.locator("#play").click()
+        until(page, "robsim.state.playing === false")
         page.locator("#reset").click()
         until(page, "!document.getElementById('texts').innerText.includes('the run converged')")
 
