@@ -209,6 +209,7 @@ def test_it_is_explained_again_when_it_ends_again(desk):
         page.locator("#play").click()
         until(page, "document.getElementById('why').innerText.includes('the run converged')")
         page.locator("#play").click()  # a run that rests still plays
+        until(page, "robsim.state.playing === false")
         page.locator("#reset").click()
         until(page, "!document.getElementById('why').innerText.includes('the run converged')")
 

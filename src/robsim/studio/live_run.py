@@ -188,7 +188,7 @@ class LiveRun:
         return float(away[0]), float(turn[0])
 
     def _measure_goal(self) -> tuple[Array, Array, Array]:
-        """Return the goal pose (3, 4, 1) at the present instant, the distance and the angle (1,)."""
+        """Return the present goal pose (3, 4, 1), and the distance and angle to it (1,)."""
         q, start = self.now.q[:, None], self.segment.start
         q0 = self.segment.scene.home if start is None else start
         return measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
