@@ -119,7 +119,7 @@ def propose_short_poses(T: Pose) -> Iterator[tuple[str, tuple[float, ...], Pose]
 
     The angles are rounded in degrees, then rounded in radians, and at last unrounded.
     """
-    exact = {"rpy": rotation_to_rpy(T.rotation), "rotvec": T.rotvec}
+    exact: dict[str, Any] = {"rpy": rotation_to_rpy(T.rotation), "rotvec": T.rotvec}
     for unit, digits in ((si_units.deg, 9), (si_units.rad, 9), (si_units.rad, 99)):
         for key, angles in exact.items():
             short = tuple(round(float(x) / unit, digits) * float(unit) + 0.0 for x in angles)

@@ -29,7 +29,7 @@ def round_control_value(control: Control, value: Any) -> Any:
     if control.form != "numbers":
         return value
     ends = zip(control.low or [], control.high or [], strict=True)  # type: ignore[arg-type]
-    rows = zip(value, control.value, list_control_units(control), ends, strict=True)  # type: ignore[call-overload]
+    rows = zip(value, control.value, list_control_units(control), ends, strict=True)
     return [_round_new(new, old, unit, *bounds) for new, old, unit, bounds in rows]
 
 
@@ -69,7 +69,7 @@ def round_dragged_value(control: Control, numbers: Sequence[float]) -> list[floa
     [0.31, 0.0524, 0.1]
     """
     more = 1 if control.path.endswith(".q") else 0
-    rows = list(zip(numbers, control.value, list_control_units(control), strict=True))  # type: ignore[call-overload]
+    rows = list(zip(numbers, control.value, list_control_units(control), strict=True))
     rounded = [_round_dragged(new, unit, more) for new, _, unit in rows]
     kept = [_round_dragged(new - old, unit, more) == 0 for new, old, unit in rows]
     if control.path.endswith(".rotvec") and not all(kept):
