@@ -59,6 +59,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
         viewer = find_viewer(self.axes.M)
+        assert self._order is not None
         if not np.array_equal(viewer, self._viewer):
             self._viewer, self._groups = viewer, self._order.arrange(viewer)
         painted = [part for group in self._groups for part in self._paint_group(group)]
@@ -87,7 +88,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     def _shade_solids(self, wires: Sequence[WireSolid]) -> tuple[Array, Array]:
         """Return the corners (F, n, 3) and the colours (F, 3) of all faces; order them anew."""
         self._order = FaceOrder([wire.faces for wire in wires], self._order)
-        self._viewer = np.zeros(4)
+        self._viewer: Array = np.zeros(4)
         faces = [face for wire in wires for face in wire.faces]
         return _pad_faces(faces), shade_faces(self._pale, faces)
 
