@@ -40,6 +40,8 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     """
 
     _order: FaceOrder | None = None
+    _viewer: Array
+    _groups: list[list[PaintedFace]]
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
@@ -88,7 +90,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     def _shade_solids(self, wires: Sequence[WireSolid]) -> tuple[Array, Array]:
         """Return the corners (F, n, 3) and the colours (F, 3) of all faces; order them anew."""
         self._order = FaceOrder([wire.faces for wire in wires], self._order)
-        self._viewer: Array = np.zeros(4)
+        self._viewer = np.zeros(4)
         faces = [face for wire in wires for face in wire.faces]
         return _pad_faces(faces), shade_faces(self._pale, faces)
 

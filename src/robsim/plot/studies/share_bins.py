@@ -57,13 +57,8 @@ class ShareBins:
 
     def draw(self, axes: Axes) -> None:
         """Draw the bins with enough runs."""
-        look: dict[str, Any] = {
-            "cmap": SHARES,
-            "vmin": 0.0,
-            "vmax": 1.0,
-            "rasterized": True,
-            "zorder": 0.5,
-        }
+        look: dict[str, Any] = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0}
+        look |= {"rasterized": True, "zorder": 0.5}
         axes.pcolormesh(*self.edges, np.ma.masked_invalid(self.shares.T), **look)
 
     @staticmethod
