@@ -65,7 +65,9 @@ class FaceOrder:
         self._centres: list[Array] = []  # of each solid
         ends = np.cumsum([len(solid) for solid in solids])[:-1]
         normals = np.split(self._normals, ends)
-        self.convex = like.convex if like else list(map(self._check_convex, solids, normals))
+        self.convex: list[bool] = (
+            like.convex if like else list(map(self._check_convex, solids, normals))
+        )
         for solid, convex in zip(solids, self.convex, strict=True):
             self._add_solid(solid, convex)
 
@@ -128,7 +130,7 @@ class FaceOrder:
         if not bodies:
             return None
         order = np.argsort(_measure_nearness([self._centres[i] for i in bodies], viewer))
-        return bodies[order[len(order) // 2]]
+        return bodies[int(order[len(order) // 2])]
 
     def _separate(
         self, pieces: list[PaintedFace], planes: tuple[Array, Array], body: list[PaintedFace]

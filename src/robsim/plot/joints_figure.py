@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -113,7 +113,7 @@ def draw_joints_by_unit(panels: list[Axes], one: xr.Dataset) -> None:
         _draw_coordinate(of_unit[unit], time, path, palette.cycle_color(i), names[i])
     for unit, axes in of_unit.items():
         axes.set_ylabel(f"coordinates ({unit})")
-        place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 4}
+        place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 4}
         add_fitted_legend(axes, *axes.get_legend_handles_labels(), **place)
 
 

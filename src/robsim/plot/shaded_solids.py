@@ -40,6 +40,8 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     """
 
     _order: FaceOrder | None = None
+    _viewer: Array
+    _groups: list[list[PaintedFace]]
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
@@ -59,6 +61,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
         viewer = find_viewer(self.axes.M)
+        assert self._order is not None
         if not np.array_equal(viewer, self._viewer):
             self._viewer, self._groups = viewer, self._order.arrange(viewer)
         painted = [part for group in self._groups for part in self._paint_group(group)]

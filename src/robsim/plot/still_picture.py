@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from io import BytesIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import pyplot as plt
@@ -76,7 +76,7 @@ def encode_figures(*figures: Figure) -> bytes:
 
 def _draw_scene_part(scene: Scene, q: ArrayLike | None, run: xr.Dataset | None) -> Figure:
     """Return a figure of the scene."""
-    figure = UnmanagedFigure((SCENE, HEIGHT), dpi=DPI, layout="none")
+    figure = UnmanagedFigure((SCENE, HEIGHT), dpi=DPI, layout=None)
     content = build_scene_content(scene, q, run)
     box = axes_box.compute_axes_box(content.points)
     arrange_scene(figure, draw_scene(figure, content, box, None).axes, content, box)
@@ -93,6 +93,6 @@ def _draw_image_part(scene: Scene, run: xr.Dataset) -> Figure:
 def _render_figure(figure: Figure) -> Image.Image:
     """Return the pixels of a figure, at the resolution of a still picture."""
     figure.set_dpi(DPI)
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")

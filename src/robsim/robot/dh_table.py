@@ -64,7 +64,7 @@ def expand_dh_table(raw: Any) -> Any:
         raise InputError(f"dh: expected headings and 1 to {MOST_ROWS} rows, got {len(rows)} lists")
     columns = _read_headings(rows[0])
     kinds = _read_joint_kinds(raw.get("joints"), len(rows) - 1)
-    links = [{"name": "base"}]
+    links: list[dict[str, Any]] = [{"name": "base"}]
     for i, row in enumerate(rows[1:], 1):
         cells, marked = _read_row(row, columns, i)
         kind = kinds[i - 1] if kinds else marked or "revolute"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -56,7 +57,8 @@ class ShareBins:
 
     def draw(self, axes: Axes) -> None:
         """Draw the bins with enough runs."""
-        look = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0, "rasterized": True, "zorder": 0.5}
+        look: dict[str, Any] = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0}
+        look |= {"rasterized": True, "zorder": 0.5}
         axes.pcolormesh(*self.edges, np.ma.masked_invalid(self.shares.T), **look)
 
     @staticmethod
