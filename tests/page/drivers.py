@@ -10,7 +10,9 @@ STEP = 0.03  # seconds between two motions of the pointer
 def list_points(start, stop, steps):
     """The points of a straight motion of the pointer, without its start."""
     shares = [(i + 1) / steps for i in range(steps)]
-    return [tuple(a + share * (b - a) for a, b in zip(start, stop, strict=True)) for share in shares]
+    return [
+        tuple(a + share * (b - a) for a, b in zip(start, stop, strict=True)) for share in shares
+    ]
 
 
 class ChromiumDriver:
