@@ -3,6 +3,7 @@
 import itertools
 import json
 import time
+from typing import ClassVar
 
 STEP = 0.03  # seconds between two motions of the pointer
 
@@ -53,7 +54,7 @@ class ChromiumDriver:
 class FirefoxDriver:
     """A tab of Firefox, by the WebDriver BiDi protocol."""
 
-    KEYS = {"Enter": "\ue007", "Escape": "\ue00c", "Control": "\ue009", "Shift": "\ue008"}
+    KEYS: ClassVar = {"Enter": "\ue007", "Escape": "\ue00c", "Control": "\ue009", "Shift": "\ue008"}
 
     def __init__(self, socket):
         self.socket, self.numbers = socket, itertools.count()

@@ -67,8 +67,9 @@ def run_command_line() -> None:
         print_text(f"error: {error}", err=True)
         sys.exit(BAD_INPUT)
     except click.ClickException as error:
-        error.message += _suggest_quotes(error.message, sys.argv)
         error.show()
+        if hint := _suggest_quotes(error.message, sys.argv):
+            print_text(hint, err=True)
         sys.exit(BAD_INPUT)
     except BrokenPipeError:  # the reader has closed the output, as `head` does
         sys.stderr.close()
@@ -85,5 +86,5 @@ def _suggest_quotes(message: str, arguments: list[str]) -> str:
     """Return the quoted change if an unexpected argument is the unit of a change before it."""
     for key, change, unit in zip(arguments, arguments[1:], arguments[2:], strict=False):
         if key == "--set" and "=" in change and f"extra argument ({unit})" in message:
-            return f"; a value with a space needs quotes: --set '{change} {unit}'"
+            return f"a value with a space needs quotes: --set '{change} {unit}'"
     return ""

@@ -155,7 +155,7 @@ export class Pendant {
     this.files = element("p", "", "files");
     for (const name of PENDANT_FILES) {
       const link = element("a", name);
-      Object.assign(link, { href: `/download/${name}`, download: name });
+      Object.assign(link, { href: `/download/${name}`, download: "" });
       this.files.append(link);
     }
     panel.append(element("h2", "Recorded poses"), bar, this.empty, this.list, this.pacePanel(), this.files);
