@@ -1,15 +1,12 @@
 """A real browser, with graphics in software and without a network."""
 
-import base64
-import itertools
-import json
 import os
 import re
 import shutil
 import subprocess
-import time
 
 import pytest
+from page.drivers import FirefoxDriver
 
 import robsim as rs
 from robsim.page.export import export_html
@@ -66,8 +63,8 @@ def chromium_flat(playwright):
 
 
 @pytest.fixture
-def firefox(tmp_path):
-    """Open an address in Firefox on a virtual screen, and return a picture of it as PNG."""
+def firefox_driver(tmp_path):
+    """A tab of Firefox on a virtual screen."""
     from websockets.sync.client import connect
 
     (tmp_path / "user.js").write_text('user_pref("webgl.force-enabled", true);\n')
@@ -91,7 +88,7 @@ def firefox(tmp_path):
     listening = (re.search(r"listening on (ws://\S+)", line) for line in said)
     address = next(found[1] for found in listening if found)
     with connect(f"{address}/session", max_size=None) as socket:
-        yield lambda page, ready: seen_by_firefox(socket, page, ready)
+        yield FirefoxDriver(socket)
     for process in (browser, xvfb):
         process.kill()
         process.wait()
@@ -100,29 +97,20 @@ def firefox(tmp_path):
     os.close(writing)
 
 
-def seen_by_firefox(socket, address, ready):
-    """Open an address by the WebDriver BiDi protocol, and return the screen once it is ready."""
-    numbers = itertools.count()
+@pytest.fixture
+def firefox(firefox_driver):
+    """Open an address in Firefox, and return a picture of it as PNG once it is ready."""
 
-    def call(method, **params):
-        number = next(numbers)
-        socket.send(json.dumps({"id": number, "method": method, "params": params}))
-        while True:
-            answer = json.loads(socket.recv(timeout=60))
-            if answer.get("id") == number:
-                return answer["result"]
+    def see(address, ready):
+        firefox_driver.open(address)
+        for _ in range(100):
+            if firefox_driver.evaluate(ready):
+                firefox_driver.wait(0.5)  # a frame or two
+                return firefox_driver.take_picture()
+            firefox_driver.wait(0.1)
+        raise AssertionError(f"never true in Firefox: {ready}")
 
-    call("session.new", capabilities={})
-    context = call("browsingContext.getTree")["contexts"][0]["context"]
-    call("browsingContext.navigate", context=context, url=address, wait="complete")
-    where = {"target": {"context": context}, "awaitPromise": False}
-    for _ in range(100):
-        if call("script.evaluate", expression=ready, **where)["result"].get("value"):
-            time.sleep(0.5)  # a frame or two
-            shot = call("browsingContext.captureScreenshot", context=context)
-            return base64.b64decode(shot["data"])
-        time.sleep(0.1)
-    raise AssertionError(f"never true in Firefox: {ready}")
+    return see
 
 
 @pytest.fixture

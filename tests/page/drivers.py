@@ -1,5 +1,6 @@
 """Two browsers that one script can drive: Chromium by Playwright, Firefox by WebDriver BiDi."""
 
+import base64
 import itertools
 import json
 import time
@@ -77,6 +78,11 @@ class FirefoxDriver:
         text = f"JSON.stringify({expression}) ?? 'null'"
         where = {"target": {"context": self.context}, "awaitPromise": False}
         return json.loads(self.call("script.evaluate", expression=text, **where)["result"]["value"])
+
+    def take_picture(self):
+        """Return the tab as PNG."""
+        shot = self.call("browsingContext.captureScreenshot", context=self.context)
+        return base64.b64decode(shot["data"])
 
     def wait(self, seconds):
         time.sleep(seconds)
