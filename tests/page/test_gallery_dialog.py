@@ -33,17 +33,12 @@ def has_words(text, words):
     return all(word in text.lower() for word in words.lower().split())
 
 
-def test_every_experiment_has_a_card_with_a_picture_in_its_group(desk):
+def test_every_experiment_has_a_card_in_its_group_and_a_search_finds_it(desk):
     page = desk.page()
     page.locator("#choose").click()
     assert names(page) == [name for group in GROUPS.values() for name in group]
     assert page.locator("#gallery h3").all_inner_texts() == list(GROUPS)
     until(page, f"{PAINTED} === {len(rs.examples.names())}")
-
-
-def test_a_search_leaves_the_cards_with_all_words(desk):
-    page = desk.page()
-    page.locator("#choose").click()
     entries = ScenarioShelf.shipped().entries
     texts = {e["name"]: f"{e['name']} {e['title']} {e['about']} {e['more']}" for e in entries}
     for words in ("retreat", "PUMA wrong", "task.interaction=mean", "zebra", ""):

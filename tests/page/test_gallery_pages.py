@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from page.test_browser import picture
 
 import robsim as rs
 
@@ -60,4 +61,5 @@ def test_a_page_gets_ready_and_requests_nothing(gallery, opened, name):
     assert path.stat().st_size < LARGEST
     page = opened(path.as_uri())
     assert page.locator("#problem").is_hidden()
+    assert picture(page).std() > 0.02
     assert page.title() == rs.load_scenario(rs.examples.path(name)).title

@@ -26,7 +26,7 @@ GESTURES = {"pull": (22, 8), "push": (-18, -6), "turn": (25, 0)}
 RETURN = 5.0  # seconds of simulated time
 CHANGES = {  # changes in mid-run: path, value of the page
     "scheme": ("task.kind", "pbvs"),
-    "features": ("task.features.kind", "pixels"),
+    "features": ("task.features", "pixels"),
     "interaction": ("task.interaction", "desired"),
     "belief": ("belief.cameras.camera.focal", [540, 460]),
     "noise": ("sensing.noise", 0.5),

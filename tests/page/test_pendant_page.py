@@ -75,6 +75,7 @@ def test_a_hand_teaches_two_poses_and_replays_them(page, tmp_path):
 
     with page.expect_download() as caught:
         page.get_by_role("link", name="experiment.toml").click()
+    assert caught.value.suggested_filename == "panda-experiment.toml"
     caught.value.save_as(tmp_path / "taught.toml")
     mission = rs.load_scenario(tmp_path / "taught.toml").run()
     assert [leg.name for leg in mission.legs] == ["pose 1", "place"]

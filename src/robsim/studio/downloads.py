@@ -84,7 +84,11 @@ def format_file_name(experiment: Experiment | None, name: str) -> str:
 
 
 def make_slug(text: str) -> str:
-    """Return a text in small letters, digits, dashes and underscores, as part of a file name."""
+    """Return a text in small letters, digits, dashes and underscores, as part of a file name.
+
+    >>> make_slug("UR5e (left)")
+    'ur5e-left'
+    """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
     words = re.sub(r"[^a-z0-9_]+", "-", plain)[:LONGEST_STEM].strip("-")
     return words or "experiment"

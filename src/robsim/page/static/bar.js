@@ -58,6 +58,7 @@ export class Bar {
     for (const button of [this.anew, this.here]) button.hidden = !goal.shown;
     this.anew.disabled = !goal.kept;
     this.since.textContent = since > 0 ? `files: since the last change, at ${since.toFixed(2)} s` : "files: from the start";
+    this.since.classList.toggle("whole", !(since > 0));
     this.since.hidden = !live;
     this.listChanges(changes);
   }
@@ -142,10 +143,15 @@ async function fetchFirst(names) {
   const reasons = [];
   for (const name of names) {
     const answer = await fetch(`/download/${name}`).catch(() => null);
-    if (answer?.ok) return new File([await answer.blob()], name, { type: answer.headers.get("Content-Type") });
+    if (answer?.ok) return new File([await answer.blob()], storedName(answer) ?? name, { type: answer.headers.get("Content-Type") });
     reasons.push(answer ? await answer.text() : "the studio does not answer");
   }
   throw new Error(`${names[0]}: ${reasons[0]}`);
+}
+
+// The name that the studio gives to a file, such as eye_in_hand-run.nc.
+function storedName(answer) {
+  return /filename="([^"]+)"/.exec(answer.headers.get("Content-Disposition"))?.[1];
 }
 
 function saveFile(file) {

@@ -125,6 +125,7 @@ export class NumberField {
     input.addEventListener("blur", () => this.commit());
     input.addEventListener("keydown", (event) => {
       const turn = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+      if (event.key === "Enter") this.commit(); // a window without the focus has no blur event
       if (event.key === "Enter") input.blur();
       if (event.key === "Escape") this.giveUp();
       if (turn) this.turn(turn * (event.shiftKey ? 10 : 1));

@@ -1,7 +1,7 @@
 // Handles in the scene, which the user drags to place a body.
 
 import { THREE, GUI, TransformControls } from "./vendor.js";
-import { find } from "./view.js";
+import { find, hasRoom } from "./view.js";
 
 const COLORS = { start: "#5d5d5d", goal: "#d6007a" };
 const OWN = "#0072b2";
@@ -80,6 +80,7 @@ export class Handles {
 
   offer(key) {
     this.key = key;
+    const open = this.gui ? !this.gui._closed : hasRoom();
     this.gui?.destroy();
     if (!this.balls.size) return;
     this.gui = new GUI({ container: find("dragging"), title: "drag (click a ball)", injectStyles: false });
@@ -88,6 +89,7 @@ export class Handles {
     const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [label(name), name]));
     this.picker = this.gui.add(this.choice, "held", names).name("handle").onChange((name) => this.hold(name));
     this.gui.add(this.choice, "turn").name("rotate").onChange(() => this.hold(this.choice.held));
+    if (!open) this.gui.close();
   }
 
   hold(name) {

@@ -18,6 +18,11 @@ export function find(id) {
   return document.getElementById(id);
 }
 
+// Whether the window has room for open panels over the scene.
+export function hasRoom() {
+  return window.matchMedia("(min-width: 1101px)").matches;
+}
+
 export function element(kind, text = "", className = "") {
   const made = document.createElement(kind);
   made.textContent = text;

@@ -107,7 +107,7 @@ class PendantSession:
 
     def file_name(self, name: str) -> str:
         """Return the name under which a browser stores a file: it begins with the robot."""
-        return f"{make_slug(self.pendant.robot.name)}-{name.replace('experiment', 'replay')}"
+        return f"{make_slug(self.pendant.robot.name)}-{name}"
 
     def hello(self) -> list[str | bytes]:
         """Return the messages that bring a page up to date."""
