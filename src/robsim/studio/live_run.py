@@ -33,7 +33,8 @@ class LiveRun:
 
     A run goes on after convergence for `REST` seconds, or for its duration if a motion is
     prescribed, and then rests: it has no more instants until it is continued by `continue_with`. A
-    failure or the time limit ends it.
+    failure or the time limit ends it. A run that continues from a converged instant is simulated
+    with `hold`, so that a failure afterwards is an outcome of its segment too.
 
     If `past` are the instants of another run, the run continues from the last of them, or from
     the coordinates `q` (nq,) at its time. Raise InputError if the experiment cannot run from there,
@@ -43,6 +44,8 @@ class LiveRun:
     ----------
     segment : Experiment
         The experiment that has been running since `start_time` seconds, from the last past instant.
+        Its run ends as this run; it has `hold` if this run continued from a converged instant and
+        failed.
     template : xarray.Dataset
         A run with one instant, which has the variables of all instants.
     decision : Instant or None
@@ -66,14 +69,24 @@ class LiveRun:
             self.segment = experiment.with_(start=start, record="all", seed=seed)
         if self.segment.runs > 1 or self.segment.varied:
             raise InputError("a single run can be shown, and there are several: take of_run(i)")
-        self._loop = self.segment.loop_from_start()
-        self._steps = self._loop.instants(np.arange(1), past_convergence=True)
+        self._start_loop(self.segment)
         self.start_time = past[-1].time if past else 0.0
         self._segments, self.experiment = segments, experiment
         self.instants: list[Instant] = list(past[:-1])
         self.decision: Instant | None = None
+        self._holds = False
         self.template = _make_template(self._loop, self._advance(), self.segment)
         self.restarted = not past  # changed by `forget`
+        self._holds = bool(past) and self.decision is not None and not self.failed
+        if self._holds:
+            del self.instants[-1]
+            self._start_loop(self.segment.with_(hold=True))
+            self._advance()
+
+    def _start_loop(self, experiment: Experiment) -> None:
+        """Prepare the simulation of an experiment from its start."""
+        self._loop = experiment.loop_from_start()
+        self._steps = self._loop.instants(np.arange(1), past_convergence=True)
 
     @property
     def now(self) -> Instant:
@@ -99,6 +112,12 @@ class LiveRun:
     def failed_at_once(self) -> bool:
         """Whether the run ended at the instant of the last change."""
         return self.failed and self.decision is not None and self.decision.time == self.start_time
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether the run has ended at a configuration from which it can continue."""
+        standing = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)
+        return self.decision is not None and self.decision.outcome in standing and not self.full
 
     @property
     def rests(self) -> bool:
@@ -138,6 +157,8 @@ class LiveRun:
         late = self.decision is not None and outcome in (Outcome.CONVERGED, Outcome.TIME_LIMIT)
         if outcome != Outcome.RUNNING and not late:
             self.decision = instant
+            if self._holds:
+                self.segment = self.segment.with_(hold=True)
         return chunk
 
     @property

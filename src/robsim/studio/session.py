@@ -28,6 +28,7 @@ from robsim.studio.workbench import Workbench
 TICK = 1 / 30  # seconds between messages
 BUSY = 0.025  # seconds for simulation steps in a tick
 LAST_STEP = 0.5  # seconds until a step that has begun is abandoned at the end
+CALM = 0.3  # seconds without requests until a run that does not play is explained
 PACE = 1.0  # interval for measuring the speed, seconds
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the maximum speed
 
@@ -60,6 +61,7 @@ class Session:
         self.handled = 0  # number of requests that were handled
         self.refusals: dict[str, str] = {}  # reason by the path of a control, or by handle
         self._played_to_end = False
+        self._last_request = 0.0
         self._explained = -1  # revision of the bench whose run was explained
         self.matrices = InteractionMessages()
         self.factor: float | None = None  # times real time
@@ -142,9 +144,11 @@ class Session:
             with self._using_bench:
                 self._handle_requests(requests)
             try:
-                if self.playing:
-                    with self._using_bench:
+                with self._using_bench:
+                    if self.playing:
                         self._advance()
+                    else:
+                        self._explain_end(requests)
                 self._store_explanation()
                 self.send_news()
             except Exception as error:  # noqa: BLE001  such as an error in a user's law
@@ -272,6 +276,13 @@ class Session:
         late = self.bench.time < until
         renew = self._since is None or late or now - wall > PACE
         self._since = (now, self.bench.time) if renew and self.factor else (wall, start)
+
+    def _explain_end(self, requests: list[dict[str, Any]]) -> None:
+        """Explain why a run ended that does not play, once no request arrives for a while."""
+        now = time.monotonic()
+        self._last_request = now if requests else self._last_request
+        if self.open_bench and self.open_bench.idle and now - self._last_request > CALM:
+            self._explain()
 
     def _explain(self) -> None:
         """Explain why the run ended: immediately from its data, later with trials in a thread."""

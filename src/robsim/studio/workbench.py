@@ -48,8 +48,9 @@ class Workbench:
 
     A change during a run continues the run from the present configuration. It starts the run over
     if the run had ended by a failure or the time limit, if the run cannot continue, or if it
-    changes the start or the settings of the run. Shown goals remain the images that were shown
-    when a body is moved.
+    changes the start or the settings of the run. After a local minimum or the time limit, a dragged
+    body continues the run too: the robot stands at a valid place. Shown goals remain the images
+    that were shown when a body is moved.
 
     A mission cannot be changed during its run: it is simulated as a whole, and pages show the
     recording. A change that raises an error has no effect.
@@ -207,7 +208,7 @@ class Workbench:
         if name == "goal" and self.keeps_goals:  # a dragged goal is shown where the bodies are now
             experiment = experiment.with_(task=show_goals_anew(experiment.task))
         changes = compute_drag_changes(experiment, self.controls, handle, pose)
-        self._change(changes, name, experiment)
+        self._change(changes, name, experiment, pulls=name not in ("start", "goal"))
 
     def show_goal(self, how: object) -> None:
         """Show the goals in the scene as it is: "anew" at their own q, "here" at the present q."""
@@ -255,7 +256,8 @@ class Workbench:
         if not self.since or self.pair is None:
             return self.experiment
         segment = self.pair.live.segment
-        return self.experiment.with_(start=segment.start, seed=segment.seed)
+        continues = {"hold": True} if segment.hold else {}
+        return self.experiment.with_(start=segment.start, seed=segment.seed, **continues)
 
     def recording(self) -> Recording:
         """Return the recording of all instants so far."""
@@ -299,17 +301,18 @@ class Workbench:
         changes: Mapping[str, Any],
         values: object = None,
         experiment: Experiment | None = None,
+        pulls: bool = False,
     ) -> None:
         """Apply changes to the experiment; shown goals remain the images that were shown.
 
-        Consecutive changes with equal `values` are one edit.
+        Consecutive changes with equal `values` are one edit. If `pulls`, a body is dragged.
         """
         before = experiment or self.experiment
         after = before.at(changes)
         if after.scene is not before.scene:
             task = keep_shown_goals(after.task, before.scene, after.scene)
             after = after if task is after.task else after.with_(task=task)
-        self._commit(Edit(after, {**self.changes, **changes}, self.second), values)
+        self._commit(Edit(after, {**self.changes, **changes}, self.second), values, pulls)
         if after.scene is not before.scene:
             self._remark_delay()
 
@@ -333,9 +336,9 @@ class Workbench:
                 f"takes about {seconds:.2g} s"
             )
 
-    def _commit(self, edit: Edit, values: object = None) -> None:
+    def _commit(self, edit: Edit, values: object = None, pulls: bool = False) -> None:
         """Run an edit and store it in the history; if an error is raised, nothing changes."""
-        self._run_edit(edit)
+        self._run_edit(edit, pulls)
         self.history.add(edit, values)
 
     def _return_to(self, edit: Edit | None, reason: str) -> None:
@@ -345,17 +348,18 @@ class Workbench:
         self._run_edit(edit)
         self.history.go_to(edit)
 
-    def _run_edit(self, edit: Edit) -> None:
+    def _run_edit(self, edit: Edit, pulls: bool = False) -> None:
         """Continue the run with an edit, or start the run over; then store the edit."""
-        pair, reason = self._continue_pair(edit)
+        pair, reason = self._continue_pair(edit, pulls)
         self._adopt(edit, pair or _start_pair(edit), self._watch)
         self.restarts += bool(reason)
         self.restarted_because = reason
 
-    def _continue_pair(self, edit: Edit) -> tuple[RunPair | None, str]:
+    def _continue_pair(self, edit: Edit, pulls: bool) -> tuple[RunPair | None, str]:
         """Return the run continued with an edit; else None, and the reason for starting over.
 
-        The reason is empty if the edit itself demands a new start, or the run is at its start.
+        The reason is empty if the edit itself demands a new start, or the run is at its start. If
+        the edit `pulls` a body, a robot that only stands still follows it.
         """
         pair, same_second = self.pair, self.second == edit.second
         if pair is None or isinstance(edit.experiment.task, SelfSimulatingTask):
@@ -364,7 +368,7 @@ class Workbench:
             return pair.start_again(edit.experiment, edit.second), ""
         if not same_second or self._demands_start(edit.experiment):
             return None, ""
-        reason = _explain_end(pair.live)
+        reason = "" if pulls and pair.live.stands_still else _explain_end(pair.live)
         if not reason:
             try:
                 return pair.continue_with(edit.experiment, edit.second), ""
