@@ -249,6 +249,7 @@ def test_a_drag_is_one_edit():
         "path": "objects.plate.position",
         "before": "31, 0, 10 cm",
         "after": "318, 0, 100 mm",
+        "original": [0.31, 0.0, 0.1],
     }
     bench.undo()
     assert not bench.edited and bench.history.before is None

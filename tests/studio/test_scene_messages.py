@@ -167,7 +167,7 @@ def test_a_restart_sends_rows_alone():
 def test_values_of_many_minutes_keep_as_many_shapes(monkeypatch):
     monkeypatch.setattr(scene_messages, "TAIL", 5)
     desk = Desk("wrong_calibration")
-    path = "task.belief.cameras.camera.focal"
+    path = "belief.cameras.camera.focal"
     counts = set()
     for focal in np.linspace(900.0, 1000.0, 16).tolist():
         desk.do(set=[path, [focal, focal]])

@@ -107,7 +107,7 @@ def test_a_page_that_comes_late_has_it_all(pages):
 def test_a_change_is_echoed_with_its_consequences(pages):
     pages.ask({"set": ["task.gain", 1.25]})
     state = pages.until(lambda state: state["edited"])
-    change = {"path": "task.gain", "before": "0.5 1/s", "after": "1.25 1/s"}
+    change = {"path": "task.gain", "before": "0.5 1/s", "after": "1.25 1/s", "original": 0.5}
     assert state["changes"] == [change]
     (changed,) = pages.messages("values")[-1]["controls"]
     assert (changed["path"], changed["value"]) == ("task.gain", 1.25)
@@ -187,8 +187,13 @@ def test_requests_of_the_history(pages):
     pages.ask({"change": {"task.interaction": "desired", "run.dt": "20 ms"}})
     state = pages.until(lambda state: len(state["changes"]) == 2)
     assert state["changes"] == [
-        {"path": "task.interaction", "before": "current", "after": "desired"},
-        {"path": "run.dt", "before": "40 ms", "after": "20 ms"},
+        {
+            "path": "task.interaction",
+            "before": "current",
+            "after": "desired",
+            "original": "current",
+        },
+        {"path": "run.dt", "before": "40 ms", "after": "20 ms", "original": 0.04},
     ]
     pages.ask({"second": {"task.gain": 0.3}})
     pages.until(lambda state: state["second"] == {"task.gain": 0.3})

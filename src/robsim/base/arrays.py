@@ -94,12 +94,12 @@ def move_runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
     """
     lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
     flat = array.reshape(math.prod(lead), *tail)
-    return np.require(np.moveaxis(flat, 0, -1), requirements=["C", "W"])
+    return np.require(flat.transpose(*range(1, flat.ndim), 0), requirements=["C", "W"])
 
 
 def move_runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     """Return an array (a, b, run) as a contiguous array (*lead, a, b)."""
-    first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
+    first = np.ascontiguousarray(array.transpose(-1, *range(array.ndim - 1)))
     return first.reshape(*lead, *array.shape[:-1])
 
 

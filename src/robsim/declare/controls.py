@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from robsim.declare.exact_quantity import ExactQuantity
@@ -82,14 +82,14 @@ class ControlPlace:
     meaning: str = ""
     beside: Mapping[str, Any] = field(default_factory=dict)
 
-    def at(self, key: str | int, meaning: str = "") -> ControlPlace:
-        """Return the place of a value inside."""
+    def at(self, key: str | int, meaning: str = "", c: Context | None = None) -> ControlPlace:
+        """Return the place of a value inside, in the same context or in another one."""
         path = f"{self.path}.{key}" if self.path else str(key)
-        return replace(self, path=path, meaning=meaning)
+        return ControlPlace(path, c or self.c, meaning, self.beside)
 
     def with_(self, path: str, value: Any) -> ControlPlace:
         """Return the same place with another name that must be set along with each change."""
-        return replace(self, beside={**self.beside, path: value})
+        return ControlPlace(self.path, self.c, self.meaning, {**self.beside, path: value})
 
     def control(self, form: str, value: Any, **more: Any) -> Control:
         """Return the control of the value here."""

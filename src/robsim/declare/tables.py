@@ -241,7 +241,7 @@ def yield_controls(
     source = value if form is type(value) else form.of(value, place.c)
     c = get_inner_context(form, value, place.c)
     for each in fields_of(form):
-        inner = replace(place.at(each.name, each.meaning), c=c)
+        inner = place.at(each.name, each.meaning, c)
         yield from each.spec.controls(getattr(source, each.name), inner)
 
 

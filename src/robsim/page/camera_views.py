@@ -14,7 +14,7 @@ from robsim.vision.plane import append_one
 from robsim.world.mounted_camera import MountedCamera
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from robsim.plot.run_data import RunVariables
 
 SIDE = 12  # points along each side of the image border, which distortion curves
 
@@ -33,7 +33,7 @@ def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[En
 
 
 def list_camera_entries(
-    frames: RecordingFrames, depth: float, run: xr.Dataset | None
+    frames: RecordingFrames, depth: float, run: RunVariables | None
 ) -> list[Entry]:
     """Return the cameras of a scene: first the cameras of the run, with their images."""
     used = [] if run is None else run_data.list_run_cameras(run)
@@ -82,7 +82,7 @@ def _compute_border_rays(camera: Camera) -> Array:
     return append_one(camera.normalise(np.concatenate(sides)))
 
 
-def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
+def collect_mark_pixels(run: RunVariables, suffix: str = "") -> dict[str, Array]:
     """Return the pixels (T, N, 2) of the feature points in each image, by the name of the array.
 
     If `suffix` is empty, the goals (N, 2) are included.
@@ -96,7 +96,7 @@ def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     return arrays
 
 
-def _build_pixels_entry(frames: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
+def _build_pixels_entry(frames: RecordingFrames, run: RunVariables, eye: MountedCamera) -> Entry:
     """Return the names of the arrays of an image, and colours and targets of its feature points."""
     targets = run_data.number_camera_marks(run, eye.name)
     second = {"second": f"{eye.name}.pixels second"} if frames.motion.second else {}

@@ -16,6 +16,8 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.plot.run_data import RunVariables
+
 
 @dataclass(frozen=True, eq=False)
 class CurvePanel:
@@ -41,7 +43,7 @@ class CurvePanel:
 
 
 def build_curve_panels(
-    run: xr.Dataset, scene: Scene, second: xr.Dataset | None = None
+    run: RunVariables, scene: Scene, second: RunVariables | None = None
 ) -> list[CurvePanel]:
     """Return the panels of curves: error, velocity of the moving frame, and joint velocities.
 
@@ -63,7 +65,7 @@ def build_curve_panels(
     ]
 
 
-def _select_frame_twist(run: xr.Dataset, scene: Scene) -> tuple[str, Array]:
+def _select_frame_twist(run: RunVariables, scene: Scene) -> tuple[str, Array]:
     """Return the name of the moving frame, and its twists (T, 6) in its own axes."""
     variable = "camera_velocity" if "camera_velocity" in run else "frame_velocity"
     frame = str(run[variable].attrs.get("frame", ""))
@@ -75,9 +77,10 @@ def _select_frame_twist(run: xr.Dataset, scene: Scene) -> tuple[str, Array]:
     return target_frame, twists[0]
 
 
-def _compare_image_errors(run: xr.Dataset, second: xr.Dataset) -> CurvePanel:
+def _compare_image_errors(run: RunVariables, second: RunVariables) -> CurvePanel:
     """Return the panel of the largest image distances of a feature point from its goal."""
-    each = [np.linalg.norm(one["pixels"] - one["pixels_goal"], axis=-1) for one in (run, second)]
+    away = [one["pixels"].values - one["pixels_goal"].values for one in (run, second)]
+    each = [np.linalg.norm(pixels, axis=-1) for pixels in away]
     largest = [x.max(axis=1) if x.shape[1] else np.full(len(x), np.nan) for x in each]
     colors = [palette.BLACK, palette.ORANGE]
     return CurvePanel(
@@ -85,7 +88,7 @@ def _compare_image_errors(run: xr.Dataset, second: xr.Dataset) -> CurvePanel:
     )
 
 
-def build_joint_panels(run: xr.Dataset) -> list[CurvePanel]:
+def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
     """Return the panel of the commanded joint velocities."""
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]

@@ -15,11 +15,11 @@ from robsim.plot.scene_motion import STILL, SceneMotion, list_cameras_and_object
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from robsim.plot.run_data import RunVariables
 
 
 def list_outline_entries(
-    frames: RecordingFrames, belief: Scene | None, run: xr.Dataset, depth: float
+    frames: RecordingFrames, belief: Scene | None, run: RunVariables, depth: float
 ) -> list[Entry]:
     """Return the outlines of the goal, the start, displaced believed bodies and second scheme."""
     scene, second = frames.motion.scene, frames.motion.second
@@ -48,7 +48,7 @@ def list_outline_entries(
     return entries
 
 
-def list_goal_entries(frames: RecordingFrames, run: xr.Dataset, depth: float) -> list[Entry]:
+def list_goal_entries(frames: RecordingFrames, run: RunVariables, depth: float) -> list[Entry]:
     """Return the outlines of the bodies at the goal that is stored in a run."""
     scene, _ = frames.motion.phases[-1]
     shapes = frames.shapes

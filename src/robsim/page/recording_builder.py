@@ -20,7 +20,7 @@ from robsim.run.experiment import Experiment
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from robsim.plot.run_data import RunVariables
 
 FORMAT, VERSION = "robsim recording", 2
 
@@ -68,7 +68,7 @@ class RecordingInstants:
 
     @classmethod
     def of(
-        cls, run: xr.Dataset, scene: Scene, second: tuple[xr.Dataset, Scene] | None = None
+        cls, run: RunVariables, scene: Scene, second: tuple[RunVariables, Scene] | None = None
     ) -> RecordingInstants:
         """Return the instants of a run, and of a second run with equally many instants.
 
@@ -97,7 +97,7 @@ class RecordingBuilder:
     def __init__(
         self,
         motion: SceneMotion,
-        run: xr.Dataset | None = None,
+        run: RunVariables | None = None,
         belief: Scene | None = None,
         live: bool = False,
         former: RecordingBuilder | None = None,

@@ -28,6 +28,8 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.plot.run_data import RunVariables
+
 AXES = 0.6  # length of the axes of a frame, as a share of the depth of a frustum
 DrawableGoal = PoseLike | Goal | Task  # a configuration or pose, the goal of a task, or a task
 
@@ -82,7 +84,7 @@ def _find_shown_poses(scene: Scene, goal: TaughtGoal, q: Array) -> dict[str, Pos
     )
 
 
-def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
+def read_goal_pose(run: RunVariables | None) -> dict[str, Pose]:
     """Return the goal pose stored in a run, by its frame; empty if there is none."""
     if run is None or "goal_pose" not in run:
         return {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Hashable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,9 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    # a run, or its variables alone, which are faster to make and to read
+    RunVariables = Mapping[Hashable, xr.DataArray | xr.Variable]
 
 ROUNDING_ERROR = 1e-9  # smaller measures are rounding errors
 
@@ -60,14 +64,14 @@ def has_spread(values: Array) -> bool:
     )
 
 
-def read_configurations(run: xr.Dataset, scene: Scene) -> Array:
+def read_configurations(run: RunVariables, scene: Scene) -> Array:
     """Return the recorded coordinates (instants, nq) of a run, with its start and end."""
     _check_run_coordinates(run, scene)
     q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
     return np.asarray(q[np.isfinite(q).all(axis=1)])
 
 
-def _check_run_coordinates(run: xr.Dataset, scene: Scene) -> None:
+def _check_run_coordinates(run: RunVariables, scene: Scene) -> None:
     """Raise InputError if the run and the scene have different coordinates."""
     names = scene.coordinate_names
     if run["coordinate"].values.tolist() != list(names):
@@ -106,7 +110,7 @@ def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
     return scene.object(str(run["mark_target"].values[0])).on if stands else None
 
 
-def list_run_cameras(run: xr.Dataset) -> list[str]:
+def list_run_cameras(run: RunVariables) -> list[str]:
     """Return the names of the cameras that observe in a run."""
     return list(dict.fromkeys(run["mark_camera"].values.tolist()))
 
@@ -130,7 +134,7 @@ def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     return one.assign_coords(mark_number=("mark", numbers)).assign_attrs(attributes)
 
 
-def number_camera_marks(run: xr.Dataset, camera: str) -> dict[int, str]:
+def number_camera_marks(run: RunVariables, camera: str) -> dict[int, str]:
     """Return the target of each feature point of a camera, by its number among all targets."""
     cameras, targets = run["mark_camera"].values.tolist(), run["mark_target"].values.tolist()
     own = [target for target, eye in zip(targets, cameras, strict=True) if eye == camera]
@@ -138,7 +142,7 @@ def number_camera_marks(run: xr.Dataset, camera: str) -> dict[int, str]:
     return {first[target] + own[:i].count(target): target for i, target in enumerate(own)}
 
 
-def number_first_marks(run: xr.Dataset) -> dict[str, int]:
+def number_first_marks(run: RunVariables) -> dict[str, int]:
     """Return the number of the first feature point of each target, counted over all targets."""
     keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
     counts = Counter(keys)

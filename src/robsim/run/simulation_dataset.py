@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -82,12 +82,21 @@ def make_dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -
     """
     provenance, scene, varied = _make_provenance(loop, of), of.scene, of.varied
     return RunDataset.of(
-        lambda: _make_recorded_variables(loop, scene, varied), lambda: {**provenance, **origin()}
+        lambda: xr.Dataset(*_make_recorded_variables(loop, scene, varied)),
+        lambda: {**provenance, **origin()},
     )
 
 
-def _make_recorded_variables(loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> xr.Dataset:
-    """Return the variables of a simulation."""
+def make_plain_variables(loop: Loop, scene: Scene) -> dict[Hashable, xr.Variable]:
+    """Return the variables of a simulation by name, coordinates included, without a Dataset."""
+    variables, coordinates = _make_recorded_variables(loop, scene, {})
+    return {name: xr.Variable(*v) for name, v in {**variables, **coordinates}.items()}
+
+
+def _make_recorded_variables(
+    loop: Loop, scene: Scene, varied: Mapping[str, Array]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the variables and the coordinates of a simulation: (dims, values, attributes)."""
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _trim_series(recorder)
     s_goal = controller.s_goal.T  # (1, k), or (runs, k)
@@ -112,7 +121,7 @@ def _make_recorded_variables(loop: Loop, scene: Scene, varied: Mapping[str, Arra
     coordinates = _make_coordinates(loop, scene, series.q.shape[1])
     if recorder.every is None:
         del coordinates["time"]
-    return xr.Dataset(
+    return (
         {name: (*_drop_dimensions(absent, *v), attributes[name]) for name, v in whole.items()},
         {name: _drop_dimensions(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 from robsim.base.errors import InputError, format_value, is_known_name
@@ -107,9 +108,14 @@ def _format_quantity(numbers: list[float], unit: str) -> str:
         unit = unit.replace("rad", "deg", 1)
         return f"{_join_numbers(numbers)} {unit}"
     if unit in ("m", "s", "kg"):
-        rounded = [float(f"{x:.4g}") for x in numbers]
-        return str(shorten_numbers(ExactQuantity(rounded, unit)))
+        return _shorten_quantity(tuple(float(f"{x:.4g}") for x in numbers), unit)
     return f"{_join_numbers(numbers)} {unit}".removesuffix(" 1").rstrip()
+
+
+@lru_cache(256)
+def _shorten_quantity(numbers: tuple[float, ...], unit: str) -> str:
+    """Return the shortest text of numbers with their unit."""
+    return str(shorten_numbers(ExactQuantity(numbers, unit)))
 
 
 def _join_numbers(numbers: list[float]) -> str:

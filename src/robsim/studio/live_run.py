@@ -18,12 +18,11 @@ from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
 from robsim.run.experiment import Experiment
-from robsim.run.simulation_dataset import compute_frame_motion, make_dataset
+from robsim.run.simulation_dataset import compute_frame_motion, make_plain_variables
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from robsim.plot.run_data import RunVariables
 
-MOST = 100_000  # largest number of stored instants
 NEAR, ALIGNED = 1e-3, math.radians(0.1)  # metres and radians from the goal that are negligible
 REST = 1.0  # seconds from convergence until a run rests
 
@@ -46,8 +45,8 @@ class LiveRun:
         The experiment that has been running since `start_time` seconds, from the last past instant.
         Its run ends as this run; it has `hold` if this run continued from a converged instant and
         failed.
-    template : xarray.Dataset
-        A run with one instant, which has the variables of all instants.
+    template : mapping of str to xarray.Variable
+        The variables of a run with one instant.
     decision : Instant or None
         The instant of convergence, or of a later failure; None before.
     restarted : bool
@@ -75,7 +74,8 @@ class LiveRun:
         self.instants: list[Instant] = list(past[:-1])
         self.decision: Instant | None = None
         self._holds = False
-        self.template = _make_template(self._loop, self._advance(), self.segment)
+        self._measured: tuple[Instant | None, tuple[Array, Array, Array] | None] = None, None
+        self.template = _make_template(self._loop, self._advance())
         self.restarted = not past  # changed by `forget`
         self._holds = bool(past) and self.decision is not None and not self.failed
         if self._holds:
@@ -99,13 +99,8 @@ class LiveRun:
         return self.start_time == 0.0 and self.now.time == 0.0
 
     @property
-    def full(self) -> bool:
-        """Whether the largest number of instants is stored."""
-        return len(self.instants) >= MOST
-
-    @property
     def failed(self) -> bool:
-        """Whether the run has ended otherwise than by convergence."""
+        """Whether a failure or the time limit has ended the run."""
         return self.decision is not None and self.decision.outcome != Outcome.CONVERGED
 
     @property
@@ -128,14 +123,9 @@ class LiveRun:
         return self._over or (waited and not self.segment.scene.motions)
 
     @property
-    def ended(self) -> bool:
-        """Whether a failure, the time limit or the number of stored instants has ended the run."""
-        return self.failed or self.full
-
-    @property
     def idle(self) -> bool:
         """Whether the run has ended or rests."""
-        return self.ended or self.rests
+        return self.failed or self.rests
 
     def step(self) -> None:
         """Store the next instant; of an idle run, store instants without motion."""
@@ -188,9 +178,9 @@ class LiveRun:
         live.restarted = live.columns != self.columns
         return live
 
-    def forget(self) -> None:
-        """Keep only the last instant."""
-        del self.instants[:-1]
+    def forget(self, kept: int = 1) -> None:
+        """Delete all instants but the last ones."""
+        del self.instants[:-kept]
         self.restarted = True
 
     @property
@@ -210,12 +200,16 @@ class LiveRun:
 
     def _measure_goal(self) -> tuple[Array, Array, Array]:
         """Return the present goal pose (3, 4, 1), and the distance and angle to it (1,)."""
-        q, start = self.now.q[:, None], self.segment.start
-        q0 = self.segment.scene.home if start is None else start
-        return measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
+        instant, measured = self._measured
+        if measured is None or instant is not self.now:
+            q, start = self.now.q[:, None], self.segment.start
+            q0 = self.segment.scene.home if start is None else start
+            measured = measure_goal_offset(self._loop.controller, q, np.atleast_2d(q0))
+            self._measured = self.now, measured
+        return measured
 
-    def table(self, start: int = 0) -> xr.Dataset:
-        """Return the instants from number `start` on as a run."""
+    def variables(self, start: int = 0) -> RunVariables:
+        """Return the variables of a run with the instants from number `start` on."""
         import xarray as xr
 
         template, instants = self.template, self.instants[start:]
@@ -228,15 +222,13 @@ class LiveRun:
         values["error_norm"] = np.linalg.norm(values["error"], axis=1)
         values[f"{owner}_velocity"] = twists[0]
         values["time"] = np.array([each.time for each in instants])
-        every = {
+        return {
             name: xr.Variable(variable.dims, values[name], variable.attrs)
             if name in values
             else variable
-            for name, variable in template.variables.items()
+            for name, variable in template.items()
             if name in values or "time" not in variable.dims
         }
-        coords = {name: every.pop(name) for name in template.coords if name in every}
-        return xr.Dataset(every, coords, template.attrs)
 
     @property
     def gain(self) -> float:
@@ -254,10 +246,10 @@ class LiveRun:
         return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
 
 
-def _make_template(loop: Loop, chunk: Chunk, segment: Experiment) -> xr.Dataset:
-    """Return a run of one instant, the first of a loop, without the text of its experiment."""
+def _make_template(loop: Loop, chunk: Chunk) -> RunVariables:
+    """Return the variables of a run of one instant, the first of a loop."""
     short, sequence = replace(loop, steps=0, record="all"), loop.sequence
     recorder = short.recorder
     recorder.stop(chunk, 0, sequence.recorded_rows, sequence.judge.outcome_rows)
     recorder.table[:, 0] = recorder.ends[:, : recorder.table.shape[-1]]
-    return make_dataset(short, segment, dict)
+    return make_plain_variables(short, loop.scene)

@@ -76,18 +76,18 @@ class RunPair:
         if self.other is not None:
             self.other.step()
 
-    def forget(self) -> None:
-        """Keep only the last instant."""
+    def forget(self, kept: int) -> None:
+        """Delete all instants of both runs but the last ones."""
         for each in filter(None, (self.live, self.other)):
-            each.forget()
+            each.forget(kept)
 
     def instants(self, start: int = 0) -> RecordingInstants:
         """Return the instants from number `start` on."""
-        table, scene = self.live.table(start), self.live.experiment.scene
+        run, scene = self.live.variables(start), self.live.experiment.scene
         if self.other is None:
-            return RecordingInstants.of(table, scene)
+            return RecordingInstants.of(run, scene)
         return RecordingInstants.of(
-            table, scene, (self.other.table(start), self.other.experiment.scene)
+            run, scene, (self.other.variables(start), self.other.experiment.scene)
         )
 
     def create_recording_builder(self, former: RecordingBuilder | None = None) -> RecordingBuilder:

@@ -25,7 +25,7 @@ from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.workbench import Workbench
 
-TICK = 1 / 30  # seconds between messages
+TICK = 1 / 30  # seconds between simulation steps and their messages
 BUSY = 0.025  # seconds for simulation steps in a tick
 LAST_STEP = 0.5  # seconds until a step that has begun is abandoned at the end
 CALM = 0.3  # seconds without requests until a run that does not play is explained
@@ -136,18 +136,19 @@ class Session:
     # methods of the simulation thread
 
     def _simulate(self) -> None:
-        """Advance the simulation, handle requests and send news until the session is closed."""
-        due = time.monotonic()
+        """Answer requests as they arrive, and advance the simulation at each `TICK`."""
+        due = time.monotonic()  # of the next simulation steps
         while not self._over.is_set():
-            due = max(due + TICK, time.monotonic())
             requests = self._collect_requests(due)
             with self._using_bench:
                 self._handle_requests(requests)
+            now = time.monotonic()
+            is_due, due = now >= due, max(due + TICK, now) if now >= due else due
             try:
                 with self._using_bench:
-                    if self.playing:
+                    if self.playing and is_due:
                         self._advance()
-                    else:
+                    elif not self.playing:
                         self._explain_end(requests)
                 self._store_explanation()
                 self.send_news()
@@ -156,15 +157,15 @@ class Session:
                 self.note = f"the simulation stopped: {type(error).__name__}: {error}"
 
     def _collect_requests(self, due: float) -> list[dict[str, Any]]:
-        """Return the requests that arrive until a time, only the last one of each key."""
+        """Return the waiting requests, only the last one of each key; wait for one until a time."""
         requests: dict[Any, dict[str, Any]] = {}
         with suppress(queue.Empty):
-            while not self._over.is_set():
-                left = due - time.monotonic()
-                item = self._requests.get(timeout=left) if left > 0 else self._requests.get_nowait()
+            item = self._requests.get(timeout=max(due - time.monotonic(), 0.0))
+            while True:
                 key = _build_request_key(item)
                 requests.pop(key, None)
                 requests[key] = item
+                item = self._requests.get_nowait()
         return list(requests.values())
 
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
@@ -216,8 +217,6 @@ class Session:
 
     def _play(self, value: Any) -> None:
         """Play or pause; start again after the end."""
-        if value is True and self.bench.full:
-            raise InputError("no more instants can be stored: reset the run")
         self.playing, self._played_to_end = value is True, False
         if self.playing and self.bench.ended:
             self.bench.reset()

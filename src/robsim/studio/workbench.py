@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,7 @@ from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 
 RESTARTING = ("dt", "duration", "hold", "record", "seed", "first_run")  # settings that restart
+MOST, KEPT = 100_000, 1000  # largest number of stored instants, and number that then remains
 PROMPT = 5.0  # seconds; a longer return to the goal is explained by the gain
 CHANGEABLE = "task", "run", "start", "sensing", "actuation", "safety", "endings"  # tables
 
@@ -126,18 +128,13 @@ class Workbench:
 
     @property
     def ended(self) -> bool:
-        """Whether a failure, the time limit or the number of stored instants has ended the run."""
-        return self.pair is None or self.pair.live.ended
+        """Whether a failure or the time limit has ended the run."""
+        return self.pair is None or self.pair.live.failed
 
     @property
     def rests(self) -> bool:
         """Whether the run has converged and rests until a change."""
         return self.pair is not None and self.pair.idle and not self.ended
-
-    @property
-    def full(self) -> bool:
-        """Whether the run stopped because the number of stored instants is limited."""
-        return self.pair is not None and self.pair.live.full and not self.pair.live.failed
 
     @property
     def handles(self) -> list[Handle]:
@@ -162,15 +159,22 @@ class Workbench:
         same = self.edit is original or self.experiment == original.experiment
         return not same or self.second != original.second
 
-    @property
+    @cached_property
     def differences(self) -> list[dict[str, Any]]:
         """Path, original value, and texts before and after of each value that has changed."""
         return describe_differences(self._original_controls, self.controls, self.changes)
 
     def step(self) -> None:
-        """Advance both schemes by one instant, unless both have ended or rest."""
-        if self.pair is not None and not self.pair.idle:
-            self.pair.step()
+        """Advance both schemes by one instant, unless both have ended or rest.
+
+        If `MOST` instants are stored, all but the last `KEPT` are deleted.
+        """
+        if self.pair is None or self.pair.idle:
+            return
+        self.pair.step()
+        if len(self.pair.live.instants) >= MOST:
+            self.pair.forget(KEPT)
+            self.news.add("recording")
 
     def reset(self) -> None:
         """Restart the run."""
@@ -180,7 +184,11 @@ class Workbench:
     def set(self, name: object, value: object) -> None:
         """Change a value of the experiment; raise InputError if the name or value is invalid."""
         control = self._get_control(name)
-        self._change(control.changes(check_control_value(control, value)), control.path)
+        checked = check_control_value(control, value)
+        original = self._original_controls.get(control.path)
+        if original is not None and value == original.value:
+            checked = value  # not rounded
+        self._change(control.changes(checked), control.path)
 
     def change(self, values: object) -> None:
         """Change values {dotted name: value as `Experiment.at` accepts it}, all or none."""
@@ -404,6 +412,7 @@ class Workbench:
             builder = pair.create_recording_builder(None if opens else self.builder)
         self.edit, self._watch, self.delay_remark = edit, watch, ""
         self.controls, self.revision = controls, self.revision + 1
+        vars(self).pop("differences", None)
         self._handles, self._carried_handles = handles, carried
         self.news |= {"controls", "texts"}
         if pair is None or pair.live.restarted:
@@ -426,8 +435,6 @@ def _explain_end(live: LiveRun) -> str:
 
     A run that ended at the instant of the last change can continue without that change.
     """
-    if live.full:
-        return "the run had ended: the largest number of instants was stored"
     if live.decision is None or not live.failed or live.failed_at_once:
         return ""
     return (
