@@ -66,7 +66,7 @@ def test_the_page_shows_the_meshes_and_a_far_goal_in_words(arm):
     session.start()
     session.close()
     header = session._builder.entries["parts"]
-    shapes = session._builder.frames.arrays
+    shapes = session._builder.shapes.arrays
     corners = sum(len(shapes[part["triangles"]]) for part in header if "triangles" in part)
     assert corners > 10_000 and session.remark == ""
     assert max(map(len, told)) < 20_000_000
