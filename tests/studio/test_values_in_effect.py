@@ -16,7 +16,7 @@ from robsim.studio.control_values import check_control_value
 from robsim.studio.rounded_values import list_control_units, round_dragged_value
 from robsim.studio.workbench import Workbench
 
-DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "3"))  # of an experiment; 30 take an hour
+DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "2"))  # of an experiment; 30 take an hour
 FEW = {"visp_tutorial": 6, "eye_in_hand": 3, "joint_limits": 4, "wrong_calibration": 3}
 MISSIONS = ("inspection_a", "inspection_b")  # each change simulates the whole mission
 COUNTS = {name: min(DRAWN, 1 if name in MISSIONS else 30) for name in examples.names()}
