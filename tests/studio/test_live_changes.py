@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+from studio.page_model import PageModel
 
 from robsim import Experiment, Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
-from robsim.studio import edit_history, live_run
+from robsim.studio import edit_history, live_run, workbench
+from robsim.studio import session as session_module
 from robsim.studio.control_values import convert_radians
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
@@ -385,3 +388,28 @@ def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
             used.append(measure_resident_memory())
     assert largest < 64 * 1024
     assert used[-1] - used[0] < 60.0  # an instant has 2 kB
+
+
+def test_the_oldest_instants_are_forgotten_and_the_run_goes_on(monkeypatch):
+    monkeypatch.setattr(workbench, "MOST", 40)
+    monkeypatch.setattr(workbench, "KEPT", 10)
+    session = Session(open_bench("visp_tutorial"), ScenarioShelf([]))
+    bench = session.bench
+    page = PageModel(session.outgoing.news(session, bench, session.shelf))
+    for _ in range(60):
+        bench.step()
+        page.hear(session.outgoing.news(session, bench, session.shelf))
+    times = [each.time for each in bench.pair.live.instants]
+    assert len(times) < 40 and times[-1] == pytest.approx(60 * 0.04) and not bench.ended
+    assert page.arrays["time"].tolist() == pytest.approx(times)
+
+
+def test_a_request_is_answered_before_the_next_tick(monkeypatch):
+    monkeypatch.setattr(session_module, "TICK", 60.0)
+    session = Session(open_bench("visp_tutorial"), ScenarioShelf([]))
+    answered = threading.Event()
+    session.start()
+    session.broadcast = lambda message: answered.set() if '"values"' in message else None
+    session.receive({"set": ["task.gain", 0.9]})
+    assert answered.wait(20.0) and session.bench.experiment.task.gain == 0.9
+    session.close()
