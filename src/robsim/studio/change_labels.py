@@ -19,7 +19,13 @@ NOUNS = {  # words for the last name of a path
     "rpy": "angles",
 }
 KINDS = ("law", "variant", "projection", "weighting", "inverse", "form")  # as in "the joint law"
-NO_CONTEXT = ("task", "sensing", "actuation", "run", "secondary")  # tables that a label does not mention
+NO_CONTEXT = (
+    "task",
+    "sensing",
+    "actuation",
+    "run",
+    "secondary",
+)  # tables that a label does not mention
 LISTS = ("robots", "objects", "cameras", "links", "tools", "phases", "tasks")
 _WHOLE = re.compile(r"\b(\d+)\.0(?=\D|$)")  # a number such as 45.0
 

@@ -80,10 +80,10 @@ def format_file_name(experiment: Experiment | None, name: str) -> str:
     stem, _, ending = name.rpartition(".")
     part = {"experiment": "", "film": ""}.get(stem, f"-{stem}")
     own = Path(experiment.source).stem if experiment.source.endswith(".toml") else ""
-    return f"{_make_slug(own or experiment.title or 'experiment')}{part}.{ending}"
+    return f"{make_slug(own or experiment.title or 'experiment')}{part}.{ending}"
 
 
-def _make_slug(text: str) -> str:
+def make_slug(text: str) -> str:
     """Return a text in small letters, digits, dashes and underscores, as part of a file name."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
     words = re.sub(r"[^a-z0-9_]+", "-", plain)[:LONGEST_STEM].strip("-")

@@ -23,6 +23,7 @@ from robsim.page.recordings import build_recording
 from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
+from robsim.studio.downloads import make_slug
 from robsim.studio.pendant.pose_table_file import format_pose_table
 from robsim.studio.pendant.recorded_poses import (
     build_replay,
@@ -103,6 +104,10 @@ class PendantSession:
         except InputError as error:
             raise UnavailableDownload(str(error)) from None
         return None
+
+    def file_name(self, name: str) -> str:
+        """Return the name under which a browser stores a file: it begins with the robot."""
+        return f"{make_slug(self.pendant.robot.name)}-{name}"
 
     def hello(self) -> list[str | bytes]:
         """Return the messages that bring a page up to date."""
