@@ -352,7 +352,8 @@ BAD = {
     "unknown camera": ('camera = "eye"', 'camera = "ey"', "task.camera", "'ey'", "'eye'"),
     "unknown target": ('target = "dots"', 'target = "dot"', "task.target", "'dot'", "'dots'"),
     "unknown task": ('kind = "ibvs"', 'kind = "ibsv"', "task.kind", "'ibsv'", "'ibvs'"),
-    "DH of another shape": (', alpha = "0 deg"', "", "robots.lift.links.deck.dh.alpha", "missing"),
+    "DH of another shape": (
+        ', alpha = "0 deg"', ', alhpa = "0 deg"', "robots.lift.links.deck.dh.alhpa", "'alpha'"),
     "too many coordinates": ('["10 cm"]', '["1 cm", "2 cm"]', "start.q", "2", "expected 1: deck"),
     "start outside": ('["10 cm"]', '["51 cm"]', "start", "'deck'", "0.51", "[0, 0.5]"),
     "goal outside": ('["40 cm"]', '["51 cm"]', "task.goal", "'deck'", "0.51", "[0, 0.5]"),

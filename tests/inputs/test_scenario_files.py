@@ -897,7 +897,7 @@ WRONG_LINKS = [
     ('name = "plate"', 'name = "nod"', ["robots.arm.links", "two frames", "'nod'"]),
     ('name = "base"', 'name = "base"\njoint = "revolute"', ["links.base", "first link"]),
     ('name = "base"', 'name = "base"\nparent = "nod"', ["links.base", "first link"]),
-    ('parent = "turn"', 'dh = { theta = "0 deg" }', ["links.nod.dh.d", "missing"]),
+    ('parent = "turn"', 'dh = { theta = "0 cm" }', ["links.nod.dh.theta", "0 cm"]),
     ("alpha = ", "alhpa = ", ["links.slide.dh.alhpa", "mean 'alpha'"]),
     (
         'parent = "turn"',

@@ -217,7 +217,7 @@ def test_the_explanation_covers_the_run_since_the_last_change(experiment):
     bench.set("task.gain", 2.0)
     through(bench)
     bench.explain(explain_live_run(bench.experiment, bench.pair.live, trials=False))
-    assert bench.texts["explanation"].startswith("After the last change at 2.00 s")
+    assert bench.texts["explanation"].startswith("The last change was at 2.00 s")
     assert bench.texts["experiment"] == experiment.at("task.gain", 2.0).text
 
 

@@ -413,3 +413,28 @@ def test_a_request_is_answered_before_the_next_tick(monkeypatch):
     session.receive({"set": ["task.gain", 0.9]})
     assert answered.wait(20.0) and session.bench.experiment.task.gain == 0.9
     session.close()
+
+
+
+def test_a_failure_after_convergence_is_the_failure_of_the_files():
+    """A gain of 200 breaks a run that rests; its saved experiment ends alike."""
+    bench = Workbench(load_scenario(examples.path("eye_in_hand")))
+    while not bench.idle:
+        bench.step()
+    bench.set("task.gain", 200)
+    while not bench.idle:
+        bench.step()
+    end, run = bench.pair.end, bench.saved_experiment().run()
+    assert end.outcome == Outcome.JOINT_LIMIT == int(run["outcome"])
+    assert float(run["end_time"]) == pytest.approx(end.time - bench.since, abs=1e-9)
+
+
+def test_a_dragged_target_moves_a_run_from_its_local_minimum():
+    bench = Workbench(load_scenario(examples.path("local_minimum")))
+    while not bench.idle:
+        bench.step()
+    assert bench.pair.end.outcome == Outcome.LOCAL_MINIMUM
+    q, handle = bench.pair.live.now.q, next(h for h in bench.handles if "objects" in h.name)
+    bench.drag(handle.name, [handle.pose[0] + 0.05, *handle.pose[1:]])
+    assert bench.since > 0.0 and bench.restarts == 0
+    assert bench.pair.live.now.q.tolist() == q.tolist()

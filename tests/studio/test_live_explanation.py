@@ -102,7 +102,7 @@ def test_times_count_from_the_last_change_but_in_the_headline():
     why = explained(bench, trials=False)
     assert why["headline"].endswith(f"local minimum after {bench.time:.3g} s")
     note, what = (each["text"] for each in why["findings"][:2])
-    assert note == "After the last change at 1.00 s (times count from there):"
+    assert note == "The last change was at 1.00 s; the times below count from there."
     assert what.startswith(f"After {bench.time - 1:.4g} s the robot stands still")
 
 

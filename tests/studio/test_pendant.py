@@ -348,6 +348,7 @@ def test_the_files_give_the_same_motion(tmp_path, monkeypatch, name):
     for file in ("experiment.toml", "experiment.py", "poses.csv"):
         kinds[file], content = session.download(file)
         (tmp_path / file).write_bytes(content)
+    assert session.file_name("poses.csv").endswith("-poses.csv")
     assert kinds["poses.csv"] == "text/csv" and session.download("run.nc") is None
     experiment = rs.load_scenario(tmp_path / "experiment.toml")
     assert [phase.name for phase in experiment.task.phases][1] == 'above "the cup"'

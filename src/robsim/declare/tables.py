@@ -77,7 +77,7 @@ def read_table(
 
 def _convert_old_value(form: DeclaredClass, c: Context) -> Any:
     """Return the old object in the form of its table; MISSING if there is none."""
-    if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
+    if c.over is MISSING or not callable(getattr(form, "of", None)) or type(c.over) is form:
         return c.over
     return form.of(c.over, c.with_facts(brief=True, short=True))
 

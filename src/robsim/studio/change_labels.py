@@ -19,6 +19,7 @@ NOUNS = {  # words for the last name of a path
     "rpy": "angles",
 }
 KINDS = ("law", "variant", "projection", "weighting", "inverse", "form")  # as in "the joint law"
+# tables that a label does not mention
 NO_CONTEXT = (
     "task",
     "sensing",

@@ -10,13 +10,19 @@ from typing import Any
 
 from robsim.analysis.explanation.findings import Finding
 from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
 from robsim.files.scenario_remark import (
     RemarkEntry,
     list_remark_entries,
     parse_compare_command,
     parse_run_command,
 )
-from robsim.page.explanation_card import collect_run_entries, read_experiment_remark
+from robsim.page.explanation_card import (
+    ActionBuilder,
+    collect_run_entries,
+    list_findings,
+    read_experiment_remark,
+)
 from robsim.page.recording_frames import Entry
 from robsim.run.experiment import Experiment
 from robsim.run.mission_protocol import SelfSimulatingTask
@@ -39,12 +45,41 @@ def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dic
     run, start = live.segment.run(), live.start_time
     collected = collect_run_entries(run, live.segment, trials, build_actions, start)
     if start:
-        note = f"After the last change at {start:.2f} s (times count from there):"
+        note = f"The last change was at {start:.2f} s; the times below count from there."
         collected["texts"]["explanation"] = f"{note}\n{collected['texts']['explanation']}"
-        collected["why"]["findings"].insert(0, {"head": "", "text": note, "actions": []})
+        findings = collected["why"]["findings"]
+        if trials:
+            findings = _renew_offers(findings, experiment, build_actions)
+        collected["why"]["findings"] = [{"head": "", "text": note, "actions": []}, *findings]
     with suppress(InputError):  # the segment has the same reason to have no text
         collected["texts"]["experiment"] = experiment.text
     return collected
+
+
+def _renew_offers(
+    findings: list[Entry], experiment: Experiment, build_actions: ActionBuilder
+) -> list[Entry]:
+    """Return findings with offers that succeed from the start of the experiment.
+
+    A button starts the run over. If an offer for a later start fails from the first start, the
+    offers for the first start replace it.
+    """
+    from robsim.analysis.explanation.explanation import explain
+
+    kept = [each for each in findings if _succeeds_from_start(each, experiment)]
+    if len(kept) == len(findings):
+        return findings
+    explanation = explain(experiment.run(), experiment)
+    offers = [each for each in list_findings(explanation, build_actions) if each["actions"]]
+    note = {"head": "", "text": "From the start of the experiment:", "actions": []}
+    return [*kept, note, *offers] if offers else kept
+
+
+def _succeeds_from_start(finding: Entry, experiment: Experiment) -> bool:
+    """Return whether the experiment converges with each change that a finding offers."""
+    changes = [each["change"] for each in finding["actions"] if "change" in each]
+    runs = (experiment.at(each).run(record="summary") for each in changes)
+    return all(int(run["outcome"]) == Outcome.CONVERGED for run in runs)
 
 
 def list_watch_entries(experiment: Experiment) -> list[Entry]:

@@ -83,6 +83,12 @@ class LiveRun:
             self._start_loop(self.segment.with_(hold=True))
             self._advance()
 
+    @property
+    def _leaves_goal(self) -> bool:
+        """Whether an error has grown above the tolerance since the run converged."""
+        weight = self._loop.controller.tolerances
+        return bool(self._holds and (np.abs(self.now.error) > weight).any())
+
     def _start_loop(self, experiment: Experiment) -> None:
         """Prepare the simulation of an experiment from its start."""
         self._loop = experiment.loop_from_start()
@@ -120,7 +126,8 @@ class LiveRun:
         if self.decision is None or self.failed:
             return False
         waited = self.now.time >= self.decision.time + REST - 1e-9
-        return self._over or (waited and not self.segment.scene.motions)
+        moves = self.segment.scene.motions or self._leaves_goal
+        return self._over or bool(waited and not moves)
 
     @property
     def idle(self) -> bool:

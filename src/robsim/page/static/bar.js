@@ -57,7 +57,7 @@ export class Bar {
     [this.undo.disabled, this.redo.disabled, this.original.disabled] = [!undo, !redo, !edited];
     for (const button of [this.anew, this.here]) button.hidden = !goal.shown;
     this.anew.disabled = !goal.kept;
-    this.since.textContent = since > 0 ? `files: since the last change, at ${since.toFixed(2)} s` : "files: from the start";
+    this.since.textContent = since > 0 ? `files hold the run since the last change (${since.toFixed(2)} s)` : "files hold the run from its start";
     this.since.classList.toggle("whole", !(since > 0));
     this.since.hidden = !live;
     this.listChanges(changes);
