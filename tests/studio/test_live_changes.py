@@ -415,7 +415,6 @@ def test_a_request_is_answered_before_the_next_tick(monkeypatch):
     session.close()
 
 
-
 def test_a_failure_after_convergence_is_the_failure_of_the_files():
     """A gain of 200 breaks a run that rests; its saved experiment ends alike."""
     bench = Workbench(load_scenario(examples.path("eye_in_hand")))

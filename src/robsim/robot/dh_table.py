@@ -44,7 +44,7 @@ def expand_dh_table(raw: Any) -> Any:
     "q1 + 90", marks the coordinate of the joint. Raise InputError that names the row and column of
     a wrong cell.
 
-    >>> expand_dh_table({"dh": [["d (cm)", "alpha (deg)"], [10, "90"]]})["links"][1]["dh"]
+    >>> expand_dh_table({"dh": [["d (cm)", "alpha (deg)"], [10, 90]]})["links"][1]["dh"]
     {'d': '10 cm', 'alpha': '90 deg'}
     """
     if not isinstance(raw, Mapping) or "dh" not in raw:

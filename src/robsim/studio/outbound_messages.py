@@ -30,14 +30,13 @@ from typing import TYPE_CHECKING, Any
 
 from robsim.page.html_document import encode_recording_text
 from robsim.studio.scene_messages import LARGEST, SceneMessages, split_shapes
-from robsim.studio.session_state import build_session_state
+from robsim.studio.session_state import SessionView, build_session_state
 
 if TYPE_CHECKING:
     from robsim.declare.controls import Control
     from robsim.page.recording_builder import Recording
     from robsim.studio.run_pair import RunPair
     from robsim.studio.scenario_shelf import ScenarioShelf
-    from robsim.studio.session import Session
     from robsim.studio.workbench import Workbench
 
 DescribedControl = tuple["Control", dict[str, Any]]  # a control, and its fields; Any: JSON
@@ -69,7 +68,7 @@ class OutboundMessages:
         return [*self._study, *controls, *early, *log.list_messages(), *late]
 
     def news(
-        self, session: Session, bench: Workbench | None, shelf: ScenarioShelf
+        self, session: SessionView, bench: Workbench | None, shelf: ScenarioShelf
     ) -> Iterator[str]:
         """Yield the messages that have not been sent yet."""
         if bench is not None:

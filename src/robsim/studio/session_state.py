@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from robsim.engine.outcome import Outcome
 from robsim.plot.run_data import describe_outcome
@@ -12,11 +12,22 @@ from robsim.studio.control_values import convert_radians
 
 if TYPE_CHECKING:
     from robsim.studio.live_run import LiveRun
-    from robsim.studio.session import Session
     from robsim.studio.workbench import Workbench
 
 
-def build_session_state(session: Session, bench: Workbench | None) -> dict[str, Any]:
+class SessionView(Protocol):
+    """The part of a session that pages show."""
+
+    playing: bool
+    speed: float
+    factor: float | None
+    note: str
+    handled: int
+    run: int | None
+    refusals: dict[str, str]
+
+
+def build_session_state(session: SessionView, bench: Workbench | None) -> dict[str, Any]:
     """Return the state of a session."""
     factor = session.factor if session.playing else None
     return {
