@@ -118,7 +118,7 @@ class LiveRun:
     def stands_still(self) -> bool:
         """Whether the run has ended at a configuration from which it can continue."""
         standing = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)
-        return self.decision is not None and self.decision.outcome in standing and not self.full
+        return self.decision is not None and self.decision.outcome in standing
 
     @property
     def rests(self) -> bool:
