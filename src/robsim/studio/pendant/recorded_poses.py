@@ -19,12 +19,12 @@ from robsim.run.mission import Mission
 from robsim.run.phase import Phase, PhaseName
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.joint_names import index_joints
-from robsim.studio.downloads import format_python_code
 from robsim.studio.pendant.coordinate_fields import (
     FILE_ROUNDING,
     CoordinateField,
     list_coordinate_fields,
 )
+from robsim.studio.python_code import format_python_code
 from robsim.trajectory import Trapezoid
 from robsim.world.scene import Scene
 
@@ -156,7 +156,7 @@ def format_replay_code(robot: Robot, poses: list[RecordedPose], pace: ReplayPace
     experiment = build_replay(robot, poses, pace)
     loading = _format_robot_loading(robot)
     if not loading or experiment.start is not None:
-        return format_python_code(experiment, {})
+        return format_python_code(experiment)
     followed = find_followed_coordinates(robot)
     fields = [list_coordinate_fields(robot)[i] for i in followed]
     return "\n".join(
