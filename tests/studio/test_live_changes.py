@@ -366,7 +366,7 @@ def measure_resident_memory():
 @pytest.mark.full
 def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
     """18,000 changes are 15 minutes of a hand that sends 20 values a second."""
-    count = int(os.environ.get("ROBSIM_TEST_CHANGES", "3000"))
+    count = int(os.environ.get("ROBSIM_TEST_CHANGES", "1500"))
     now = [0.0]
     monkeypatch.setattr(edit_history.time, "monotonic", lambda: now[0])
     session = Session(open_bench("eye_in_hand"), ScenarioShelf([]))
