@@ -6,7 +6,9 @@ import shutil
 import subprocess
 
 import pytest
+from page.desk import open_desk
 from page.drivers import FirefoxDriver
+from page.waiting import until
 
 import robsim as rs
 from robsim.page.export import export_html
@@ -15,15 +17,6 @@ SWITCHES = (
     *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
-
-
-def until(page, expression):
-    """Wait until an expression of JavaScript is true, which the page's policy leaves to us."""
-    for _ in range(200):
-        if page.evaluate(expression):
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError(f"never true: {expression}")
 
 
 @pytest.fixture(scope="session")
@@ -40,6 +33,13 @@ def chromium(playwright):
     browser = launched(playwright)
     yield browser
     browser.close()
+
+
+@pytest.fixture
+def desk(chromium):
+    """A studio of ViSP's tutorial case."""
+    with open_desk(chromium, rs.load_scenario(rs.examples.path("visp_tutorial"))) as made:
+        yield made
 
 
 def launched(playwright, *switches):

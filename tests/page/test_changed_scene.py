@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
+from page.desk import open_desk
 
 import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 DRAWN = "[...robsim.view.space.items.values()].flatMap((item) => item.nodes.map((n) => n.uuid))"
@@ -23,8 +22,7 @@ WAY = """() => {
 
 def test_a_change_keeps_the_view_and_the_other_bodies(chromium):
     experiment = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    with studio(experiment) as server:
-        desk = Desk(chromium, server)
+    with open_desk(chromium, experiment) as desk:
         page = desk.page()
         page.locator("#step").click()
         until(page, "robsim.clock.times.length === 2")
@@ -39,14 +37,11 @@ def test_a_change_keeps_the_view_and_the_other_bodies(chromium):
         page.keyboard.press("Home")  # before the change there was no belief
         until(page, f"!{ghost}.visible")
         assert len(page.evaluate("robsim.clock.times")) == 2
-        page.context.close()
-    assert not desk.complaints
 
 
 def test_the_path_of_the_second_scheme_grows_with_its_run(chromium):
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    with studio(experiment) as server:
-        desk = Desk(chromium, server)
+    with open_desk(chromium, experiment) as desk:
         page = desk.page()
         page.evaluate("robsim.link.ask({ second: ['task.interaction', 'desired'] })")
         until(page, "robsim.view.header.trails.length === 2")
@@ -60,5 +55,3 @@ def test_the_path_of_the_second_scheme_grows_with_its_run(chromium):
         assert np.allclose(np.reshape(way["points"], (16, 3)), there[:, :3, 3], atol=1e-5)
         page.evaluate("robsim.view.space.show({ second: false })")
         assert not page.evaluate(WAY)["visible"]
-        page.context.close()
-    assert not desk.complaints

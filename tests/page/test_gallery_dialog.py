@@ -2,27 +2,16 @@
 
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
+from page.desk import open_desk
 
 import robsim as rs
 from robsim.files.example_groups import GROUPS
 from robsim.studio.scenario_shelf import ScenarioShelf
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 PAINTED = (
     "[...document.querySelectorAll('#gallery img')].filter((i) => i.naturalWidth === 320).length"
 )
-
-
-@pytest.fixture
-def desk(chromium):
-    with studio(rs.load_scenario(rs.examples.path("visp_tutorial"))) as server:
-        made = Desk(chromium, server)
-        yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def names(page):
@@ -90,11 +79,8 @@ def test_a_folder_has_cards_with_initials(chromium, tmp_path):
     for name in ("one", "two"):
         (tmp_path / f"{name}.toml").write_text(f"# Watch {name}.\n{text}")
     shelf = ScenarioShelf.of(tmp_path)
-    with studio(shelf.first(), shelf) as server:
-        desk = Desk(chromium, server)
+    with open_desk(chromium, shelf.first(), shelf) as desk:
         page = desk.page()
         page.locator("#choose").click()
         assert names(page) == ["one", "two"] and page.locator("#gallery h3").count() == 0
         assert page.locator("#gallery .initial").all_inner_texts() == ["V", "V"]
-        desk.contexts[0].close()
-    assert not desk.complaints

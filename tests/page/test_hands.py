@@ -3,11 +3,13 @@
 The same gestures are made in Chromium and in Firefox.
 """
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
+from page.desk import open_desk
 from page.drivers import ChromiumDriver
 from page.hands import Hands, measure_offset
-from page.test_studio_page import Desk
 
 import robsim as rs
 from robsim.page import load_recording
@@ -36,20 +38,14 @@ CHANGES = {  # changes in mid-run: path, value of the page
 @pytest.fixture
 def sit_down(chromium):
     """Open the studio of a shipped experiment in Chromium; return the hands."""
-    opened = []
+    with ExitStack() as stack:
 
-    def sit(name):
-        serving = studio(rs.load_scenario(rs.examples.path(name)))
-        desk = Desk(chromium, serving.__enter__())
-        opened.append((serving, desk))
-        return Hands(ChromiumDriver(desk.page()))
+        def sit(name):
+            experiment = rs.load_scenario(rs.examples.path(name))
+            desk = stack.enter_context(open_desk(chromium, experiment))
+            return Hands(ChromiumDriver(desk.page()))
 
-    yield sit
-    for serving, desk in opened:
-        for context in desk.contexts:
-            context.close()
-        serving.__exit__(None, None, None)
-        assert not desk.complaints
+        yield sit
 
 
 def make_gesture(hands, name, gesture):

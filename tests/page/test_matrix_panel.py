@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
-
-import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 
@@ -22,17 +18,6 @@ COUNT = """() => {
   };
   for (const time of robsim.clock.times) robsim.clock.seek(time);
 }"""
-
-
-@pytest.fixture
-def desk(chromium):
-    with studio(rs.load_scenario(rs.examples.path("visp_tutorial"))) as server:
-        made = Desk(chromium, server)
-        made.app = server._app
-        yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def test_the_panel_shows_the_matrix_of_the_shown_instant(desk):

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
+from page.desk import open_desk
 
 import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 ON_SCREEN = """() => {
@@ -21,14 +20,10 @@ FLANGE = "robsim.view.space.frames.find((f) => f.name === 'panda.flange').positi
 @pytest.fixture
 def page(chromium):
     """The page of a panda."""
-    with studio(rs.robots.panda()) as server:
-        desk = Desk(chromium, server)
+    with open_desk(chromium, rs.robots.panda()) as desk:
         page = desk.page()
         until(page, "robsim.now && robsim.hand")
         yield page
-        for context in desk.contexts:
-            context.close()
-    assert not desk.complaints
 
 
 def pull_up(page, pixels):

@@ -4,10 +4,9 @@ import re
 
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk, row
+from page.test_studio_page import row
 
 import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 
@@ -17,18 +16,6 @@ PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobil
 SMALL = """() => [...document.querySelectorAll("button, select, summary")]
   .filter((each) => each.offsetParent && each.getBoundingClientRect().height < LEAST)
   .map((each) => each.textContent)"""
-
-
-@pytest.fixture
-def desk(chromium):
-    """A studio of ViSP's tutorial case; `app` is its session."""
-    with studio(rs.load_scenario(rs.examples.path("visp_tutorial"))) as server:
-        made = Desk(chromium, server)
-        made.app = server._app
-        yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def enter(page, name, text):

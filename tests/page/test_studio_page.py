@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from page.conftest import launched, until
+from page.desk import Desk
 
 import robsim as rs
 from robsim.studio.studio import studio
@@ -19,42 +20,6 @@ ON_SCREEN = """(name) => {
   const box = space.renderer.domElement.getBoundingClientRect();
   return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
 }"""
-
-
-class Desk:
-    """Pages of a studio, which may send requests to their server alone, and complain of nothing."""
-
-    def __init__(self, browser, server):
-        self.browser, self.server, self.complaints, self.contexts = browser, server, [], []
-        self.origin = server.address.partition("?")[0]
-
-    def page(self, **options):
-        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
-        context = self.browser.new_context(**{**look, **options}, accept_downloads=True)
-        self.contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda said: self.complaints.append(said.text))
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("request", lambda asked: self.heed(asked.url))
-        page.goto(self.server.address)
-        until(page, "document.body.dataset.ready")
-        return page
-
-    def heed(self, url):
-        if not url.startswith((self.origin, self.origin.replace("http", "ws"), "blob:")):
-            self.complaints.append(url)
-
-
-@pytest.fixture
-def desk(chromium):
-    """A studio of ViSP's tutorial case."""
-    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    with studio(experiment) as server:
-        made = Desk(chromium, server)
-        yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def row(page, name):

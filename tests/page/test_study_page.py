@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
+from page.desk import open_desk
 
 import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 POINT = "((i) => [robsim.map.scatter.px[i], robsim.map.scatter.py[i]])({})"
@@ -30,12 +29,8 @@ def study():
 
 @pytest.fixture
 def desk(chromium, study):
-    with studio(study) as server:
-        made = Desk(chromium, server)
+    with open_desk(chromium, study) as made:
         yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def choose(page, name, value):

@@ -5,10 +5,9 @@ import re
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_studio_page import Desk
+from page.desk import open_desk
 
 import robsim as rs
-from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 HEADLINE = "document.querySelector('#why h2')?.innerText ?? ''"
@@ -19,12 +18,8 @@ BODY_SIZE = 4.5  # least contrast of small text
 @pytest.fixture
 def trap(chromium):
     """A studio of the camera in a local minimum."""
-    with studio(rs.load_scenario(rs.examples.path("local_minimum"))) as server:
-        made = Desk(chromium, server)
+    with open_desk(chromium, rs.load_scenario(rs.examples.path("local_minimum"))) as made:
         yield made
-        for context in made.contexts:
-            context.close()
-    assert not made.complaints
 
 
 def failed(page):

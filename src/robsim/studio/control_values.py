@@ -12,7 +12,7 @@ from robsim.base.errors import InputError, format_value, is_known_name
 from robsim.declare.controls import Control
 from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.short_numbers import shorten_numbers
-from robsim.studio.rounded_values import round_control_value
+from robsim.studio.rounded_values import list_control_units, round_control_value
 
 
 def check_control_value(control: Control, value: Any) -> Any:
@@ -92,7 +92,7 @@ def format_control_value(control: Control) -> str:
         return "yes" if value else "no"
     if control.form == "choice":
         return str(value)
-    units = [control.unit] if isinstance(control.unit, str) else list(control.unit)
+    units = list_control_units(control)
     numbers = [value] if control.form in ("number", "whole") else list(value)
     if len(set(units)) == 1:
         return _format_quantity(numbers, units[0])

@@ -39,11 +39,6 @@ class EditHistory:
         self._merging: tuple[object, float] = (None, 0.0)  # changed values, and the time
 
     @property
-    def edit(self) -> Edit:
-        """The present edit."""
-        return self._edits[self._present]
-
-    @property
     def before(self) -> Edit | None:
         """The edit to which `undo` returns; None if there is none."""
         return self._edits[self._present - 1] if self._present else None

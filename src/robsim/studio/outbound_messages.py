@@ -29,6 +29,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from robsim.page.html_document import encode_recording_text
+from robsim.studio.message_text import encode_message
 from robsim.studio.scene_messages import LARGEST, SceneMessages, split_shapes
 from robsim.studio.session_state import SessionView, build_session_state
 
@@ -52,7 +53,7 @@ class OutboundMessages:
         self._study: list[str] = []
         if study:
             recording = encode_recording_text(study.header, study.arrays, set(), FAST)
-            self._study.append(_encode_message("study", recording=recording))
+            self._study.append(encode_message("study", recording=recording))
         self._latest: dict[str, str] = {}  # by type
         self._scene = SceneMessages()
         self._controls: dict[str, DescribedControl] = {}  # by path
@@ -100,7 +101,7 @@ class OutboundMessages:
         if list(before) != list(now):
             yield from _encode_controls(now)
         elif changed := [each for path, each in now.items() if each is not before[path]]:
-            yield _encode_message("values", controls=[entry for _, entry in changed])
+            yield encode_message("values", controls=[entry for _, entry in changed])
 
     def _encode_mission(self, bench: Workbench) -> Iterator[str]:
         """Yield the messages of a mission as a whole."""
@@ -136,7 +137,7 @@ class OutboundMessages:
 
     def _encode_if_new(self, kind: str, **content: Any) -> Iterator[str]:
         """Yield a message, unless it equals the last one of its type."""
-        message = _encode_message(kind, **content)
+        message = encode_message(kind, **content)
         if self._latest.get(kind) != message:
             self._latest = {**self._latest, kind: message}
             yield message
@@ -160,14 +161,9 @@ def _encode_controls(controls: dict[str, DescribedControl]) -> list[str]:
         room -= size
     starts = [sum(len(part) for part in parts[:i]) for i in range(len(parts))]
     return [
-        _encode_message("controls", controls=part, **{"from": start}, count=len(entries))
+        encode_message("controls", controls=part, **{"from": start}, count=len(entries))
         for part, start in zip(parts, starts, strict=True)
     ]
-
-
-def _encode_message(kind: str, **content: Any) -> str:
-    """Return a message of a type as JSON."""
-    return json.dumps({"type": kind, **content}, ensure_ascii=False, allow_nan=False)
 
 
 def _replace_non_finite(value: Any) -> Any:

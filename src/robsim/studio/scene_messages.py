@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.page.html_document import encode_recording_text
+from robsim.studio.message_text import encode_message
 
 LARGEST = 65_536  # size of a message, characters
 SHAPE_BYTES = 36_000  # size of the shapes in a message; base64 takes a third more
@@ -89,7 +89,7 @@ class SceneMessages:
         yield from _encode_shapes({n: x for n, x in shapes.items() if n not in before.shapes})
         changes = {key: _find_changes(before.header[key], x) for key, x in header.items()}
         changed = {key: change for key, change in changes.items() if change is not None}
-        yield _encode("entries", header=changed)
+        yield encode_message("entries", header=changed)
 
     def extend(self, start: int, arrays: Arrays) -> Iterator[str]:
         """Yield the messages of the instants from number `start` on; 0 starts the run anew."""
@@ -170,7 +170,7 @@ def _encode_rows(start: int, arrays: Arrays) -> list[str]:
     """Return the messages of rows from an instant on."""
     count = len(arrays["time"])
     text = encode_recording_text({}, dict(arrays), _list_quantised(arrays))
-    message = _encode("rows", recording=text, **{"from": start})
+    message = encode_message("rows", recording=text, **{"from": start})
     if len(message) < LARGEST or count < 2:
         return [message]
     half = count // 2
@@ -181,7 +181,7 @@ def _encode_rows(start: int, arrays: Arrays) -> list[str]:
 def _encode_recording(header: Header, arrays: Arrays, live: bool) -> str:
     """Return the message of a recording without shapes."""
     text = encode_recording_text(dict(header), dict(arrays), _list_quantised(arrays))
-    return _encode("recording", recording=text, live=live)
+    return encode_message("recording", recording=text, live=live)
 
 
 def _encode_shapes(shapes: Arrays) -> list[str]:
@@ -209,7 +209,7 @@ class _ShapePart:
     def encode(self) -> str:
         """Return the message."""
         text = encode_recording_text({"starts": self.starts}, self.arrays, set(), 6)
-        return _encode("shapes", recording=text)
+        return encode_message("shapes", recording=text)
 
 
 def _list_quantised(arrays: Arrays) -> set[str]:
@@ -224,8 +224,3 @@ def _cut(arrays: Arrays, start: int, end: int) -> Arrays:
         name: values if name.endswith(GOAL) else values[start:end]
         for name, values in arrays.items()
     }
-
-
-def _encode(kind: str, **content: Any) -> str:
-    """Return a message of a type as JSON."""
-    return json.dumps({"type": kind, **content}, ensure_ascii=False, allow_nan=False)

@@ -92,11 +92,6 @@ class Workbench:
         warn_missing_meshes(experiment.scene)
 
     @property
-    def current(self) -> tuple[Experiment, Mapping[str, Any]]:
-        """The experiment with all changes, and {dotted name: value} of the changes."""
-        return self.edit.experiment, self.edit.changes
-
-    @property
     def experiment(self) -> Experiment:
         """The experiment with all changes."""
         return self.edit.experiment

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import queue
 import threading
@@ -24,6 +23,7 @@ from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
 from robsim.studio.downloads import make_slug
+from robsim.studio.message_text import encode_message
 from robsim.studio.pendant.pose_table_file import format_pose_table
 from robsim.studio.pendant.recorded_poses import (
     build_replay,
@@ -185,7 +185,7 @@ class PendantSession:
         recording = build_recording(experiment.run())
         arrays = _thin_instants(recording)
         text = encode_recording_text(recording.header, arrays, {"poses"})
-        self.broadcast(_encode_pendant_message("replay", recording=text))
+        self.broadcast(encode_message("replay", recording=text))
 
     def _motion(self) -> SceneMotion:
         """Return the motion that consists of the present coordinates."""
@@ -242,7 +242,7 @@ class PendantSession:
 
         A message that equals the last one of its type is sent only if `again`.
         """
-        message = _encode_pendant_message(kind, **content)
+        message = encode_message(kind, **content)
         if again or self._latest.get(kind) != message:
             self._latest = {**self._latest, kind: message}
             self.broadcast(message)
@@ -318,11 +318,6 @@ def _build_stroke_key(request: dict[str, Any]) -> Any:
         stroke = value[-1] if isinstance(value[-1], int | str) else None
         return name, str(value[0]) if name == "joint" else "", stroke
     return id(request)
-
-
-def _encode_pendant_message(kind: str, **content: Any) -> str:
-    """Return a message of a type as JSON."""
-    return json.dumps({"type": kind, **content}, ensure_ascii=False, allow_nan=False)
 
 
 _PENDANT_REQUESTS: dict[str, Callable[[PendantSession, Any], None]] = {
