@@ -66,7 +66,7 @@ class Hands:
 
     def play_to_rest(self):
         """Simulate at the highest speed until the run has converged and rests, or has ended."""
-        self.driver.evaluate("robsim.link.ask({speed: 0})")
+        self.ask("{speed: 0}")
         self.ask("{play: true}")
         self.until("robsim.state.resting || (robsim.state.outcome && !robsim.state.playing)", 60)
         self.driver.wait(0.3)
