@@ -84,8 +84,13 @@ class Hands:
     def grab(self, handle):
         """Click the ball of a handle, and return its place on the page."""
         self.driver.evaluate("robsim.clock.toEnd()")
-        self.driver.click(*self.driver.evaluate(BALL.format(handle)))
-        self.until(f"robsim.handles.choice.held === '{handle}'")
+        held = f"robsim.handles.choice.held === '{handle}'"
+        for _ in range(10):  # the layout may have moved under the pointer: click again
+            self.driver.click(*self.driver.evaluate(BALL.format(handle)))
+            self.driver.wait(0.3)
+            if self.driver.evaluate(held):
+                break
+        self.until(held)
         self.driver.wait(0.3)
         return self.driver.evaluate(BALL.format(handle))
 
