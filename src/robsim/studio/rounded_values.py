@@ -35,7 +35,7 @@ def round_control_value(control: Control, value: Any) -> Any:
 
 def list_control_units(control: Control) -> list[str]:
     """Return the SI unit of each number of a control."""
-    count = len(control.names) if control.form == "numbers" else 1
+    count = len(control.value) if control.form == "numbers" else 1
     return [control.unit] * count if isinstance(control.unit, str) else list(control.unit)
 
 
