@@ -28,7 +28,7 @@ def mixed(one):
             "task": [rs.IBVS(goal), rs.IBVS(goal, interaction="desired")],
             "task.gain": rs.samplers.LogUniform(0.2, 4.0),
             "sensing.noise": rs.samplers.Uniform(0.0, 1.0),
-            f"belief.cameras.{eye}.focal": rs.samplers.Normal(1.0, 0.05),
+            f"belief.cameras.{eye}.focal": rs.samplers.Product(rs.samplers.Normal(1.0, 0.05)),
             f"cameras.{eye}.center": rs.samplers.Sum(rs.samplers.Normal(0.0, [5.0, 5.0])),
         },
     }

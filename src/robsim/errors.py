@@ -7,6 +7,7 @@ from robsim.base.errors import FrameError as FrameError
 from robsim.base.errors import GoalError as GoalError
 from robsim.base.errors import InputError as InputError
 from robsim.base.errors import Interrupted as Interrupted
+from robsim.base.errors import ParameterError as ParameterError
 from robsim.base.errors import RankWarning as RankWarning
 from robsim.base.errors import ReplayWarning as ReplayWarning
 from robsim.base.errors import RobSimError as RobSimError

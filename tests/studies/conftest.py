@@ -21,7 +21,7 @@ def how():
     """The values that differ from run to run: a start, a choice, a believed number and the task."""
     vary = {
         "task.gain": rs.samplers.Choice([0.5, 1.0, 2.0]),
-        "belief.cameras.eye.focal": rs.samplers.Normal(1.0, 0.05),
+        "belief.cameras.eye.focal": rs.samplers.Product(rs.samplers.Normal(1.0, 0.05)),
         "task": TASKS,
     }
     return {"start": START, "vary": vary, "seed": 7}

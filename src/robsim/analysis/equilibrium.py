@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args, overload
 
@@ -20,6 +20,7 @@ EquilibriumKind = Literal[
 ]
 EQUILIBRIUM_KINDS: tuple[EquilibriumKind, ...] = get_args(EquilibriumKind)
 ROWS = 20  # most rows of the printed table
+SAME_POSE = 1e-4  # largest difference of poses (4, 4) in one row, metres and radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,18 +77,40 @@ class Equilibrium(Value):
         return not self.free and bool((self.eigenvalues.real < 0).all())
 
     def __str__(self) -> str:
-        pose = Pose(self.T_c_o)
-        position, rotation = (
-            " ".join(f"{x:8.4f}" for x in part) for part in (pose.position, pose.rotvec)
-        )
-        values = "no derivative"
-        if np.isfinite(self.eigenvalues).all():
-            low, high = (self.eigenvalues.real[[0, -1]] + 0.0).round(4)
-            turns = " *" if (np.abs(self.eigenvalues.imag) > 1e-6).any() else ""
-            values = f"{low:9.4f} to {high:8.4f}{turns}"
-        suffix = "" if self.inside else "  outside"
-        row = f"{self.kind:11}{self.share:7.1%}{self.error_norm:11.3g}  {values:23}"
-        return f"{row}  {position} |{rotation}{suffix}"
+        return _format_row([self])
+
+
+def _format_row(group: list[Equilibrium]) -> str:
+    """Return the row of equilibria that differ only in the coordinates of the joints."""
+    first, share = group[0], sum(each.share for each in group)
+    pose = Pose(first.T_c_o)
+    position, rotation = (
+        " ".join(f"{x:8.4f}" for x in part) for part in (pose.position, pose.rotvec)
+    )
+    values, eigenvalues = "no derivative", np.array([each.eigenvalues for each in group])
+    if np.isfinite(eigenvalues).all():
+        low, high = (np.array([eigenvalues.real.min(), eigenvalues.real.max()]) + 0.0).round(4)
+        turns = " *" if (np.abs(eigenvalues.imag) > 1e-6).any() else ""
+        values = f"{low:9.4f} to {high:8.4f}{turns}"
+    suffix = "" if first.inside else "  outside"
+    if len(group) > 1:
+        suffix += f"  in {len(group)} postures"
+    row = f"{first.kind:11}{share:7.1%}{first.error_norm:11.3g}  {values:23}"
+    return f"{row}  {position} |{rotation}{suffix}"
+
+
+def _group_postures(found: Iterable[Equilibrium]) -> list[list[Equilibrium]]:
+    """Return the equilibria in groups of one kind and one pose of the target in the camera."""
+    groups: list[list[Equilibrium]] = []
+    for each in found:
+        for group in groups:
+            same = (group[0].kind, group[0].inside) == (each.kind, each.inside)
+            if same and np.abs(group[0].T_c_o - each.T_c_o).max() < SAME_POSE:
+                group.append(each)
+                break
+        else:
+            groups.append([each])
+    return groups
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +120,8 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
     `print` shows a table. Each row has the kind, the share of the starts, ||e||, the smallest and
     the largest real part of the eigenvalues (* marks complex eigenvalues), the pose of the target
     in the camera as position and rotation vector, and "outside" if a joint limit or an image border
-    is exceeded.
+    is exceeded. An arm may reach one pose in several postures, such as elbow up and elbow down.
+    Such equilibria share a row, with the sum of their shares and the range of all eigenvalues.
 
     Attributes
     ----------
@@ -180,9 +204,10 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
             f"{'kind':11}{'share':>7}{'||e||':>11}  {'eigenvalues (1/s)':23}  "
             "target in camera (m | rad)"
         )
-        rows = [head, columns, *map(str, self.found[:ROWS])]
-        if len(self) > ROWS:
-            rows.append(f"... and {len(self) - ROWS} more")
+        groups = _group_postures(self.found)
+        rows = [head, columns, *map(_format_row, groups[:ROWS])]
+        if len(groups) > ROWS:
+            rows.append(f"... and {sum(map(len, groups[ROWS:]))} more")
         if self.lost:
             ended, counts = np.unique(self.outcomes[self.ends < 0], return_counts=True)
             each = zip(ended, counts, strict=True)

@@ -5,6 +5,7 @@ RobSimError
 │   ├── UnitError                    a quantity without a unit, or with a wrong one
 │   ├── FrameError                   poses with different frames, or an unknown frame
 │   ├── GoalError                    a goal out of view or out of reach
+│   ├── ParameterError               an unknown parameter of a class (also a TypeError)
 │   └── FileError                    a file that cannot be read, parsed or written
 └── Interrupted                      a stop by the user; the run so far is in `.run`
 
@@ -92,6 +93,17 @@ class GoalError(InputError):
 
     >>> issubclass(GoalError, InputError)
     True
+    """
+
+
+class ParameterError(InputError, TypeError):
+    """Error about an unknown parameter of a class; a TypeError, as Python raises it, too.
+
+    >>> import robsim as rs
+    >>> rs.IBVS(gian=1.0)
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.ParameterError: IBVS has no parameter 'gian'; did you mean 'gain'? ...
     """
 
 

@@ -12,6 +12,7 @@ from robsim.base.errors import UnitWarning
 
 LARGEST_RADIANS = 4.0 * np.pi  # bound of plausible angles in radians
 LARGEST_DEGREES = 720.0  # bound of plausible angles in degrees; larger numbers mean "no limit"
+LONGEST_DELAY = 10.0  # bound of plausible delays of images and joints in seconds
 LONGEST_PRINT = 10.0  # bound of plausible sizes of prints in metres
 ROUND_DEGREES = 5.0  # degrees; plausible angles in degrees are multiples of it
 
@@ -49,6 +50,18 @@ def warn_of_millimetres(size: float, what: str) -> None:
     if size > LONGEST_PRINT:
         looks = f"{what}: {size:g} looks like millimetres, and lengths are in metres"
         _warn_of_unit(f"{looks}; {size:g} mm is {size / 1000.0:g}")
+
+
+def warn_of_milliseconds(delay: float | None, what: str) -> None:
+    """Warn about a delay above 10 s, which is probably in milliseconds.
+
+    Delays above 10,000 s do not cause the warning: such numbers mean "never".
+
+    >>> warn_of_milliseconds(0.1, "latency of the images")
+    """
+    if delay is not None and LONGEST_DELAY < delay <= 1000.0 * LONGEST_DELAY:
+        looks = f"{what}: {delay:g} looks like milliseconds, and times are in seconds"
+        _warn_of_unit(f"{looks}; {delay:g} ms is {delay / 1000.0:g}")
 
 
 def _warn_of_unit(text: str) -> None:

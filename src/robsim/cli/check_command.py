@@ -11,7 +11,7 @@ from robsim.base.errors import InputError
 from robsim.cli.console import print_text
 from robsim.cli.options import set_option
 from robsim.cli.progress import print_warnings_as_lines
-from robsim.cli.scenarios import check_colors, load_with_changes
+from robsim.cli.scenarios import load_with_changes
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
@@ -29,7 +29,6 @@ def check_scenario(file: Path, changes: tuple[str, ...]) -> None:
     scenario = load_with_changes(file, changes)
     with print_warnings_as_lines():
         _check_scenario(scenario)
-    check_colors(scenario)
     scene = scenario.scene
     study = _describe_study_plan(scenario)
     print_text(f"{file}: no problems")

@@ -14,7 +14,7 @@ from robsim.cli.figure_files import save_figure
 from robsim.cli.options import output, set_option
 from robsim.cli.output_files import claim_results_folder, remove_file
 from robsim.cli.progress import exit_if_drawing_stops, run_and_save
-from robsim.cli.scenarios import check_colors, load_with_changes
+from robsim.cli.scenarios import load_with_changes
 
 if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
@@ -55,9 +55,6 @@ def compare_scenarios(
         raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, vary))}")
     variants = list_variants(files, *vary)
     scenarios = {name: load_with_changes(file, (*changes, *more)) for name, file, more in variants}
-    if not no_figures:
-        for scenario in scenarios.values():
-            check_colors(scenario)
     names = [*RESULT_FILES, *(f"{name}.nc" for name in scenarios)]
     with claim_results_folder(output, "robsim-compare", force, names) as folder:
         _run_comparison(scenarios, folder, not no_figures)

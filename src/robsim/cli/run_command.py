@@ -19,7 +19,7 @@ from robsim.cli.output_files import CHECKPOINT, claim_results_folder, path_exist
 from robsim.cli.page_and_films import VIEWS, check_views, write_views
 from robsim.cli.progress import exit_if_drawing_stops, run_and_save
 from robsim.cli.report import print_mission_report, print_run_report
-from robsim.cli.scenarios import check_colors, load_with_changes
+from robsim.cli.scenarios import load_with_changes
 from robsim.files.toml import read_toml_text
 
 if TYPE_CHECKING:
@@ -86,8 +86,6 @@ def simulate_into_folder(
 
     After an interrupt, the run so far is written.
     """
-    if figures or views:
-        check_colors(scenario)
     print_text(scenario.title or "simulating")
 
     def report_end(result: Any) -> None:

@@ -10,6 +10,7 @@ from textwrap import indent, wrap
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from robsim.base.parameter_names import name_parameters
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
 
@@ -93,10 +94,11 @@ _MODULES = re.compile(r"\b(?:[A-Za-z_]\w*\.)+(?=[A-Za-z_])")
 
 
 def described(kind: K) -> K:
-    """Add the declared fields of a dataclass to its docstring.
+    """Add the declared fields of a dataclass to its docstring, and check the names of arguments.
 
-    The section "Parameters" is placed before the first example. Write the decorator above
-    `@dataclass`; `register` includes it.
+    The section "Parameters" is placed before the first example. An unknown argument raises
+    ParameterError with the nearest name. Write the decorator above `@dataclass`; `register`
+    includes it.
 
     >>> from robsim.tasks import NearBorder
     >>> "margin : a positive number (px)" in NearBorder.__doc__
@@ -108,6 +110,7 @@ def described(kind: K) -> K:
         kind.__doc__ = docstring
         _shorten_annotations(kind.__init__)
         setattr(kind, "__signature__", _LazySignature())  # noqa: B010  # which mypy does not know
+        name_parameters(kind)
     return kind
 
 

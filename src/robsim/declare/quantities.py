@@ -224,4 +224,4 @@ class Amount(Number):
         return read_quantity(raw, *of) if isinstance(raw, str) else super().parse_text_value(raw, c)
 
     def words(self) -> str:
-        return f'{super().words()}, in SI or with a unit ("5 cm")'
+        return f'{super().words()}, as in 0.05 or "5 cm"'

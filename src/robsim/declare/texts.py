@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
+from robsim.base.colors import check_color
+from robsim.base.errors import InputError, format_value, is_known_name, prefix_errors, suggest_names
 from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
 from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.scalars import PlainValue
@@ -83,7 +84,11 @@ class ColorSpec(Text):
     phrase: ClassVar[str] = "the name of a color"
 
     def check(self, value: object, what: str) -> FieldValue:
-        return value  # Matplotlib checks it
+        with prefix_errors(what):
+            return check_color(value)
+
+    def read(self, raw: Raw, c: Context) -> FieldValue:
+        return check_color(super().read(raw, c))
 
 
 Color = ColorSpec()

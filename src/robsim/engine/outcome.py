@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
+from robsim.base.named_integers import NamedInteger
 from robsim.kernels.outcomes import outcome_codes
 
 
-class Outcome(IntEnum):
+class Outcome(NamedInteger):
     """The reason for the end of a run.
 
     `message` explains the outcome and suggests remedies. A run ends if any camera of the task loses

@@ -178,8 +178,14 @@ def _read_foreign_file(path: str | os.PathLike[str]) -> RunDataset:
 
 def _make_no_run_error(path: str | os.PathLike[str]) -> FileError:
     """Return the error about a file that is not a run; for a log it names the reader."""
-    reader = READERS.get(Path(path).suffix.lower())
-    hint = f"; {reader} makes a run of such a log, and save_run its run.nc" if reader else ""
+    suffix, hint = Path(path).suffix.lower(), ""
+    if suffix == ".toml":
+        return FileError(
+            f"{path} is not a run but a TOML file: simulate it (robsim run {path}), and give the "
+            "run.nc of its results"
+        )
+    if suffix in READERS:
+        hint = f"; {READERS[suffix]} makes a run of such a log, and save_run its run.nc"
     return FileError(f"{path} is not a NetCDF-4 file{hint}")
 
 

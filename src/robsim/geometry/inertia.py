@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, as_positive, make_read_only
 from robsim.base.errors import InputError
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare import Quantity, Role, Vector
 from robsim.declare.spec import Context
@@ -50,6 +51,7 @@ class InertiaTable:
 _PRODUCTS = (0, 1), (0, 2), (1, 2)
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class Inertia(Value):
     """Mass, centre of mass and inertia tensor of a rigid body.

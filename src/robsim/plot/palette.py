@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from matplotlib.colors import is_color_like, to_hex, to_rgb
+from matplotlib.colors import to_hex, to_rgb
 
-from robsim.base.errors import InputError
+from robsim.base.colors import check_color
 from robsim.engine.outcome import Outcome
 
 BLACK = "#000000"
@@ -67,11 +67,7 @@ def convert_color(name: str) -> str:
     """
     if name in _LETTERS:
         return _LETTERS[name]
-    if not is_color_like(name):
-        raise InputError(
-            f"no colour {name!r}: expected {' '.join(_LETTERS)}, or a colour of Matplotlib"
-        )
-    return to_hex(name)
+    return to_hex(check_color(name))
 
 
 def cycle_color(i: int) -> str:

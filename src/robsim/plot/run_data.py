@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, check_known, format_value
+from robsim.declare.spec import add_article
 from robsim.engine.outcome import Outcome
 from robsim.run.log_commands import is_log_run
 from robsim.run.run_from_log import CONVERGED_AT
@@ -26,16 +27,27 @@ ROUNDING_ERROR = 1e-9  # smaller measures are rounding errors
 
 def check_is_scene(scene: object) -> None:
     """Raise InputError unless `scene` is a Scene."""
+    if _has_run_variables(scene):
+        raise InputError("expected a Scene, got a run: see `help` for the order of arguments")
     if not isinstance(scene, Scene):
         raise InputError(f"expected a Scene, got {format_value(scene)}")
 
 
+def _has_run_variables(value: object) -> bool:
+    """Return whether a value is a Dataset with the variables of a run."""
+    return {"q", "q0", "outcome"} <= set(getattr(value, "data_vars", ()))
+
+
 def check_is_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     """Return the run; raise InputError if it is not a run or, with `timed`, if it is a summary."""
-    if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
+    if not _has_run_variables(run):
+        hint = ""
+        if isinstance(run, Scene):
+            hint = ": the run is the first argument, and the scene the second"
+        elif hasattr(run, "legs"):
+            hint = "; draw the run of one leg: mission.legs[0].run in mission.legs[0].scene"
         raise InputError(
-            f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
-            "the run of one leg: mission.legs[0].run in mission.legs[0].scene"
+            f"expected a run as simulate returns it, got {add_article(type(run).__name__)}{hint}"
         )
     if timed and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
+from robsim.base.parameter_names import name_parameters
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import replace_unchecked
 from robsim.geometry.curves import Curve
@@ -30,6 +31,7 @@ DH_POSES = ("place", "tail")  # constants of a joint that follow from a DH row
 _REQUIRED_PARTS: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}
 
 
+@name_parameters
 @dataclass(frozen=True)
 class Joint:
     """Joint between a link and its parent: two constant poses with a motion between them.

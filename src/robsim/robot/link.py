@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
+from robsim.base.parameter_names import name_parameters
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Primitive
 from robsim.robot.joint import FIXED, Joint
@@ -23,6 +24,7 @@ def check_shapes(shapes: object, owner: str) -> tuple[Primitive, ...]:
     return tuple(solids)
 
 
+@name_parameters
 @dataclass(frozen=True)
 class Link:
     """Rigid part of a robot, connected to its parent by a joint.

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_bool, make_read_only
 from robsim.base.errors import FileWarning, InputError, format_value, suggest_names
 from robsim.base.name_check import check_name
+from robsim.base.parameter_names import name_parameters
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import copy_cached, replace_unchecked
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
@@ -63,6 +64,7 @@ class Mounting:
     of: tuple[tuple[Link, ...], str]
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
     """Tree of links on joints, with a base, a tip and a home configuration.

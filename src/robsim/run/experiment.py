@@ -22,13 +22,15 @@ from robsim.base.errors import (
     GoalError,
     InputError,
     Interrupted,
+    check_known,
     format_value,
     prefix_errors,
 )
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value, is_immutable, replace_unchecked
 from robsim.declare.controls import Control
 from robsim.declare.problems import join_keys, prefix_path
-from robsim.declare.spec import FieldValue
+from robsim.declare.spec import MISSING, FieldValue
 from robsim.engine.endings import ENDING_LIST, Ending, check_endings
 from robsim.engine.instant import Instant, iterate_instants
 from robsim.engine.loop import Loop
@@ -86,6 +88,7 @@ PARTS = {
 }  # fields that check themselves when they are created
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Value, Generic[TaskT_co]):
     """Scene, task, start, imperfections and duration of a run, as one frozen value.
@@ -372,8 +375,7 @@ class Experiment(Value, Generic[TaskT_co]):
         """
         names = [each.name for each in fields(self) if each.name not in ("study", "source")]
         for name in changes:
-            if name not in names:
-                raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
+            check_known(name, names, "no field {}", "fields")
         return replace(self, **changes)
 
     def revised(self, **changes: Any) -> Self:  # Any: as in `with_`
@@ -397,7 +399,7 @@ class Experiment(Value, Generic[TaskT_co]):
                 self.safety.check_margin(self.scene)
         check_endings([each for each in self.endings if not is_immutable(each)], self.scene)
 
-    def at(self, name: str | Mapping[str, FieldValue], value: FieldValue = None) -> Self:
+    def at(self, name: str | Mapping[str, FieldValue], value: FieldValue = MISSING) -> Self:
         """Return a copy with other values at dotted names.
 
         A change of the true scene also changes the belief of the task, if both had the same value
@@ -408,9 +410,9 @@ class Experiment(Value, Generic[TaskT_co]):
         name : str or dict
             Dotted name, such as "task.gain", "run.dt", "cameras.eye.focal" or
             "belief.robots.arm.links.elbow.dh.a"; or several names with their values, {name: value}.
-        value : object, optional
+        value : object
             Number in SI units, text as in a scenario file ("20 ms"), or object (`rs.PBVS()`). None
-            restores the default.
+            restores the default. Omit it only if `name` is a dict.
 
         Returns
         -------
@@ -419,6 +421,8 @@ class Experiment(Value, Generic[TaskT_co]):
 
         Raises
         ------
+        InputError
+            If a name has no value, or if the values are given twice.
         FileError
             If the name does not exist (the message gives the nearest name), or if the value is not
             valid.
@@ -434,6 +438,12 @@ class Experiment(Value, Generic[TaskT_co]):
             raise InputError(
                 f"expected a dotted name such as 'task.gain', got {format_value(name)}"
             )
+        if isinstance(name, str) and value is MISSING:
+            raise InputError(
+                f"{name}: expected a value, at({name!r}, value); None restores the default"
+            )
+        if isinstance(name, Mapping) and value is not MISSING:
+            raise InputError(f"{format_value(name)} has the values; omit {format_value(value)}")
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
         try:
             copy: Self = replace_numbers(self, changes)

@@ -176,7 +176,9 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
 def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
     """Return the fields of an experiment from all tables but the scene, which is known."""
     scene, table, shared = c.facts["scene"], MISSING, None
-    if scene is not None and old is not None:
+    if scene is None and old is not None:  # the old task cannot refer to a scene with problems
+        return None
+    if old is not None:
         task = _rebase_beliefs(old, scene, c)
         shared = find_common_belief(task)
         if "belief" in raw:

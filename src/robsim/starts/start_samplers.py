@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
+from robsim.base.unit_warnings import warn_of_degrees
 from robsim.declare import Angle, DeclaredValue, Flag, Length, register
 from robsim.declare.array_types import Numbers
 from robsim.declare.kind_families import family
@@ -154,6 +155,7 @@ class LookAt(Start):
         super().__post_init__()
         _check_low_high_pair(self.distance, "LookAt.distance (metres)", 0.0)
         _check_low_high_pair(self.roll, "LookAt.roll (radians)")
+        warn_of_degrees(self.roll, "LookAt.roll")
         if self.axis is not None and not np.any(self.axis):
             raise InputError("LookAt.axis: expected a direction, got [0, 0, 0]")
 
@@ -301,6 +303,10 @@ class About(Start):
         "Largest roll, pitch and yaw in radians.",
     ] = (0.0, 0.0, 0.0)
     pose: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_degrees(self.rpy, "About.rpy")
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+import numpy as np
 import pandas as pd
 
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.text_tables import TabularValue
 from robsim.engine.outcome import Outcome
+from robsim.run.end_variables import NO_START
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import estimate_clustered_share, estimate_share
 from robsim.studies.table_columns import group_column
@@ -35,6 +37,8 @@ class OutcomeCounts(TabularValue):
         account for it (see `robsim.statistics.proportions.estimate_clustered_share`).
     planned : int or None
         Number of planned runs.
+    unstarted : dict of str to int
+        Number of runs that could not begin, for each reason.
 
     Examples
     --------
@@ -50,6 +54,7 @@ class OutcomeCounts(TabularValue):
     tries: tuple[int, int] | None = None
     pooled: bool = False
     planned: int | None = None
+    unstarted: dict[str, int] = field(default_factory=dict)
 
     @property
     def outcomes(self) -> list[str]:
@@ -106,7 +111,8 @@ class OutcomeCounts(TabularValue):
                 0, f"{runs} of {self.planned} runs are finished: the study is not complete"
             )
         if lost:
-            lines.append(f"{lost} of {runs} runs could not begin and are not counted")
+            why = ", ".join(f"{count} {reason}" for reason, count in self.unstarted.items())
+            lines.append(f"{lost} of {runs} runs could not begin and are not counted: {why}")
         if self.tries:
             lines.append(f"accepted starts, of all drawn: {estimate_share(*self.tries)}")
         return lines
@@ -121,9 +127,8 @@ def count_outcomes(
     many values.
     """
     if by is None:
-        return OutcomeCounts(
-            None, {"all": _count_group(data)}, tries, _has_repeated_draws(data), of
-        )
+        rows = {"all": _count_group(data)}
+        return OutcomeCounts(None, rows, tries, _has_repeated_draws(data), of, _count_reasons(data))
     if not len(data):
         return OutcomeCounts(by, {}, tries, False, of)
     names = [str(each) for each in data]
@@ -132,7 +137,21 @@ def count_outcomes(
     groups = group_column(data, by, MOST_GROUPS)
     parts = [data[groups.which == i] for i in range(len(groups.labels))]
     rows = {label: _count_group(part) for label, part in zip(groups.labels, parts, strict=True)}
-    return OutcomeCounts(by, rows, tries, any(map(_has_repeated_draws, parts)), of)
+    pooled = any(map(_has_repeated_draws, parts))
+    return OutcomeCounts(by, rows, tries, pooled, of, _count_reasons(data))
+
+
+def _count_reasons(data: pd.DataFrame) -> dict[str, int]:
+    """Return the number of runs that could not begin, for each reason."""
+    names, counts = np.unique(
+        data["outcome"].to_numpy(str)[~data["began"].to_numpy(bool)], return_counts=True
+    )
+    reasons: dict[str, int] = {}
+    for name, count in zip(names.tolist(), counts.tolist(), strict=True):
+        outcome = Outcome[name]
+        reason = outcome.words if outcome in NO_START else "without a start within reach"
+        reasons[reason] = reasons.get(reason, 0) + count
+    return reasons
 
 
 def _has_repeated_draws(data: pd.DataFrame) -> bool:

@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.run.beliefs import find_common_belief, list_beliefs
 from robsim.run.experiment import Experiment
-from robsim.run.experiment_paths import get_number_at, get_unit_at
+from robsim.run.experiment_paths import find_path, get_number_at, get_unit_at
 from robsim.statistics.random_numbers import RandomNumbers
 from robsim.studies.samplers import Choice, Product, Sampler, Sum
 from robsim.studies.value_grid import assign_labels, parse_value_list
 
-FOCAL_FACTOR = 10.0  # a focal length below this number is a factor, as in `Scene.believe`
+SHORTEST_FOCAL = 10.0  # pixels; shorter focal lengths in a study are probably factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +106,8 @@ def _make_value_axis(
     experiment: Experiment, axis: StudyAxis, values: dict[str, Any], has_labels: bool
 ) -> StudyAxis:
     """Return an axis of values that are all valid; numbers are converted to SI units."""
-    numeric = axis.name.endswith(".focal") and all(map(_is_real_number, values.values()))
-    if numeric and max(map(abs, values.values())) < FOCAL_FACTOR:
-        nominal = get_number_at(experiment, axis.name)
-        values = {label: (x * nominal).tolist() for label, x in values.items()}
+    if all(map(_is_real_number, values.values())):
+        _check_focal_lengths(experiment, axis.name, list(values.values()))
     for value in values.values():
         _check_own_belief(experiment, axis.name, value, experiment.at(axis.name, value))
     if axis.unit and all(isinstance(x, str) for x in values.values()):
@@ -137,8 +136,12 @@ def _check_own_belief(
 def _make_number_axis(experiment: Experiment, axis: StudyAxis) -> StudyAxis:
     """Return an axis of sampled numbers, in the shape of the varied number."""
     shape, factor = tuple(axis.sampler.shape), isinstance(axis.sampler, Product)
+    if find_path(experiment, axis.name) is None:
+        with prefix_errors("vary"):
+            experiment.at(axis.name, None)  # an unknown name is an error before any sample
     if axis.name.endswith(".focal") and not isinstance(axis.sampler, Sum | Product):
-        factor = _draws_factors(axis.sampler)
+        draws = RandomNumbers(0, "focal", np.arange(64))
+        _check_focal_lengths(experiment, axis.name, axis.sampler.sample_values(draws, shape))
     if factor or isinstance(axis.sampler, Sum):
         nominal = get_number_at(experiment, axis.name)
         shape = np.broadcast_shapes(shape, nominal.shape)
@@ -151,11 +154,16 @@ def _is_real_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _draws_factors(sampler: Any) -> bool:
-    """Return whether samples of a focal length are factors: they are too small for pixels."""
-    shape = tuple(sampler.shape)
-    values = sampler.sample_values(RandomNumbers(0, "focal", np.arange(64)), shape)
-    return bool(np.abs(values).max() < FOCAL_FACTOR)
+def _check_focal_lengths(experiment: Experiment, name: str, values: ArrayLike) -> None:
+    """Raise InputError for focal lengths of a few pixels, which are probably factors."""
+    if not name.endswith(".focal") or np.abs(values).max() >= SHORTEST_FOCAL:
+        return
+    factor, nominal = np.ravel(values)[0], get_number_at(experiment, name).ravel()[0]
+    raise InputError(
+        f"vary: {name}: {factor:.4g} looks like a factor, and focal lengths are in pixels: "
+        f"{nominal * factor:.4g}; random factors are rs.samplers.Product(...), "
+        '{ kind = "times", of = ... } in a file'
+    )
 
 
 def _shape_of_number(experiment: Experiment, name: str) -> tuple[int, ...]:

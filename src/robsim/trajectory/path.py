@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.geometry.pose import Pose
 from robsim.trajectory.straight import Straight
@@ -20,6 +21,7 @@ from robsim.trajectory.time_law import check_times
 LARGEST_GAP = 1e-6  # largest gap between two parts, in metres and in entries of rotation matrices
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class Path(Value):
     """Sequence of straight motions of a frame, with rest between them.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_first, move_runs_last
 from robsim.base.errors import InputError
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare.spec import Context
 from robsim.geometry.pose import (
@@ -55,6 +56,7 @@ class StraightTable:
         return cls(value.start, value.end, **vars(value.pace))
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False, init=False)
 class Straight(Value):
     """Straight motion of a frame from one pose to another, with rotation about a fixed axis.

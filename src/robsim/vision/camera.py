@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
-from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError, format_value
+from robsim.base.named_integers import NamedInteger
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value, replace_unchecked
 from robsim.geometry.pose import Pose, PoseLike, as_pose, broadcast_leading_shape
 from robsim.geometry.primitives import CameraBody
@@ -38,7 +39,7 @@ from robsim.vision.intrinsics import PART_INDICES, get_intrinsic_part, replace_i
 _SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs have the same values
 
 
-class Visibility(IntEnum):
+class Visibility(NamedInteger):
     """The position of a point relative to a camera: in the image, outside it, or behind.
 
     Examples
@@ -52,6 +53,7 @@ class Visibility(IntEnum):
     BEHIND_CAMERA = kernels.BEHIND_CAMERA
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class Camera(Value):
     """A perspective camera with skew and radial-tangential distortion.

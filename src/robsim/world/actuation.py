@@ -8,6 +8,7 @@ from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
 from robsim.base.errors import prefix_errors
+from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import DeclaredValue, described
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -66,6 +67,10 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
         ) -> None: ...
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.lag, "Actuation.lag")
 
     def list_active(self) -> list[ActiveImperfection[JointEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
+from robsim.base.parameter_names import name_parameters
 from robsim.declare import Name, PerRun, Role, Table
 from robsim.declare.spec import Context, NoTextError
 from robsim.declare.texts import FrameReference
@@ -82,6 +83,7 @@ class CameraTable:
         return cls(value.name, value.on, value.pose, body=lens.body, **describe_lens(lens, c))
 
 
+@name_parameters
 @dataclass(frozen=True)
 class MountedCamera:
     """A camera mounted on a frame of a scene.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
+from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import DeclaredValue, described
 from robsim.world.imperfections.image_effect import (
     FIRST_STREAM,
@@ -66,6 +67,11 @@ class Sensing(DeclaredValue):
             period: float | None = None,
             effects: ImageEffect | OwnImageEffect | Sequence[ImageEffect | OwnImageEffect] = (),
         ) -> None: ...
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.latency, "Sensing.latency")
+        warn_of_milliseconds(self.period, "Sensing.period")
 
     def list_active(self) -> list[ActiveImperfection[ImageEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""

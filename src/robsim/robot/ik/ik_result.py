@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.named_integers import NamedInteger
 from robsim.base.value import Value
 from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
 
 
-class IKReason(IntEnum):
+class IKReason(NamedInteger):
     """Reason why the search for coordinates ended.
 
     Attributes

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_float, as_floats
 from robsim.base.errors import InputError, format_value
+from robsim.base.parameter_names import name_parameters
 from robsim.servo.camera_target import CameraTarget
 
 DEEPEST = 4  # nested levels: cameras, targets, and times around each of them
@@ -20,6 +21,7 @@ DEEPEST = 4  # nested levels: cameras, targets, and times around each of them
 Pixels = ArrayLike | Mapping[Any, object]  # Any: keys are numbers, names or pairs of names
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class Marks:
     """Marks in an image with a capture time, for `Controller.step`.

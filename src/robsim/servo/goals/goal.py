@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import GoalError, InputError
+from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare import ListOf
 from robsim.declare.array_types import Numbers
@@ -53,6 +54,7 @@ def _copy_configuration(q: Any) -> Any:
     return q
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class TaughtGoal(Value):
     """Goal shown to the true camera: the features it measures at a configuration of the robot.
@@ -107,6 +109,7 @@ class TaughtGoal(Value):
         object.__setattr__(self, "places", make_places(self.places))
 
 
+@name_parameters
 @dataclass(frozen=True)
 class GoalPose:
     """Goal computed from a pose: the features that the controller expects at this pose.
@@ -139,6 +142,7 @@ class GoalPose:
         object.__setattr__(self, "T_c_o", check_single_pose(self.T_c_o, "goal T_c_o"))
 
 
+@name_parameters
 @dataclass(frozen=True, eq=False)
 class GoalFeatures(Value):
     """Goal given as numbers: the desired features s, without an image.

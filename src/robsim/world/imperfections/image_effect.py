@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import partial
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats, view_for_user, view_runs_first, view_runs_last
 from robsim.base.errors import InputError
+from robsim.base.named_integers import NamedInteger
 from robsim.declare import KindOf, ListOf, family
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.formulas import random
@@ -173,7 +173,7 @@ class ImageRows:
         blocks.put(rows, pixels)
 
 
-class ImageEffectStage(IntEnum):
+class ImageEffectStage(NamedInteger):
     """The stage of image formation that an effect belongs to, from the camera to the controller."""
 
     TAKEN = 0  # the effect has a `timing`, but no stages

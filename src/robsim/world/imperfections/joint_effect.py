@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import partial
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, is_any_nonzero, make_read_only, view_for_user, view_runs_first
 from robsim.base.errors import InputError
+from robsim.base.named_integers import NamedInteger
 from robsim.declare import KindOf, ListOf, family
 from robsim.declare.joint_numbers import broadcast_limits
 from robsim.kernels.machine.block_rows import BlockRows
@@ -117,7 +117,7 @@ class JointRows:
         blocks.put(self.wanted, rates)
 
 
-class JointEffectStage(IntEnum):
+class JointEffectStage(NamedInteger):
     """The stage between a command and the measured motion that an effect belongs to."""
 
     COMMANDED = 0  # the commanded velocities

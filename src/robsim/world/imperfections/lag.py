@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import PerRun, Time, register
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
@@ -36,6 +37,10 @@ class Lag(JointEffect):
     place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     title: ClassVar[str] = "the lag of the joints"
     lag: LagTime = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.lag, "Lag.lag")
 
     def response(self, count: int) -> JointResponse:
         return JointResponse.of(count, self.lag)

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import PerRun, Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
@@ -32,6 +33,10 @@ class Latency(ImageEffect):
     place: ClassVar[ImageEffectStage] = ImageEffectStage.TAKEN
     title: ClassVar[str] = "latency"
     latency: ImageLatency = 0.06
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.latency, "Latency.latency")
 
     def timing(self, dt: float) -> ImageTiming:
         return ImageTiming(latency=self.latency)

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError
+from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
@@ -35,6 +36,10 @@ class CameraPeriod(ImageEffect):
     title: ClassVar[str] = "rare images"
     left_out: ClassVar[str] = ""
     period: CameraPeriodTime
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.period, "CameraPeriod.period")
 
     def timing(self, dt: float) -> ImageTiming:
         """Return the timing of images; raise InputError unless they come after whole periods."""
