@@ -1,5 +1,6 @@
 """Errors and warnings of RobSim; `RobSimError` is the base class of all errors."""
 
+from robsim.base.errors import CodeError as CodeError
 from robsim.base.errors import FileError as FileError
 from robsim.base.errors import FileWarning as FileWarning
 from robsim.base.errors import FitWarning as FitWarning

@@ -13,10 +13,11 @@ LETTERS = "k r g b c m y w"  # drawn in colours that are distinct for any colour
 _COMMON = re.compile(r"[krgbcmyw]|#[0-9a-fA-F]{6}|0\.[0-9]+|C[0-9]")
 
 
-def check_color(color: T) -> T:
+def check_color(color: T, subject: str = "") -> T:
     """Return a colour; InputError with the nearest name unless it is a colour of Matplotlib.
 
-    A few forms are recognised without Matplotlib, whose import is slow.
+    `subject` is the beginning of the message. A few forms are recognised without Matplotlib, whose
+    import is slow.
 
     >>> check_color("0.4"), check_color("tab:blue")
     ('0.4', 'tab:blue')
@@ -29,7 +30,7 @@ def check_color(color: T) -> T:
         near = difflib.get_close_matches(str(color).lower(), CSS4_COLORS, 1)
         guess = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(
-            f"no colour {format_value(color)}; {guess}colours: {LETTERS}, and the names of "
-            "Matplotlib, such as 'orange' and '#e69f00'"
+            f"{subject}no colour {format_value(color)}; {guess}colours: {LETTERS}, and the names "
+            "of Matplotlib, such as 'orange' and '#e69f00'"
         )
     return color

@@ -5,6 +5,7 @@ RobSimError
 │   ├── UnitError                    a quantity without a unit, or with a wrong one
 │   ├── FrameError                   poses with different frames, or an unknown frame
 │   ├── GoalError                    a goal out of view or out of reach
+│   ├── CodeError                    a wrong result of a class of the user's own code
 │   ├── ParameterError               an unknown parameter of a class (also a TypeError)
 │   └── FileError                    a file that cannot be read, parsed or written
 └── Interrupted                      a stop by the user; the run so far is in `.run`
@@ -93,6 +94,21 @@ class GoalError(InputError):
 
     >>> issubclass(GoalError, InputError)
     True
+    """
+
+
+class CodeError(InputError):
+    """Error about a wrong result of a user's own class, which no file contains.
+
+    >>> import robsim as rs
+    >>> class Fast:
+    ...     def command(self, state):
+    ...         return [1.0]
+    >>> experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> experiment.with_(task=rs.IBVS(law=Fast())).run()
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.CodeError: Fast.command returned shape (1,) where (1, 6) is needed; ...
     """
 
 
@@ -232,7 +248,7 @@ def raise_file_errors(where: object) -> Iterator[None]:
     """Convert an inner InputError to a FileError that names a file or a place in it."""
     try:
         yield
-    except FileError:  # names the file already
+    except (FileError, CodeError):  # names the file already, or is not about the file
         raise
     except InputError as error:
         raise FileError(f"{where}: {error}") from None

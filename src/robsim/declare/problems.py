@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from robsim.base.errors import FileError, InputError, format_value
+from robsim.base.errors import CodeError, FileError, InputError, format_value
 
 SHOWN = 10  # largest number of problems in one error
 LONGEST = 600  # characters of one problem
@@ -19,7 +19,7 @@ class UnreadableValue(Exception):
 def prefix_path(*keys: str | int) -> Iterator[None]:
     """Prepend keys to the path of an InputError from inside.
 
-    A FileError is unchanged: its message is complete.
+    A FileError and a CodeError are unchanged: their messages are complete.
 
     >>> with prefix_path("cameras", "eye", "K"):
     ...     raise InputError("expected 9 numbers")
@@ -29,7 +29,7 @@ def prefix_path(*keys: str | int) -> Iterator[None]:
     """
     try:
         yield
-    except FileError:
+    except (CodeError, FileError):
         raise
     except InputError as error:
         error.path = join_keys(*keys, error.path)
@@ -76,11 +76,15 @@ class Problems:
             pass
 
     def stop(self) -> None:
-        """Raise a FileError if there were problems: the first ten, one per line."""
+        """Raise an error if there were problems, a FileError if the text has a source.
+
+        The error gives the first ten problems, one per line.
+        """
         if self.lines:
             place = f"{self.source}: " if self.source else ""
             rest = [f"{place}and {self.hidden_count} more"] if self.hidden_count else []
-            raise FileError("\n".join([*self.lines, *rest])) from None
+            kind = FileError if self.source else InputError
+            raise kind("\n".join([*self.lines, *rest])) from None
 
 
 def join_keys(*keys: str | int) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from robsim.base.colors import check_color
-from robsim.base.errors import InputError, format_value, is_known_name, prefix_errors, suggest_names
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
 from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.scalars import PlainValue
@@ -84,8 +84,7 @@ class ColorSpec(Text):
     phrase: ClassVar[str] = "the name of a color"
 
     def check(self, value: object, what: str) -> FieldValue:
-        with prefix_errors(what):
-            return check_color(value)
+        return check_color(value, f"{what}: ")
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
         return check_color(super().read(raw, c))

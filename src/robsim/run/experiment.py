@@ -18,6 +18,7 @@ from robsim.base import interrupt
 from robsim.base.arrays import Array, as_bool, as_integer, as_positive
 from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import (
+    CodeError,
     FileError,
     GoalError,
     InputError,
@@ -287,11 +288,13 @@ class Experiment(Value, Generic[TaskT_co]):
 
     @classmethod
     def _from_fields(cls, parts: Mapping[str, Any], source: str) -> Self:
-        """Return the experiment of the fields that a text gives; FileError if they do not fit."""
+        """Return the experiment of the fields of a text; InputError if they do not fit."""
         try:
             return cls(**parts, source=source)
         except InputError as error:
-            raise FileError(f"{source}: {error}" if source else str(error)) from None
+            if not source:
+                raise
+            raise FileError(f"{source}: {error}") from None
 
     @classmethod
     def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
@@ -422,10 +425,8 @@ class Experiment(Value, Generic[TaskT_co]):
         Raises
         ------
         InputError
-            If a name has no value, or if the values are given twice.
-        FileError
-            If the name does not exist (the message gives the nearest name), or if the value is not
-            valid.
+            If the name does not exist (the message gives the nearest name), if the value is missing
+            or not valid, or if the values are given twice.
 
         Examples
         --------
@@ -453,13 +454,16 @@ class Experiment(Value, Generic[TaskT_co]):
         return copy if varied == self.varied else copy.with_(varied=varied)
 
     def _change_by_text(self, changes: Mapping[str, Any]) -> Self:
-        """Return a copy with these changes, made by the reader of scenario files."""
+        """Return a copy with these changes, made by the reader of scenario files.
+
+        Its errors do not name the file, which does not contain the changes.
+        """
         several = self._has_many_starts  # a text holds one start only
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
-        pairs = parse_dotted_changes(changes, self.source)
-        copy = self._from_fields(apply_changes(one, pairs, python=True), self.source)
-        copy = replace(copy, start=self.start) if several else copy
-        return copy.with_(varied=self.varied) if self.varied else copy
+        pairs = parse_dotted_changes(changes, "")
+        copy = self._from_fields(apply_changes(one, pairs, python=True), "")
+        start = self.start if several else copy.start
+        return replace(copy, start=start, varied=self.varied, source=self.source)
 
     def controls(self) -> list[Control]:
         """Return the values that a user interface can edit, each with its range and unit.
@@ -907,6 +911,8 @@ class Experiment(Value, Generic[TaskT_co]):
             return
         try:
             yield
+        except CodeError:
+            raise
         except InputError as error:
             kind = GoalError if isinstance(error, GoalError) else FileError
             raise kind(f"{self.source}: {error}") from None

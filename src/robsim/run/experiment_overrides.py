@@ -37,17 +37,18 @@ def apply_changes(
     """Return the fields of an experiment with other values at dotted names.
 
     Values are parsed as in a text. With `python`, numbers are in SI units and objects are taken as
-    they are. Raise FileError if a name does not exist, or if a value is not valid.
+    they are, and errors do not name the file. Raise InputError, or FileError for a text, if a name
+    does not exist, or if a value is not valid.
     """
     tables, study = _make_change_tables(experiment, changes, python), experiment.study
     if "study" in tables:
         study = merge_tables(study or {}, tables["study"])
-    return {**read_experiment(tables, experiment.source, experiment), "study": study}
+    return {**read_experiment(tables, experiment.source, experiment, not python), "study": study}
 
 
 def _make_change_tables(experiment: Any, changes: list[tuple[str, Any]], python: bool) -> Tables:
-    """Return the tables of all changes; FileError for a name that cannot exist."""
-    problems, tables = Problems(experiment.source), dict[str, Any]()
+    """Return the tables of all changes; InputError for a name that cannot exist."""
+    problems, tables = Problems("" if python else experiment.source), dict[str, Any]()
     with problems.at():
         for path, value in changes:
             over = nest_value(path, value, python)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import InputError
 from robsim.declare import Flag, Integer, OneOf, Role, Table, Text, Time, Word, fields_of
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
@@ -153,12 +153,15 @@ class ExperimentTable(TaskTable):
     scene: Annotated[Any, Table(Scene, flat=True), "Robots, objects and cameras."] = None
 
 
-def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> dict[str, Any]:
+def read_experiment(
+    tables: Mapping[str, Raw], source: str, old: Any = None, in_file: bool = True
+) -> dict[str, Any]:
     """Return the fields of an experiment from tables, or from changes to an old experiment.
 
-    FileError lists all errors.
+    An error lists all problems. It is a FileError that names the source, unless the tables are not
+    `in_file`.
     """
-    problems, folder = Problems(source), Path(source).parent
+    problems, folder = Problems(source if in_file else ""), Path(source).parent
     library = partial(load_origin_robot, folder=folder)
     c = Context(problems, facts={"library": library, "folder": folder, "belief": None})
     raw = {key: each for key, each in tables.items() if key in SCENE}
@@ -166,19 +169,18 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
     c = c.with_facts(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
-    own_fields = _read_all_but_scene(rest, c, old)
+    # an old task cannot refer to a scene with problems
+    own_fields = None if old and scene is MISSING else _read_all_but_scene(rest, c, old)
+    if own_fields is None and not problems.lines:  # an object of a kind without a text form
+        problems.add("", "a value has a class that a text cannot represent there")
     problems.stop()
-    if own_fields is None:  # an object of a kind without a text form
-        raise FileError(f"{source}: a value has a class that a text cannot represent there")
-    return own_fields
+    return own_fields or {}
 
 
 def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
     """Return the fields of an experiment from all tables but the scene, which is known."""
     scene, table, shared = c.facts["scene"], MISSING, None
-    if scene is None and old is not None:  # the old task cannot refer to a scene with problems
-        return None
-    if old is not None:
+    if scene is not None and old is not None:
         task = _rebase_beliefs(old, scene, c)
         shared = find_common_belief(task)
         if "belief" in raw:
