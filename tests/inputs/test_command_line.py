@@ -226,7 +226,9 @@ def test_a_robot_that_its_safety_holds_gets_no_advice_on_its_law(robsim):
 def test_a_run_that_cannot_be_explained_is_reported(robsim):
     robsim("explain", "nothing").told("nothing: no such file")
     robsim("explain", ".").told("run.nc: no such file")
-    robsim("explain", "lift.toml").told("lift.toml is not a NetCDF-4 file")
+    robsim("explain", "lift.toml").told(
+        "lift.toml is not a run but a TOML file: simulate it (robsim run lift.toml), and give the"
+    )
     run = rs.load_scenario("lift.toml").run(duration=0.4)
     rs.save_run(run.assign_attrs(scenario=""), "mute.nc")
     robsim("explain", "mute.nc").told("mute.nc: this run cannot be repeated from its own text")

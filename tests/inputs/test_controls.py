@@ -7,7 +7,7 @@ import math
 import pytest
 
 from robsim import IBVS, PBVS, Experiment, examples, load_scenario
-from robsim.errors import FileError
+from robsim.errors import InputError
 
 NAMES = sorted(examples.names())
 
@@ -87,7 +87,7 @@ def test_a_belief_is_changed_where_the_truth_is_not():
 
 def test_a_value_out_of_bounds_is_refused_by_its_declaration():
     experiment = load_scenario(examples.path("visp_tutorial"))
-    with pytest.raises(FileError, match=r"task\.gain: .*greater than 0"):
+    with pytest.raises(InputError, match=r"task\.gain: .*greater than 0"):
         experiment.at(control(experiment, "task.gain").changes(0.0))
 
 

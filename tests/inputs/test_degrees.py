@@ -17,8 +17,33 @@ DEGREES = {
     "limits": (lambda: rs.Robot.from_dh(LINK, limits=[[-170, 170]]), "joint limits: 170 looks"),
     "home": (lambda: rs.Robot.from_dh(LINK, home=[30]), "robot.home: 30 looks"),
     "fk": (lambda: ARM.fk([0, 90]), "q: 90 looks"),
+    "roll of starts": (
+        lambda: rs.starts.LookAt(distance=(1, 2), roll=(-90, 90)),
+        r"LookAt.roll: 90 looks like degrees, and angles are in radians; np.radians\(90\) is 1.571",
+    ),
+    "turns of starts": (lambda: rs.starts.About(rpy=(0, 0, 45)), "About.rpy: 45 looks like"),
     "ik": (lambda: ARM.ik(np.eye(4), [0, 15], mask="position", restarts=0), "q0: 15 looks"),
 }
+
+
+DELAYS = {
+    "Sensing.latency": lambda time: rs.Sensing(latency=time),
+    "Sensing.period": lambda time: rs.Sensing(period=time),
+    "Actuation.lag": lambda time: rs.Actuation(lag=time),
+    "Latency.latency": rs.imperfections.Latency,
+    "CameraPeriod.period": rs.imperfections.CameraPeriod,
+    "Lag.lag": rs.imperfections.Lag,
+}
+
+
+@pytest.mark.parametrize("where", DELAYS)
+def test_delays_in_milliseconds_are_warned_of(where):
+    for plausible in (0.1, 10.0, 1e9):  # the last means that no second image follows
+        DELAYS[where](plausible)
+    message = f"{where}: 100 looks like milliseconds, and times are in seconds; 100 ms is 0.1"
+    with pytest.warns(rs.errors.UnitWarning, match=message) as record:
+        DELAYS[where](100)
+    assert record[0].filename == __file__
 
 
 @pytest.mark.parametrize("where", DEGREES)

@@ -459,7 +459,53 @@ VALUES = {
     "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
     "no unit": (lambda: rs.units.parse("5", "length"), "expected one number with a unit of length"),
+    "outcome": (lambda: rs.Outcome("converged"), "in Outcome; did you mean 'CONVERGED'? members"),
+    "words of an outcome": (lambda: rs.Outcome("time limit"), "did you mean 'TIME_LIMIT'?"),
+    "number of an outcome": (lambda: rs.Outcome(99), "no number 99 in Outcome; members: RUN"),
+    "colour": (lambda: rs.Block(1, 1, 1, color="blurple"), "Block.color: no colour 'blurple'; did"),
+    "colour of no text": (lambda: rs.Block(1, 1, 1, color=3), "Block.color: no colour 3; colours:"),
+    "field": (lambda: EXPERIMENT.with_(duratoin=3), "'duratoin'; did you mean 'duration'? fields:"),
+    "no value": (lambda: EXPERIMENT.at("task.gain"), "task.gain: give a value, at('task.gain', "),
+    "values twice": (lambda: EXPERIMENT.at({"task.gain": 1}, 2), "{'task.gain': 1} has the values"),
 }
+EXPERIMENT = rs.load_scenario(rs.examples.path("visp_tutorial"))
+PARAMETERS = {  # with the nearest name, of classes with declared fields and others
+    "IBVS has no parameter 'gian'; did you mean 'gain'? parameters: goal": lambda: rs.IBVS(gian=1),
+    "Sensing has no parameter 'latncy'; did you mean 'latency'? ": lambda: rs.Sensing(latncy=1),
+    "Joint has no parameter 'limit'; did you mean 'limits'? ": lambda: rs.joints.Joint(limit=1),
+    "Camera has no parameter 'distorion'; did you mean 'dist": lambda: rs.Camera(K, distorion=()),
+    "Experiment has no parameter 'duratoin'; did you": lambda: rs.Experiment(None, duratoin=1),
+    "Object has no parameter 'mark'; did you mean 'marks'? ": lambda: rs.Object("dots", mark=[]),
+}
+
+
+@pytest.mark.parametrize("message", PARAMETERS)
+def test_an_unknown_parameter_is_an_error_with_the_nearest_name(message):
+    with pytest.raises(rs.errors.ParameterError) as error:
+        PARAMETERS[message]()
+    assert str(error.value).startswith(message)
+    assert isinstance(error.value, TypeError) and isinstance(error.value, rs.errors.InputError)
+
+
+def test_an_argument_that_python_refuses_stays_a_type_error():
+    with pytest.raises(TypeError, match="missing 1 required keyword-only argument: 'distance'"):
+        rs.starts.LookAt()
+    with pytest.raises(TypeError, match="positional"):
+        rs.IBVS(1, 2, 3, 4, 5, 6)
+
+
+def test_a_change_in_python_is_not_blamed_on_the_file():
+    for name, value in {"task.gain": -1, "task.gian": 1, "cameras.camera.foca": 1}.items():
+        with pytest.raises(rs.errors.InputError) as error:
+            EXPERIMENT.at(name, value)
+        assert type(error.value) is rs.errors.InputError
+        assert str(error.value).startswith(f"{name}: ") and "\n" not in str(error.value)
+    assert EXPERIMENT.at("task.law", "joint").source == EXPERIMENT.source
+
+
+def test_a_change_on_the_command_line_is_blamed_on_the_file():
+    with pytest.raises(rs.errors.FileError, match=r"visp_tutorial\.toml: task\.gian: unknown key"):
+        rs.load_scenario(rs.examples.path("visp_tutorial"), ["task.gian=1"])
 
 
 @pytest.mark.parametrize("case", VALUES)

@@ -63,6 +63,11 @@ BAD = {
             "cameras.eye.rotvec": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
         }
     },
+    "vary: cameras.eye.focal: 0.9 looks like a factor, and focal lengths are in pixels: 450; "
+    "random factors are rs.samplers.Product": {"vary": {"cameras.eye.focal": [0.9, 1.1]}},
+    "vary: belief.cameras.eye.focal: .* looks like a factor, and focal lengths are in pixels": {
+        "vary": {"belief.cameras.eye.focal": rs.samplers.Normal(1.0, 0.05)}
+    },
     "vary: task.gain: Product changes the value of the experiment, which task replaces": {
         "vary": {
             "task": [rs.IBVS(), rs.PBVS()],
@@ -91,6 +96,18 @@ def test_an_invalid_study_is_refused(wanted):
         rs.study(FLYING, **given)
 
 
+def test_a_name_is_checked_before_any_value_is_drawn():
+    class Uncalled:
+        shape = ()
+
+        def sample_values(self, draws, shape):
+            raise AssertionError("a value was drawn")
+
+    with pytest.raises(rs.errors.InputError) as error:
+        rs.study(FLYING, 5, vary={"task.gian": Uncalled()})
+    assert str(error.value).startswith("vary: task.gian: unknown key 'gian'; did you mean 'gain'?")
+
+
 def test_starts_and_runs_must_agree():
     with pytest.raises(rs.errors.InputError, match="runs: 5, but 2 starts are given"):
         rs.study(FLYING, 5, start=np.tile(FLYING.scene.home, (2, 1)))
@@ -110,7 +127,9 @@ WRONG = {
     "Uniform: low 2.0 is above high 1.0": lambda: rs.samplers.Uniform(2, 1),
     "LogUniform: low 2.0 is above high 1.0": lambda: rs.samplers.LogUniform(2, 1),
     "LogUniform.low must be a positive number": lambda: rs.samplers.LogUniform(0, 1),
-    "Normal.std must be a number not below 0": lambda: rs.samplers.Normal(0, -1),
+    "Normal.std must be a number not below 0, or a list of these, got -1": lambda: (
+        rs.samplers.Normal(0, -1)
+    ),
     "Uniform.low.*finite": lambda: rs.samplers.Uniform(np.nan, 1),
     "Uniform.low: expected.*'a'": lambda: rs.samplers.Uniform("a", 1),
     "Grid: expected one number for low": lambda: rs.samplers.Grid([1, 2], 3),

@@ -43,6 +43,18 @@ def test_and_a_list_of_them_will_do(value):
     np.testing.assert_array_equal(switched.qd, run(chosen).qd)
 
 
+def test_a_wrong_result_of_a_law_is_not_blamed_on_the_file():
+    class Short:
+        def command(self, state):
+            return [1.0]
+
+    assert SCENARIO.source
+    with pytest.raises(rs.errors.CodeError) as error:
+        SCENARIO.with_(task=rs.IBVS(law=Short())).run()
+    message = "Short.command returned shape (1,) where (1, 7) is needed; see robsim.testing"
+    assert str(error.value) == message
+
+
 def test_the_limits_that_a_secondary_motion_is_shown_are_not_its_own():
     class Greedy:
         def velocity(self, q, limits):

@@ -111,13 +111,13 @@ def test_none_is_the_default_without_a_report(visp):
     slow = visp.with_(sensing=rs.Sensing(period=0.08, noise=1.0), duration=1.0)
     assert slow.at({"sensing.period": None, "sensing.noise": None}).sensing == rs.Sensing()
     assert slow.at("run.duration", None).duration == 10.0
-    with pytest.raises(rs.errors.FileError, match=r"task\.kind: missing, and it must be given"):
+    with pytest.raises(rs.errors.InputError, match=r"task\.kind: missing, and it must be given"):
         slow.at("task.kind", None)
 
 
 def test_an_error_of_an_experiment_without_a_file_begins_with_the_name(visp):
     own = rs.Experiment(visp.scene, visp.task, visp.start)
-    with pytest.raises(rs.errors.FileError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         own.at({"task.gain": -1, "run.dt": "40 m"})
     lines = str(caught.value).splitlines()
     assert lines[0] == "task.gain: must be greater than 0, got -1" and len(lines) == 2

@@ -242,7 +242,7 @@ def test_a_place_is_changed_by_its_path(value, expected):
 )
 def test_wrong_places_of_a_text_are_refused(places, message):
     one = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    with pytest.raises(rs.errors.FileError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         one.at("task.goal", {"places": places})
 
 

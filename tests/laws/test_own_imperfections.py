@@ -174,7 +174,7 @@ def test_a_file_sets_it_and_a_path_changes_it(own, experiment):
     changed = made.at({"sensing.effects.0.amplitude": 0.7, "actuation.effects.0.below": 0.03})
     assert changed.sensing == rs.Sensing(effects=Shake(0.7))
     assert changed.actuation == rs.Actuation(effects=DeadZone(0.03))
-    with pytest.raises(rs.errors.FileError, match=r"effects.*amplitude.*must be.*, got -1"):
+    with pytest.raises(rs.errors.InputError, match=r"effects.*amplitude.*must be.*, got -1"):
         made.at("sensing.effects.0.amplitude", -1.0)
 
 

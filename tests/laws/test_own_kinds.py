@@ -264,7 +264,7 @@ def test_a_law(own, experiment):
     made = runs_of(experiment, law=kind(0.2)).of_run(0)
     read_again(made, 'kind = "smooth"', "most = 0.2")
     assert made.at("task.law.most", 0.3).task.law == kind(0.3)
-    with pytest.raises(rs.errors.FileError, match=r"task.law.most.*positive|must be"):
+    with pytest.raises(rs.errors.InputError, match=r"task.law.most.*positive|must be"):
         made.at("task.law.most", -1.0)
 
 

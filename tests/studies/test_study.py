@@ -41,7 +41,7 @@ def test_labels_that_are_given_to_numbers_are_in_the_table(flying):
     np.testing.assert_array_equal(found.table["end_time"], plain.table["end_time"])
 
 
-def test_a_focal_length_below_ten_is_a_factor(found):
+def test_a_focal_length_times_a_sample_is_in_pixels(found):
     focal = found.table["belief.cameras.eye.focal"]
     assert abs(focal.mean() - 500) < 10 and 15 < focal.std() < 35
 
@@ -74,7 +74,8 @@ def test_counts_are_of_those_that_began(flying):
     counts = some.counts()
     runs, began, shares = counts.rows["all"]
     assert (runs, began) == (4, 3) and shares["CONVERGED"] == estimate_share(3, 3)
-    assert "1 of 4 runs could not begin" in str(some)
+    assert counts.unstarted == {"out of image": 1}
+    assert "1 of 4 runs could not begin and are not counted: 1 out of image\n" in f"{some}\n"
     assert some.converged() == estimate_share(3, 3)
 
 

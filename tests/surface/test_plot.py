@@ -524,10 +524,20 @@ def test_a_camera_that_flies_is_drawn_without_lines_to_its_base():
     assert list(wires(plot.scene(scene, rs.Pose.at(0, 0, -1)))) == ["eye"]
 
 
-def test_an_unknown_colour_is_refused_by_name():
-    scene = rs.Scene(RHINO, rs.Object("thing", rs.Block(1, 1, 1, color="blurple")))
-    with pytest.raises(rs.errors.InputError, match="no colour 'blurple'"):
-        plot.scene(scene)
+@pytest.mark.parametrize("color", ["k", "0.4", "C0", "#e69f00", "tab:blue", (0.1, 0.2, 0.3)])
+def test_a_colour_may_be_any_of_matplotlib(color):
+    block = rs.Block(1, 1, 1, color=color)
+    assert block.color == color
+    plot.scene(rs.Scene(RHINO, rs.Object("thing", block)))
+
+
+def test_swapped_arguments_are_named():
+    scene = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
+    run = scene.run()
+    with pytest.raises(rs.errors.InputError, match="got a Scene: the run is the first argument"):
+        plot.run(scene.scene, run)
+    with pytest.raises(rs.errors.InputError, match="expected a Scene, got a run: see `help`"):
+        plot.scene(run)
 
 
 @pytest.mark.parametrize("letter", "krgbcmyw")
