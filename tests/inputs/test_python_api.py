@@ -465,7 +465,10 @@ VALUES = {
     "colour": (lambda: rs.Block(1, 1, 1, color="blurple"), "Block.color: no colour 'blurple'; did"),
     "colour of no text": (lambda: rs.Block(1, 1, 1, color=3), "Block.color: no colour 3; colours:"),
     "field": (lambda: EXPERIMENT.with_(duratoin=3), "'duratoin'; did you mean 'duration'? fields:"),
-    "no value": (lambda: EXPERIMENT.at("task.gain"), "task.gain: give a value, at('task.gain', "),
+    "no value": (
+        lambda: EXPERIMENT.at("task.gain"),
+        "task.gain: expected a value, at('task.gain', ",
+    ),
     "values twice": (lambda: EXPERIMENT.at({"task.gain": 1}, 2), "{'task.gain': 1} has the values"),
 }
 EXPERIMENT = rs.load_scenario(rs.examples.path("visp_tutorial"))

@@ -32,7 +32,7 @@ BAD = {
     "record must be 'all', 'summary' or every n-th step, got 'some'": {"record": "some"},
     "first_run must be a whole number from 0 on, got 0.5": {"first_run": 0.5},
     "title: expected a text, got 3": {"title": 3},
-    "no field 'tsk'; fields: scene, task, start, sensing": {"tsk": 3},
+    "no field 'tsk'; did you mean 'task'? fields: scene, task": {"tsk": 3},
 }
 
 
