@@ -939,7 +939,7 @@ def test_figures_over_time_refuse_a_summary(draw, scene):
 @pytest.mark.parametrize("draw", [plot.velocity, plot.image])
 def test_what_is_no_run_is_refused(draw):
     with pytest.raises(
-        rs.errors.InputError, match="expected a run as simulate returns it, got list"
+        rs.errors.InputError, match="expected a run as simulate returns it, got a list"
     ):
         draw([1, 2, 3])
 

@@ -58,9 +58,6 @@ class Numbers(PlainValue):
     def words(self) -> str:
         return self._describe_list(self.item.words())
 
-    def accepts(self) -> str:
-        return self._describe_list(self.item.accepts())
-
     def text_words(self) -> str:
         return self._describe_list(self.item.text_words())
 

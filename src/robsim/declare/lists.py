@@ -121,10 +121,6 @@ class ListOf(Spec):
             return f"a list of {self.least}: {self.item.words()}"
         return f"a list, each {self.item.words()}"
 
-    def accepts(self) -> str:
-        words = self.words().replace(self.item.words(), self.item.accepts())
-        return self.python_phrase or words.partition(", as in")[0]
-
     def schema(self, define: DefineSchema) -> JSONSchema:
         counts = {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.item.schema(define), **counts}

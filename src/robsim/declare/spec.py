@@ -215,7 +215,9 @@ class Spec:
 
     def accepts(self) -> str:
         """Return a phrase for the valid Python values; by default the text phrase without units."""
-        return self.python_phrase or self.words().partition(", as in")[0]
+        words, item = self.words(), getattr(self, "item", None)
+        words = words if item is None else words.replace(item.words(), item.accepts())
+        return self.python_phrase or words.partition(", as in")[0]
 
     def text_words(self) -> str:
         """Return a phrase for the valid text values, if it differs from `words`."""

@@ -53,8 +53,8 @@ def study(
 
     A study consists of draws. A draw is a random start with a sample of every random number; it is
     simulated with each combination of the enumerated values (lists and grids). All results have the
-    same bits for any `threads`, `chunk` and `client`. Focal lengths are
-    in pixels; `Product` samples factors of the focal length of the experiment.
+    same bits for any `threads`, `chunk` and `client`. Focal lengths are in pixels; `Product`
+    samples factors of the focal length of the experiment.
 
     Parameters
     ----------
