@@ -105,7 +105,7 @@ class CodeError(InputError):
     ...     def command(self, state):
     ...         return [1.0]
     >>> experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    >>> experiment.with_(task=rs.IBVS(law=Fast())).run()
+    >>> experiment.at("task.law", Fast()).run()
     Traceback (most recent call last):
     ...
     robsim.base.errors.CodeError: Fast.command returned shape (1,) where (1, 6) is needed; ...
