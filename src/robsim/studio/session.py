@@ -19,7 +19,7 @@ from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
 from robsim.studio.control_values import convert_radians, is_json_integer
 from robsim.studio.interaction_message import InteractionMessages
-from robsim.studio.live_explanation import explain_live_run
+from robsim.studio.live_explanation import add_search_note, explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
@@ -290,11 +290,14 @@ class Session:
             return
         self._explained = bench.revision
         live, experiment, revision = bench.pair.live, bench.experiment, bench.revision
-        bench.explain(explain_live_run(experiment, live, trials=False))
+        first = explain_live_run(experiment, live, trials=False)
+        bench.explain(add_search_note(first))
 
         def add_trials() -> None:
+            explanation = first
             with suppress(Exception):  # the first explanation remains
-                self._explanations.put((revision, explain_live_run(experiment, live, trials=True)))
+                explanation = explain_live_run(experiment, live, trials=True)
+            self._explanations.put((revision, explanation))
 
         threading.Thread(target=add_trials, name="robsim-explaining", daemon=True).start()
 
@@ -311,9 +314,9 @@ class Session:
             self.broadcast(message)
 
 
-def _parse_name_value_pair(value: Any, request: str) -> list[Any]:
-    """Return [name, value] of a request; raise InputError unless it is such a list."""
-    if not isinstance(value, list) or len(value) != 2:
+def _parse_change(value: Any, request: str) -> list[Any]:
+    """Return [name, value] or [name, value, stroke] of a request; raise InputError otherwise."""
+    if not isinstance(value, list) or len(value) not in (2, 3):
         raise InputError(f"{request}: expected [name, value], got {format_value(value)}")
     return value
 
@@ -349,8 +352,8 @@ _REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
     "reset": lambda session, _: session.bench.reset(),
-    "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "set")),
-    "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drag")),
+    "set": lambda session, value: session.bench.set(*_parse_change(value, "set")),
+    "drag": lambda session, value: session.bench.drag(*_parse_change(value, "drag")),
     "change": lambda session, value: session.bench.change(value),
     "show_goal": lambda session, value: session.bench.show_goal(value),
     "undo": lambda session, _: session.bench.undo(),
