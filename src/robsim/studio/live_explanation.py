@@ -74,11 +74,12 @@ def _describe_failed_change(findings: list[Entry], time: float) -> list[Entry]:
     for old, new in words.items():
         texts = [text.replace(old, new) for text in texts]
     undo = {"label": "Undo the last change", "undo": True}
-    advice = {"head": "Try", "text": "Without the last change the run can go on.", "actions": [undo]}
-    return [
-        *({**each, "text": text} for each, text in zip(findings, texts, strict=True)),
-        advice,
-    ]
+    advice = {
+        "head": "Try",
+        "text": "Without the last change the run can go on.",
+        "actions": [undo],
+    }
+    return [*({**each, "text": text} for each, text in zip(findings, texts, strict=True)), advice]
 
 
 def _renew_offers(
