@@ -121,6 +121,11 @@ def test_a_change_that_fails_at_once_is_the_cause_and_can_be_taken_back():
     assert advice["actions"] == [{"label": "Undo the last change", "undo": True}]
     bench.undo()
     assert not bench.ended and not bench.edited
+    what = explained(bench)["findings"][1]["text"]
+    assert (
+        what
+        == "At the last change the run converged: every error is below the tolerance of 0.01 px."
+    )
 
 
 def test_the_search_for_changes_is_announced_for_a_failure_only():

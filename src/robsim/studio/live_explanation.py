@@ -52,6 +52,7 @@ def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dic
         findings = collected["why"]["findings"]
         if trials:
             findings = _renew_offers(findings, experiment, build_actions)
+        findings = [_name_last_change(each) for each in findings]
         collected["why"]["findings"] = [{"head": "", "text": note, "actions": []}, *findings]
     with suppress(InputError):  # the segment has the same reason to have no text
         collected["texts"]["experiment"] = experiment.text
@@ -65,6 +66,14 @@ def add_search_note(explained: Mapping[str, Any]) -> dict[str, Any]:
         return dict(explained)
     note = {"head": "", "text": "Searching for changes that help …", "actions": []}
     return {**explained, "why": {**why, "findings": [*why["findings"], note]}}
+
+
+def _name_last_change(finding: Entry) -> Entry:
+    """Return a finding on the start of a continued run, with the last change as its time."""
+    text = finding["text"]
+    if text.startswith("At the start "):
+        text = f"At the last change {text.removeprefix('At the start ')}"
+    return {**finding, "text": text}
 
 
 def _describe_failed_change(findings: list[Entry], time: float) -> list[Entry]:
