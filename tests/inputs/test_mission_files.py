@@ -94,7 +94,7 @@ def test_the_commands_accept_missions(tmp_path, monkeypatch):
     assert robsim("check", "mission.toml").exit_code == 0
     done = robsim("run", "mission.toml", "-o", "out")
     assert done.exit_code == 0, done.output
-    assert "    0.00 s  a  converged\n    1.00 s  b  converged\n" in done.output
+    assert "    0.00 to 1.00 s  a  converged\n    1.00 to 2.00 s  b  converged\n" in done.output
     assert sorted(path.name for path in Path("out").iterdir()) == [
         "run.nc",
         "scenario.toml",

@@ -65,8 +65,8 @@ def test_the_first_phase_that_goes_wrong_is_the_last():
     assert [leg.outcome for leg in story.legs] == [Outcome.CONVERGED, Outcome.TIME_LIMIT]
     assert not story.succeeded and not story.run.attrs["succeeded"]
     assert str(story).splitlines() == [
-        "    0.00 s  a          converged",
-        "    1.00 s  too short  time limit",
+        "    0.00 to 1.00 s  a          converged",
+        "    1.00 to 1.40 s  too short  time limit",
         "phases not begun: 1",
     ]
 

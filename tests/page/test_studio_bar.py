@@ -302,3 +302,41 @@ def test_texts_have_enough_contrast(desk):
     }"""
     for scheme in ("light", "dark"):
         assert min(desk.page(color_scheme=scheme).evaluate(ratio)) >= 4.5
+
+
+def test_a_stroke_with_pauses_is_one_change_and_the_next_stroke_another(desk):
+    page = desk.page()
+    box = row(page, "gain (1/s)").locator(".lil-slider").bounding_box()
+    middle = box["y"] + box["height"] / 2
+    gains = []
+    for shares in ((0.3, 0.5), (0.7, 0.9)):
+        for i, share in enumerate(shares):
+            page.mouse.move(box["x"] + share * box["width"], middle)
+            if i == 0:
+                page.mouse.down()
+            page.wait_for_timeout(1200)  # longer than the pause between two changes
+            gains.append(read_gain(desk))
+        page.mouse.up()
+    assert len(set(gains)) == 4
+    for value in (gains[1], 0.5):
+        page.keyboard.press("Control+z")
+        until(page, f"{GAIN} === {value}")
+    assert page.get_by_role("button", name="undo", exact=True).is_disabled()
+
+
+def test_a_shared_page_names_what_was_changed(desk, tmp_path):
+    page = desk.page()
+    enter(page, "gain (1/s)", "0.8")
+    until(page, f"{GAIN} === 0.8")
+    assert page.locator("#why summary").inner_text() == "Watch for, in the original"
+    with page.expect_download() as download:
+        page.get_by_role("button", name="share", exact=True).click()
+    until(page, "document.querySelector('#bar .told').textContent.includes('any browser opens it')")
+    download.value.save_as(tmp_path / "run.html")
+    reader = page.context.new_page()
+    reader.goto((tmp_path / "run.html").as_uri())
+    until(reader, "document.querySelector('#why .finding')")
+    found = reader.locator("#why .finding").first.inner_text()
+    assert found.startswith("Changed") and "task gain: 0.5" in found and "0.8 1/s" in found
+    assert reader.locator("#why summary").inner_text() == "Watch for, in the original"
+    reader.close()

@@ -130,3 +130,23 @@ def luminance(color):
     srgb = numbers if color.startswith("color(") else numbers / 255
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_a_change_that_fails_at_once_is_taken_back_by_its_button(chromium):
+    with open_desk(chromium, rs.load_scenario(rs.examples.path("chapter_6_1"))) as desk:
+        page = desk.page()
+        page.evaluate("robsim.link.ask({ speed: 0 }); robsim.link.ask({ play: true })")
+        until(page, "robsim.state.resting")
+        page.evaluate("robsim.link.ask({ drag: ['objects.cube', [0.5, 0, 0.025, 0, 0, 0, 1]] })")
+        until(page, f"({HEADLINE}).startsWith('Missed')")
+        button(page, "Undo the last change").click()
+        until(page, "robsim.state.resting && !robsim.state.edited")
+
+
+def test_trying_a_cure_shows_why_the_run_started_over(trap):
+    page = trap.page()
+    failed(page)
+    button(page, "Try L mean").click()
+    until(page, "!document.getElementById('flash').hidden")
+    flash = page.locator("#flash").inner_text()
+    assert flash == "started over: the run had ended: local minimum after 14.5 s"

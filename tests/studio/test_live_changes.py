@@ -258,6 +258,42 @@ def test_a_drag_is_one_edit():
     assert not bench.edited and bench.history.before is None
 
 
+def test_a_stroke_of_the_pointer_is_one_edit_whatever_its_pauses(monkeypatch):
+    monkeypatch.setattr(edit_history, "PAUSE", 0.0)
+    bench = open_bench("eye_in_hand")
+    pose = handle_pose(bench, "objects.plate")
+    for stroke, x in [("a 1", 0.01), ("a 1", 0.02), ("a 2", 0.03), ("a 2", 0.04)]:
+        bench.drag("objects.plate", [pose[0] + x, *pose[1:]], stroke)
+        bench.set("task.gain", 2 + x, stroke) if x == 0.04 else None
+    bench.set("task.gain", 3.0, "a 3")
+    bench.set("task.gain", 4.0, "a 3")
+    seen = []
+    while bench.history.before:
+        bench.undo()
+        seen.append((bench.experiment.task.gain, handle_pose(bench, "objects.plate")[0] - pose[0]))
+    assert np.allclose(seen, [(2.04, 0.04), (1, 0.04), (1, 0.02), (1, 0)])
+
+
+def test_the_original_starts_over():
+    bench = open_bench("visp_tutorial")
+    bench.set("task.gain", 2.0)
+    advance(bench)
+    assert bench.rests
+    bench.restore_original()
+    assert (bench.time, bench.since, bench.idle) == (0.0, 0.0, False)
+    assert (bench.restarts, bench.restarted_because) == (1, "back to the original")
+    advance(bench)
+    assert bench.pair.end.time == pytest.approx(float(bench.experiment.run()["end_time"]))
+
+
+def test_a_reset_keeps_the_reason_of_a_change_that_started_over():
+    bench = open_bench("visp_tutorial", duration=1.0)
+    advance(bench)
+    bench.change({"task.gain": 0.8})
+    bench.reset()
+    assert bench.restarts == 1 and bench.restarted_because.startswith("the run had ended: ")
+
+
 def test_the_history_forgets_the_earliest_edits(monkeypatch):
     monkeypatch.setattr(edit_history, "MOST_EDITS", 3)
     monkeypatch.setattr(edit_history, "PAUSE", 0.0)

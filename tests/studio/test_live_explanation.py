@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from robsim import Outcome, Pose, examples, load_scenario
+from robsim.analysis.explanation.explanation import explain
 from robsim.files.scenario_remark import extract_remark, list_remark_entries
 from robsim.page.recordings import build_recording
 from robsim.studio.live_explanation import (
+    add_search_note,
     build_change_actions,
     explain_live_run,
     find_second_scheme,
@@ -104,6 +106,56 @@ def test_times_count_from_the_last_change_but_in_the_headline():
     note, what = (each["text"] for each in why["findings"][:2])
     assert note == "The last change was at 1.00 s; the times below count from there."
     assert what.startswith(f"After {bench.time - 1:.4g} s the robot stands still")
+
+
+def test_a_change_that_fails_at_once_is_the_cause_and_can_be_taken_back():
+    bench = Workbench(load_scenario(examples.path("chapter_6_1")))
+    while not bench.idle:
+        bench.step()
+    pose = next(each.pose for each in bench.handles if each.name == "objects.cube")
+    bench.drag("objects.cube", [pose[0] + 0.2, *pose[1:]])
+    what, why, advice = explained(bench)["findings"]
+    assert what["text"].startswith("At the last change, at 12.88 s, mark ")
+    cause = "At the last change, at 12.88 s, the camera does not see all marks."
+    assert (why["head"], why["text"]) == ("Why", cause)
+    assert advice["actions"] == [{"label": "Undo the last change", "undo": True}]
+    bench.undo()
+    assert not bench.ended and not bench.edited
+    what = explained(bench)["findings"][1]["text"]
+    assert (
+        what
+        == "At the last change the run converged: every error is below the tolerance of 0.01 px."
+    )
+
+
+def test_the_search_for_changes_is_announced_for_a_failure_only():
+    for name, count in (("local_minimum", 1), ("visp_tutorial", 0)):
+        bench = Workbench(load_scenario(examples.path(name)))
+        explained(bench, trials=False)
+        first = {"texts": bench.texts, "why": bench.why}
+        texts = [each["text"] for each in add_search_note(first)["why"]["findings"]]
+        assert texts.count("Searching for changes that help …") == count
+        assert texts[: len(texts) - count] == [each["text"] for each in bench.why["findings"]]
+
+
+def test_a_card_has_the_changes_since_the_original():
+    bench = Workbench(load_scenario(examples.path("visp_tutorial")))
+    assert bench.why["changes"] == []
+    bench.set("task.gain", 2.0)
+    assert bench.why["changes"] == bench.differences != []
+    assert explained(bench)["changes"] == bench.recording().header["why"]["changes"] != []
+    bench.restore_original()
+    assert bench.why["changes"] == []
+
+
+def test_a_growing_error_has_its_norm_and_the_period_its_length():
+    run = load_scenario(examples.path("chapter_6_1")).at("task.gain", 60).run()
+    causes = explain(run).causes
+    first, last = run.error_norm.values[[0, 1]]
+    assert causes[0].sentence.startswith("The gain is too high for the period of 40 ms: gain times")
+    assert causes[1].sentence == (
+        f"The error did not shrink: its norm grew from {first:.3g} px to {last:.3g} px."
+    )
 
 
 def test_before_its_end_a_run_has_the_remark_alone():

@@ -293,7 +293,7 @@ def test_only_the_last_of_waiting_drags_is_computed():
         session.receive({"drag": [[handle[0] + 1e-3 * i, *handle[1:]], "hand 1"]})
     session.receive({"record": True})
     session.receive({"drag": [handle, "hand 2"]})
-    assert [next(iter(each)) for each in session._collect_requests()] == ["drag", "record", "drag"]
+    assert [next(iter(each)) for each in session._requests.take(0.1)] == ["drag", "record", "drag"]
 
 
 def record_poses(session, count, seed=0):

@@ -88,12 +88,38 @@ def test_an_experiment_without_a_file_is_written_in_full(title, tmp_path):
     code = format_python_code(experiment)
     assert run_code(code) == experiment and "from_text" in code
     assert format_file_name(experiment, "film.gif").isascii()
+
+
+def test_the_code_of_an_own_file_runs_without_the_file(tmp_path):
+    shipped = load_scenario(examples.path("visp_tutorial"))
     other = tmp_path / "it's.toml"
     other.write_text(shipped.text, encoding="utf-8")
     moved = load_scenario(other).at("task.gain", 2)
-    assert run_code(format_python_code(moved)) == moved
+    code = format_python_code(moved)
+    assert "# it's.toml with task.gain = 2" in code and str(tmp_path) not in code
     other.unlink()
-    assert run_code(format_python_code(moved)) == moved
+    assert run_code(code) == run_code(format_python_code(moved)) == moved
+
+
+def test_the_code_of_a_file_that_needs_further_files_loads_it(tmp_path):
+    mesh = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    (tmp_path / "plate.stl").write_text(mesh + "endloop\nendfacet\nendsolid s\n")
+    text = load_scenario(examples.path("visp_tutorial")).text
+    shape = 'shapes = [{ kind = "mesh", filename = "plate.stl" }]'
+    own = tmp_path / "own.toml"
+    own.write_text(text.replace('name = "square"', f'name = "square"\n{shape}'), encoding="utf-8")
+    experiment = load_scenario(own)
+    code = format_python_code(experiment)
+    assert run_code(code) == experiment and str(own) in code
+
+
+def test_a_long_value_is_named_in_the_remark():
+    experiment = load_scenario(examples.path("chapter_6_1"))
+    start = np.array([-0.349062417462177, -1.78022744, 1.91985558, -0.2094413, -2.26892])
+    changed = experiment.at("task.gain", 60).with_(start=start, seed=3)
+    assert format_saved_scenario(changed).splitlines()[0] == (
+        "# chapter_6_1.toml with task.gain = 60, run.seed = 3, another start.q"
+    )
 
 
 def test_the_files_are_named_after_the_experiment():

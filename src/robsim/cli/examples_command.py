@@ -31,8 +31,9 @@ def copy_example(name: str | None, output: Path | None, force: bool) -> None:
     from robsim.run.experiment import load_scenario
 
     if name is None:
+        width = max(map(len, examples.names()))
         for each in examples.names():
-            print_text(f"{each:20} {load_scenario(examples.path(each)).title}")
+            print_text(f"{each:{width}}  {load_scenario(examples.path(each)).title}")
         print_text("copy one to a file: robsim examples NAME")
         return
     source, target = examples.path(name), choose_output_file(output, f"{name}.toml", force)

@@ -42,8 +42,8 @@ class Mission(DeclaredValue):
     >>> there = Phase("there", FollowJoints(to=[0.5, 0.5], duration=1.0))
     >>> back = Phase("back", FollowJoints(by=[-0.5, -0.5], duration=1.0))
     >>> print(Experiment(Scene(arm), Mission([there, back])).run())
-        0.00 s  there  converged
-        1.00 s  back   converged
+        0.00 to 1.00 s  there  converged
+        1.00 to 2.00 s  back   converged
     """
 
     outermost: ClassVar[bool] = True  # a mission cannot be a phase or a part of another task

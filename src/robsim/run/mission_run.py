@@ -114,8 +114,12 @@ class MissionRun:
         return f"<MissionRun: {len(self.legs)} of {self.planned} phases>"
 
     def __str__(self) -> str:
-        wide = max((len(leg.name) for leg in self.legs), default=0)
-        lines = [f"{leg.start:8.2f} s  {leg.name:{wide}}  {leg.outcome.words}" for leg in self.legs]
+        rows = [
+            (f"{leg.start:8.2f} to {leg.end:.2f} s", leg.name, leg.outcome.words)
+            for leg in self.legs
+        ]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
         left = self.planned - len(self.legs)
         lines += [self.problem] if self.problem else []
         return "\n".join([*lines, *([f"phases not begun: {left}"] if left else [])])

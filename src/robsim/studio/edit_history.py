@@ -10,7 +10,7 @@ from typing import Any
 from robsim.run.experiment import Experiment
 
 MOST_EDITS = 200  # largest number of stored edits, besides the original
-PAUSE = 1.0  # seconds of wall clock; a longer pause separates two changes of the same values
+PAUSE = 1.0  # seconds of wall clock that separate two changes of the same values without a stroke
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +29,15 @@ class Edit:
 class EditHistory:
     """The edits in their order, and the number of the present one.
 
-    Consecutive changes of the same values are one edit, such as the changes while a slider moves.
+    Consecutive changes of the same values are one edit if they belong to one stroke of a pointer,
+    such as the drag of a slider, or if neither has a stroke and they follow within `PAUSE` seconds.
     If more than `MOST_EDITS` are made, the earliest ones are forgotten; the original remains.
     """
 
     def __init__(self, original: Edit) -> None:
         self.original = original
         self._edits, self._present = [original], 0
-        self._merging: tuple[object, float] = (None, 0.0)  # changed values, and the time
+        self._merging: tuple[object, object, float] = None, None, 0.0  # values, stroke, time
 
     @property
     def before(self) -> Edit | None:
@@ -49,19 +50,20 @@ class EditHistory:
         later = self._edits[self._present + 1 :]
         return later[0] if later else None
 
-    def add(self, edit: Edit, values: object = None) -> None:
+    def add(self, edit: Edit, values: object = None, stroke: object = None) -> None:
         """Store an edit of some values in place of the edits that were undone.
 
-        It replaces the present edit if that changed the same values less than `PAUSE` seconds ago.
+        It replaces the present edit if both are one edit; `stroke` is the name of the stroke.
         """
         now = time.monotonic()
-        last, then = self._merging
-        merges = values is not None and values == last and now - then < PAUSE and self._present > 0
+        *last, then = self._merging
+        follows = stroke is not None or now - then < PAUSE
+        merges = values is not None and [values, stroke] == last and follows and self._present > 0
         self._edits[self._present + (0 if merges else 1) :] = [edit]
         del self._edits[: -MOST_EDITS - 1]
-        self._present, self._merging = len(self._edits) - 1, (values, now)
+        self._present, self._merging = len(self._edits) - 1, (values, stroke, now)
 
     def go_to(self, edit: Edit) -> None:
         """Make a stored edit the present one."""
         self._present = next(i for i, each in enumerate(self._edits) if each is edit)
-        self._merging = None, 0.0
+        self._merging = None, None, 0.0

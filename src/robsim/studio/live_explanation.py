@@ -44,16 +44,51 @@ def explain_live_run(experiment: Experiment, live: LiveRun, trials: bool) -> dic
 
     run, start = live.segment.run(), live.start_time
     collected = collect_run_entries(run, live.segment, trials, build_actions, start)
-    if start:
+    if live.failed_at_once and start:
+        collected["why"]["findings"] = _describe_failed_change(collected["why"]["findings"], start)
+    elif start:
         note = f"The last change was at {start:.2f} s; the times below count from there."
         collected["texts"]["explanation"] = f"{note}\n{collected['texts']['explanation']}"
         findings = collected["why"]["findings"]
         if trials:
             findings = _renew_offers(findings, experiment, build_actions)
+        findings = [_name_last_change(each) for each in findings]
         collected["why"]["findings"] = [{"head": "", "text": note, "actions": []}, *findings]
     with suppress(InputError):  # the segment has the same reason to have no text
         collected["texts"]["experiment"] = experiment.text
     return collected
+
+
+def add_search_note(explained: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an explanation of a failure with the note that trials are being simulated."""
+    why = explained["why"]
+    if not why["missed"]:
+        return dict(explained)
+    note = {"head": "", "text": "Searching for changes that help …", "actions": []}
+    return {**explained, "why": {**why, "findings": [*why["findings"], note]}}
+
+
+def _name_last_change(finding: Entry) -> Entry:
+    """Return a finding on the start of a continued run, with the last change as its time."""
+    text = finding["text"]
+    if text.startswith("At the start "):
+        text = f"At the last change {text.removeprefix('At the start ')}"
+    return {**finding, "text": text}
+
+
+def _describe_failed_change(findings: list[Entry], time: float) -> list[Entry]:
+    """Return findings on a run that failed at the instant of a change, and an offer to undo it."""
+    words = {"At the start": f"At the last change, at {time:.2f} s,", ": take another start": ""}
+    texts = [each["text"] for each in findings]
+    for old, new in words.items():
+        texts = [text.replace(old, new) for text in texts]
+    undo = {"label": "Undo the last change", "undo": True}
+    advice = {
+        "head": "Try",
+        "text": "Without the last change the run can go on.",
+        "actions": [undo],
+    }
+    return [*({**each, "text": text} for each, text in zip(findings, texts, strict=True)), advice]
 
 
 def _renew_offers(

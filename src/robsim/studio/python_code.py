@@ -18,13 +18,16 @@ from robsim.run.experiment_text import write_experiment
 
 WIDTH = 96  # longest line of code
 LONGEST_REMARK = 110  # characters
+ELSEWHERE = "elsewhere/experiment.toml"  # a file in a folder without other files
+LONGEST_VALUE = 40  # characters of a value in a remark
 
 
 def format_python_code(experiment: Experiment) -> str:
     """Return Python code that builds and runs an experiment.
 
-    The code loads the scenario file of the experiment and changes it, or contains the text of the
-    experiment if it has no file.
+    The code loads the shipped scenario of the experiment and changes it. For another experiment it
+    contains the text, so that it runs on any computer; it loads the file if the text refers to
+    further files.
 
     >>> experiment = load_scenario(examples.path("visp_tutorial")).at("task.gain", 2)
     >>> print(format_python_code(experiment))
@@ -35,8 +38,25 @@ def format_python_code(experiment: Experiment) -> str:
     rs.show(run)
     <BLANKLINE>
     """
-    building = _format_loading_code(experiment) or _format_text_code(experiment)
+    loads = _is_shipped(experiment) or not _stands_alone(experiment)
+    building = (_format_loading_code(experiment) if loads else "") or _format_text_code(experiment)
     return f"import robsim as rs\n\n{building}\nrun = experiment.run()\nrs.show(run)\n"
+
+
+def _is_shipped(experiment: Experiment) -> bool:
+    """Return whether the file of an experiment is one of the package."""
+    path = Path(experiment.source)
+    known = bool(experiment.source) and path.stem in examples.names()
+    return known and path.resolve() == Path(examples.path(path.stem)).resolve()
+
+
+def _stands_alone(experiment: Experiment) -> bool:
+    """Return whether the text of an experiment, without files of robots or meshes, builds it."""
+    try:
+        text = experiment.to_toml()
+        return "filename" not in text and Experiment.from_text(text, ELSEWHERE) == experiment
+    except RobSimError:
+        return False
 
 
 def format_change_remark(experiment: Experiment) -> str:
@@ -50,7 +70,7 @@ def format_change_remark(experiment: Experiment) -> str:
     changes = {} if original is None else find_changes(original, experiment)
     if not changes:
         return ""
-    texts = [f"{path} = {_format_literal(value)}" for path, value in changes.items()]
+    texts = [_describe_value(path, value) for path, value in changes.items()]
     start = f"# {Path(experiment.source).name} with"
     for count in range(len(texts), -1, -1):
         more = len(texts) - count
@@ -59,6 +79,12 @@ def format_change_remark(experiment: Experiment) -> str:
         if len(line) <= LONGEST_REMARK:
             break
     return f"{line}\n"
+
+
+def _describe_value(path: str, value: Any) -> str:
+    """Return a changed value in words, such as "task.gain = 2"; without the value if it is long."""
+    text = _format_literal(value)
+    return f"{path} = {text}" if len(text) <= LONGEST_VALUE else f"another {path}"
 
 
 def find_changes(before: Experiment, after: Experiment) -> dict[str, Any]:
@@ -146,8 +172,7 @@ def _format_loading_code(experiment: Experiment) -> str:
             return ""
     except RobSimError:
         return ""
-    path = Path(experiment.source).resolve()
-    shipped = path.stem in examples.names() and path == Path(examples.path(path.stem)).resolve()
+    path, shipped = Path(experiment.source).resolve(), _is_shipped(experiment)
     location = f'rs.examples.path("{path.stem}")' if shipped else _format_literal(str(path))
     line = f"experiment = rs.load_scenario({location})"
     if not changes:
@@ -161,7 +186,7 @@ def _format_loading_code(experiment: Experiment) -> str:
 
 def _format_text_code(experiment: Experiment) -> str:
     """Return code that builds an experiment from its text, which stands between triple quotes."""
-    text = experiment.to_toml()
+    text = format_change_remark(experiment) + experiment.to_toml()
     raw = "r" if "\\" in text else ""
     quoted = f'{raw}"""\n{text}"""'
     if '"""' in text:

@@ -19,8 +19,9 @@ from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
 from robsim.studio.control_values import convert_radians, is_json_integer
 from robsim.studio.interaction_message import InteractionMessages
-from robsim.studio.live_explanation import explain_live_run
+from robsim.studio.live_explanation import add_search_note, explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
+from robsim.studio.request_queue import RequestQueue
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.workbench import Workbench
@@ -28,6 +29,7 @@ from robsim.studio.workbench import Workbench
 TICK = 1 / 30  # seconds between simulation steps and their messages
 BUSY = 0.025  # seconds for simulation steps in a tick
 LAST_STEP = 0.5  # seconds until a step that has begun is abandoned at the end
+LAST_CHANGES = 60.0  # seconds that a file waits for requested changes
 CALM = 0.3  # seconds without requests until a run that does not play is explained
 PACE = 1.0  # interval for measuring the speed, seconds
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the maximum speed
@@ -66,7 +68,7 @@ class Session:
         self.matrices = InteractionMessages()
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
-        self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
+        self._requests = RequestQueue(_build_request_key)
         self._explanations: queue.Queue[tuple[int, dict[str, Any]]] = queue.Queue()
         self._using_bench = threading.Lock()  # the simulation and the files read the same bench
         self._over = threading.Event()
@@ -98,11 +100,14 @@ class Session:
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of a file of the experiment; None for an unknown name.
 
-        The file pictures.json has the pictures of the gallery. Raise UnavailableDownload if this
+        The file has all changes that pages have requested before. The file pictures.json has the
+        pictures of the gallery. Raise UnavailableDownload if this
         experiment does not have the file.
         """
         if name == "pictures.json":
             return "application/json", json.dumps(self.shelf.pictures()).encode()
+        if self._thread.is_alive():
+            self._requests.wait(LAST_CHANGES)
         try:
             return downloads.build_download(self._get_saved_experiment(), self._record, name)
         except RobSimError as error:
@@ -129,8 +134,7 @@ class Session:
 
     def receive(self, message: dict[str, Any]) -> str | None:
         """Store a request of a page for the simulation thread."""
-        with suppress(queue.Full):  # a page that sends too many requests loses some
-            self._requests.put_nowait(message)
+        self._requests.put(message)
         return None
 
     # methods of the simulation thread
@@ -139,9 +143,10 @@ class Session:
         """Answer requests as they arrive, and advance the simulation at each `TICK`."""
         due = time.monotonic()  # of the next simulation steps
         while not self._over.is_set():
-            requests = self._collect_requests(due)
+            requests = self._requests.take(max(due - time.monotonic(), 0.0))
             with self._using_bench:
                 self._handle_requests(requests)
+            self._requests.finish()
             now = time.monotonic()
             is_due, due = now >= due, max(due + TICK, now) if now >= due else due
             try:
@@ -155,18 +160,6 @@ class Session:
             except Exception as error:  # noqa: BLE001  such as an error in a user's law
                 self.playing = False
                 self.note = f"the simulation stopped: {type(error).__name__}: {error}"
-
-    def _collect_requests(self, due: float) -> list[dict[str, Any]]:
-        """Return the waiting requests, only the last one of each key; wait for one until a time."""
-        requests: dict[Any, dict[str, Any]] = {}
-        with suppress(queue.Empty):
-            item = self._requests.get(timeout=max(due - time.monotonic(), 0.0))
-            while True:
-                key = _build_request_key(item)
-                requests.pop(key, None)
-                requests[key] = item
-                item = self._requests.get_nowait()
-        return list(requests.values())
 
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
         """Handle the requests of pages, and store their error messages for all pages."""
@@ -290,11 +283,14 @@ class Session:
             return
         self._explained = bench.revision
         live, experiment, revision = bench.pair.live, bench.experiment, bench.revision
-        bench.explain(explain_live_run(experiment, live, trials=False))
+        first = explain_live_run(experiment, live, trials=False)
+        bench.explain(add_search_note(first))
 
         def add_trials() -> None:
+            explanation = first
             with suppress(Exception):  # the first explanation remains
-                self._explanations.put((revision, explain_live_run(experiment, live, trials=True)))
+                explanation = explain_live_run(experiment, live, trials=True)
+            self._explanations.put((revision, explanation))
 
         threading.Thread(target=add_trials, name="robsim-explaining", daemon=True).start()
 
@@ -311,9 +307,9 @@ class Session:
             self.broadcast(message)
 
 
-def _parse_name_value_pair(value: Any, request: str) -> list[Any]:
-    """Return [name, value] of a request; raise InputError unless it is such a list."""
-    if not isinstance(value, list) or len(value) != 2:
+def _parse_change(value: Any, request: str) -> list[Any]:
+    """Return [name, value] or [name, value, stroke] of a request; raise InputError otherwise."""
+    if not isinstance(value, list) or len(value) not in (2, 3):
         raise InputError(f"{request}: expected [name, value], got {format_value(value)}")
     return value
 
@@ -349,8 +345,8 @@ _REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
     "reset": lambda session, _: session.bench.reset(),
-    "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "set")),
-    "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drag")),
+    "set": lambda session, value: session.bench.set(*_parse_change(value, "set")),
+    "drag": lambda session, value: session.bench.drag(*_parse_change(value, "drag")),
     "change": lambda session, value: session.bench.change(value),
     "show_goal": lambda session, value: session.bench.show_goal(value),
     "undo": lambda session, _: session.bench.undo(),

@@ -174,16 +174,18 @@ class Workbench:
     def reset(self) -> None:
         """Restart the run."""
         self._adopt(self.edit, _start_pair(self.edit), self._watch)
-        self.restarted_because = ""
 
-    def set(self, name: object, value: object) -> None:
-        """Change a value of the experiment; raise InputError if the name or value is invalid."""
+    def set(self, name: object, value: object, stroke: object = None) -> None:
+        """Change a value of the experiment; raise InputError if the name or value is invalid.
+
+        Consecutive changes of a value with the same `stroke` are one edit.
+        """
         control = self._get_control(name)
         checked = check_control_value(control, value)
         original = self._original_controls.get(control.path)
         if original is not None and value == original.value:
             checked = value  # not rounded
-        self._change(control.changes(checked), control.path)
+        self._change(control.changes(checked), control.path, stroke=stroke)
 
     def change(self, values: object) -> None:
         """Change values {dotted name: value as `Experiment.at` accepts it}, all or none."""
@@ -194,11 +196,11 @@ class Workbench:
                 check_known(name.partition(".")[0], CHANGEABLE, "change: no table {}", "tables")
         self._change(build_changes(self.controls, values))
 
-    def drag(self, name: object, pose: object) -> None:
+    def drag(self, name: object, pose: object, stroke: object = None) -> None:
         """Place the body of a handle at a pose; raise InputError if the pose is not reachable.
 
         A body on a robot is pushed together with the robot: the run continues from there, and the
-        experiment remains as it is.
+        experiment remains as it is. Consecutive drags with the same `stroke` are one edit.
         """
         handle = next((each for each in self.handles if each.name == name), None)
         if handle is None:
@@ -211,7 +213,8 @@ class Workbench:
         if name == "goal" and self.keeps_goals:  # a dragged goal is shown where the bodies are now
             experiment = experiment.with_(task=show_goals_anew(experiment.task))
         changes = compute_drag_changes(experiment, self.controls, handle, pose)
-        self._change(changes, name, experiment, pulls=name not in ("start", "goal"))
+        pulls = name not in ("start", "goal")
+        self._change(changes, name, experiment, pulls=pulls, stroke=stroke)
 
     def show_goal(self, how: object) -> None:
         """Show the goals in the scene as it is: "anew" at their own q, "here" at the present q."""
@@ -220,7 +223,8 @@ class Workbench:
             raise InputError("show_goal: this task has no goal that is shown at a configuration")
         task, q = self.experiment.task, self.pair.live.now.q
         task = show_goals_anew(task) if how == "anew" else show_goals_at(task, q)
-        self._commit(Edit(self.experiment.with_(task=task), self.changes, self.second))
+        self._run_edit(edit := Edit(self.experiment.with_(task=task), self.changes, self.second))
+        self.history.add(edit)
 
     def compare(self, second: object) -> None:
         """Run a second scheme beside the first; it differs in [name, value] or {name: value}.
@@ -241,13 +245,17 @@ class Workbench:
         self._return_to(self.history.after, "redo: nothing has been undone")
 
     def restore_original(self) -> None:
-        """Return to the experiment as it was opened."""
-        if self.edit is not self.history.original:
-            self._commit(self.history.original)
+        """Return to the experiment as it was opened, and start the run over."""
+        original = self.history.original
+        if self.edit is original:
+            return
+        self._adopt(original, _start_pair(original), self._watch)
+        self.history.add(original)
+        self.restarts, self.restarted_because = self.restarts + 1, "back to the original"
 
     def explain(self, explained: Mapping[str, Any]) -> None:
         """Store the explanation of the run, as `explain_live_run` returns it."""
-        self.texts, self.why = explained["texts"], {**explained["why"], "watch": self._watch}
+        self.texts, self.why = explained["texts"], self._complete_card(explained["why"])
         self.news.add("texts")
 
     def saved_experiment(self) -> Experiment:
@@ -305,17 +313,20 @@ class Workbench:
         values: object = None,
         experiment: Experiment | None = None,
         pulls: bool = False,
+        stroke: object = None,
     ) -> None:
         """Apply changes to the experiment; shown goals remain the images that were shown.
 
-        Consecutive changes with equal `values` are one edit. If `pulls`, a body is dragged.
+        Consecutive changes with equal `values` and `stroke` are one edit. If `pulls`, a body is
+        dragged.
         """
         before = experiment or self.experiment
         after = before.at(changes)
         if after.scene is not before.scene:
             task = keep_shown_goals(after.task, before.scene, after.scene)
             after = after if task is after.task else after.with_(task=task)
-        self._commit(Edit(after, {**self.changes, **changes}, self.second), values, pulls)
+        self._run_edit(edit := Edit(after, {**self.changes, **changes}, self.second), pulls)
+        self.history.add(edit, values, stroke)
         if after.scene is not before.scene:
             self._remark_delay()
 
@@ -339,11 +350,6 @@ class Workbench:
                 f"takes about {seconds:.2g} s"
             )
 
-    def _commit(self, edit: Edit, values: object = None, pulls: bool = False) -> None:
-        """Run an edit and store it in the history; if an error is raised, nothing changes."""
-        self._run_edit(edit, pulls)
-        self.history.add(edit, values)
-
     def _return_to(self, edit: Edit | None, reason: str) -> None:
         """Run a stored edit; raise InputError if there is none."""
         if edit is None:
@@ -352,7 +358,7 @@ class Workbench:
         self.history.go_to(edit)
 
     def _run_edit(self, edit: Edit, pulls: bool = False) -> None:
-        """Continue the run with an edit, or start the run over; then store the edit."""
+        """Continue the run with an edit, or start the run over; after an error nothing changes."""
         pair, reason = self._continue_pair(edit, pulls)
         self._adopt(edit, pair or _start_pair(edit), self._watch)
         self.restarts += bool(reason)
@@ -415,7 +421,12 @@ class Workbench:
         self.pair, self.builder, self._mission_recording = pair, builder, mission_recording
         header = mission_recording.header if mission_recording else {}
         self.texts = header.get("texts", {})
-        self.why = {**header.get("why", build_card("", False, [])), "watch": watch}
+        self.why = self._complete_card(header.get("why", build_card("", False, [])))
+
+    def _complete_card(self, card: Entry) -> Entry:
+        """Return the reason of an outcome with the remark of the file and the changes since."""
+        changes = self.differences if self.changes else []
+        return {**card, "watch": self._watch, "changes": changes}
 
 
 def _start_pair(edit: Edit) -> RunPair | None:

@@ -53,7 +53,7 @@ class AblationTrial:
     def clause(self) -> str:
         """The clause for a run that converged or, with hold, is at its goal at its end."""
         if self.loop.hold:
-            return "has converged at its end"
+            return "ends converged"
         return f"converges {self.end}"
 
     @property

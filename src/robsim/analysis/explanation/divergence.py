@@ -7,7 +7,7 @@ import numpy as np
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.outcome_sentences import name_not_finite
 from robsim.analysis.explanation.run_analysis import RunAnalysis
-from robsim.analysis.explanation.text_format import format_number
+from robsim.analysis.explanation.text_format import format_number, format_quantity
 
 ROUNDING = 1e-9  # rounding of a contraction; a limit cycle has 1
 
@@ -27,7 +27,8 @@ def report_loop_gain(analysis: RunAnalysis) -> Finding | None:
     value = max(value, ideal)
     limit = 2 * product / (1 + value) if depends_on_L else 2.0
     sentence = (
-        f"The gain is too high for the period: gain times period is {format_number(product)}, and "
+        f"The gain is too high for the period of {format_number(1000 * analysis.case.dt)} ms: "
+        f"gain times period is {format_number(product)}, and "
         f"after one period an error can be {format_number(value)} times as large as before; "
         + ("with this inverse and this L it" if depends_on_L else "a loop without delay")
         + f" is stable below {'about ' * bool(depends_on_L)}{format_number(limit)}."
@@ -58,10 +59,10 @@ def report_growing_error(analysis: RunAnalysis) -> Finding | None:
     V = analysis.diagnosis["lyapunov"].values
     if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
         return None
-    sentence = (
-        f"The error did not shrink: V grew from {analysis.with_unit('lyapunov', 0)} to "
-        f"{analysis.with_unit('lyapunov')}."
-    )
+    unit = analysis.diagnosis["lyapunov"].attrs["units"].removesuffix("^2")
+    unit = "1" if "see" in unit else unit  # several features
+    first, last = (format_quantity(float(np.sqrt(2 * each)), unit) for each in (V[0], V[-1]))
+    sentence = f"The error did not shrink: its norm grew from {first} to {last}."
     return Finding("growing error", sentence, {"from": float(V[0]), "to": float(V[-1])})
 
 

@@ -1,6 +1,7 @@
 // The bar of the experiment: history, goal, files.
 
 import { closeButton, element, find } from "./view.js";
+import { wordsOfChange, wordsOfPath } from "./why.js";
 
 const FILES = {
   "experiment.toml": "the experiment, a scenario file",
@@ -74,8 +75,7 @@ export class Bar {
 
   changeRow({ path, before, after, original }) {
     const row = element("div", "", "change");
-    const name = element("span", path.replaceAll(".", " ").replaceAll("_", " "), "name");
-    row.append(name, element("span", `${before || "none"} → ${after || "none"}`, "turned"));
+    row.append(element("span", wordsOfPath(path), "name"), element("span", wordsOfChange({ before, after }), "turned"));
     if (original === null) return row;
     const back = element("button", "back");
     back.type = "button";
@@ -165,7 +165,7 @@ function saveFile(file) {
 // Share a file with the programs of the device; without this ability the file is saved.
 async function shareFile(file) {
   const content = { files: [new File([file], file.name, { type: "text/html" })], title: document.title };
-  if (!navigator.canShare?.(content)) return saveFile(file);
+  if (!navigator.canShare?.(content)) return `${saveFile(file)}: send this file; any browser opens it`;
   try {
     await navigator.share(content);
     return "shared";

@@ -152,7 +152,7 @@ export class Pendant {
     this.replayButton = pressable("▶ replay", () => this.askReplay(), "space");
     const bar = element("div", "", "buttons");
     bar.append(this.recordButton, this.replayButton, this.opener());
-    this.files = element("p", "", "files");
+    this.files = element("p", "save ", "files");
     for (const name of PENDANT_FILES) {
       const link = element("a", name);
       Object.assign(link, { href: `/download/${name}`, download: "" });
@@ -182,12 +182,12 @@ export class Pendant {
     this.speed.setAttribute("aria-label", "speed in percent");
     this.percent = element("span", "", "numbers");
     this.seconds = Object.assign(element("input"), { type: "number", min: 0.1, step: 0.1, placeholder: "by speed" });
-    this.seconds.setAttribute("aria-label", "seconds a leg");
+    this.seconds.setAttribute("aria-label", "seconds per motion");
     const send = () => this.link.ask({ pace: [this.speed.value / 100, this.seconds.value ? Number(this.seconds.value) : null] });
     this.speed.addEventListener("input", () => (this.percent.textContent = `${this.speed.value} %`));
     for (const each of [this.speed, this.seconds]) each.addEventListener("change", send);
     const panel = element("div", "", "pace");
-    panel.append(labelledRow("speed", this.speed, this.percent), labelledRow("seconds a leg", this.seconds));
+    panel.append(labelledRow("speed", this.speed, this.percent), labelledRow("seconds per motion", this.seconds));
     return panel;
   }
 

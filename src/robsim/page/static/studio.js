@@ -20,7 +20,8 @@ const FLASH = 5000; // milliseconds that a page shows why a run started over
 
 export class Studio {
   constructor(view, clock) {
-    Object.assign(this, { view, clock, state: {}, live: true });
+    Object.assign(this, { view, clock, state: {}, live: true, stroke: null });
+    this.listenForStrokes();
     for (const id of ["controls", "choose", "reset", "step"]) find(id).hidden = false;
     document.body.classList.add("studio");
     const ask = (request) => this.link.ask(request);
@@ -28,9 +29,9 @@ export class Studio {
     find("controls").append((this.top = element("div", "", "top")));
     this.controls = new Controls(find("controls"), (path, value) => {
       if (path === this.askedSecond) this.askedSecond = undefined;
-      ask({ set: [path, value] });
+      ask({ set: [path, value, this.stroke] });
     });
-    if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => this.link.ask({ drag: [name, pose] }));
+    if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => ask({ drag: [name, pose, this.stroke] }));
     view.why.ask = (request) => (this.live || !("reset" in request || "play" in request)) && ask(request); // a mission runs at once
     this.matrix = new MatrixPanel(clock, ask);
     this.timeControls();
@@ -41,6 +42,14 @@ export class Studio {
       console.error(error);
     });
     window.robsim = this;
+  }
+
+  // While a pointer is pressed, all changes of a value belong to one stroke, which one undo takes back.
+  listenForStrokes() {
+    const page = Math.random().toString(36).slice(2);
+    let strokes = 0;
+    window.addEventListener("pointerdown", () => (this.stroke = `${page} ${++strokes}`), true);
+    for (const end of ["pointerup", "pointercancel"]) window.addEventListener(end, () => (this.stroke = null));
   }
 
   hear(message) {
@@ -192,7 +201,7 @@ export class Studio {
     const grown = this.restarts !== undefined && restarts > this.restarts;
     this.restarts = restarts;
     if (!grown) return;
-    find("flash").textContent = `started over: ${reason || "the change concerns the start"}`;
+    find("flash").textContent = `started over: ${reason}`;
     find("flash").hidden = false;
     clearTimeout(this.flashing);
     this.flashing = setTimeout(() => (find("flash").hidden = true), FLASH);

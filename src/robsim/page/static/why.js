@@ -2,6 +2,16 @@
 
 import { element } from "./view.js";
 
+// The words of a dotted name.
+export function wordsOfPath(path) {
+  return path.replaceAll(".", " ").replaceAll("_", " ");
+}
+
+// A changed value, before and after.
+export function wordsOfChange({ before, after }) {
+  return `${before || "none"} → ${after || "none"}`;
+}
+
 export class WhyCard {
   // Without `ask` (a page of a recording) the card has no buttons.
   constructor(place, ask = null) {
@@ -10,8 +20,8 @@ export class WhyCard {
   }
 
   tell(why) {
-    const { headline = "", missed = false, findings = [], watch = [] } = why ?? {};
-    const key = JSON.stringify([headline, missed, findings, watch]);
+    const { headline = "", missed = false, findings = [], watch = [], changes = [] } = why ?? {};
+    const key = JSON.stringify([headline, missed, findings, watch, changes]);
     if (key === this.key) return;
     this.key = key;
     this.place.hidden = !(headline || findings.length || watch.length);
@@ -19,7 +29,8 @@ export class WhyCard {
     this.place.replaceChildren();
     if (headline) this.place.append(this.headline(headline));
     this.place.append(...findings.map((each) => this.paragraph(each)));
-    if (watch.length) this.place.append(this.watching(watch, !headline));
+    if (changes.length && !this.ask) this.place.append(this.paragraph(listOfChanges(changes)));
+    if (watch.length) this.place.append(this.watching(watch, !headline, changes.length > 0));
     this.mark();
   }
 
@@ -29,10 +40,10 @@ export class WhyCard {
     return line;
   }
 
-  // The remark of the experiment; it is folded once there is a reason to read, unless the user unfolds it.
-  watching(watch, open) {
+  // The remark of the original experiment; it is folded once there is a reason to read, unless the user unfolds it.
+  watching(watch, open, changed) {
     const section = element("details", "", "watch");
-    section.append(element("summary", "Watch for"), ...watch.map((each) => this.paragraph(each)));
+    section.append(element("summary", changed ? "Watch for, in the original" : "Watch for"), ...watch.map((each) => this.paragraph(each)));
     section.open = this.unfolded ?? open;
     section.firstChild.addEventListener("click", () => (this.unfolded = !section.open));
     return section;
@@ -53,9 +64,13 @@ export class WhyCard {
     return block;
   }
 
-  button({ label, change, second }) {
+  button({ label, change, second, undo = false }) {
     const button = element("button", label);
     button.type = "button";
+    if (undo) {
+      button.addEventListener("click", () => this.undo());
+      return button;
+    }
     const changes = Object.entries(change ?? second).map(([path, value]) => `${path} = ${plainText(value)}`);
     button.title = `${changes.join(", ")}${second ? ", as a second scheme beside this run" : ", from the start"}`;
     if (second) button.dataset.second = JSON.stringify(second);
@@ -66,6 +81,11 @@ export class WhyCard {
   // The promise of a sentence holds for the start of the experiment, so the run starts over.
   try(change) {
     for (const request of [{ change }, { reset: true }, { play: true }]) this.ask(request);
+  }
+
+  // Take back the last change; the run goes on without it.
+  undo() {
+    for (const request of [{ undo: true }, { play: true }]) this.ask(request);
   }
 
   compare(button, second) {
@@ -79,6 +99,10 @@ export class WhyCard {
     for (const button of this.place.querySelectorAll("[data-second]"))
       button.setAttribute("aria-pressed", String(button.dataset.second === JSON.stringify(second)));
   }
+}
+
+function listOfChanges(changes) {
+  return { head: "Changed", text: changes.map((each) => `${wordsOfPath(each.path)}: ${wordsOfChange(each)}`).join("\n") };
 }
 
 function plainText(value) {

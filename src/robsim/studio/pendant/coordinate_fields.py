@@ -115,7 +115,7 @@ def _round_coordinate(field: CoordinateField, value: float) -> float:
         -math.inf if field.low is None else field.low * field.size / size,
         math.inf if field.high is None else field.high * field.size / size,
     ]
-    shown, step = round(value / size, decimals), 10**decimals
+    shown, step = round(value / size, decimals) + 0.0, 10**decimals  # never -0
     if shown < ends[0]:
         shown = math.ceil(ends[0] * step) / step
     elif shown > ends[1]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import queue
 import threading
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -32,9 +30,11 @@ from robsim.studio.pendant.recorded_poses import (
 )
 from robsim.studio.pendant.teach_pendant import TeachPendant
 from robsim.studio.pendant.tool_search import LEADS
+from robsim.studio.request_queue import RequestQueue
 from robsim.studio.web.app import UnavailableDownload
 
 LAST_REQUEST = 0.5  # seconds until a request that has begun is abandoned at the end
+LAST_CHANGES = 60.0  # seconds that a file waits for requested changes
 LONGEST_REPLAY = 1800.0  # seconds
 MOST_INSTANTS = 4000  # of a replay; of a longer one fewer instants are shown
 MARK = '<body data-page="pendant">'  # the element that selects the script of the page
@@ -60,7 +60,7 @@ class PendantSession:
         self.note, self.remark = "", _collect_remarks(self.pendant)
         self._builder = RecordingBuilder(self._motion())
         self._latest: dict[str, str] = {}  # messages of a new page, by type
-        self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
+        self._requests = RequestQueue(_build_stroke_key)
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="robsim-pendant", daemon=True)
 
@@ -90,8 +90,11 @@ class PendantSession:
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of a file of the recorded poses; None for other names.
 
-        Raise UnavailableDownload if no pose is recorded, or if the poses cannot be replayed.
+        The file has all poses that pages have requested to record before. Raise
+        UnavailableDownload if no pose is recorded, or if the poses cannot be replayed.
         """
+        if self._thread.is_alive():
+            self._requests.wait(LAST_CHANGES)
         pendant = self.pendant
         robot, poses, pace = pendant.robot, pendant.poses, pendant.pace
         try:
@@ -115,8 +118,7 @@ class PendantSession:
 
     def receive(self, message: dict[str, Any]) -> str | None:
         """Store a request of a page for the thread of the session."""
-        with suppress(queue.Full):  # a page that sends too many requests loses some
-            self._requests.put_nowait(message)
+        self._requests.put(message)
         return None
 
     # methods of the thread of the session
@@ -124,23 +126,12 @@ class PendantSession:
     def _serve(self) -> None:
         """Handle requests until the session is closed."""
         while not self._over.is_set():
-            requests = self._collect_requests()
+            requests = self._requests.take(0.1)
             if requests:
                 notes = [self.do(request) for request in requests]
                 self.note = "\n".join(dict.fromkeys(filter(None, notes)))
                 self._send_news()
-
-    def _collect_requests(self) -> list[dict[str, Any]]:
-        """Return the waiting requests; of several drags of one stroke only the last."""
-        waiting: dict[Any, dict[str, Any]] = {}
-        with suppress(queue.Empty):
-            item = self._requests.get(timeout=0.1)
-            while not self._over.is_set():
-                key = _build_stroke_key(item)
-                waiting.pop(key, None)
-                waiting[key] = item
-                item = self._requests.get_nowait()
-        return list(waiting.values())
+            self._requests.finish()
 
     def do(self, request: dict[str, Any]) -> str:
         """Handle a request of a page; return the error message, or ""."""

@@ -216,7 +216,9 @@ class TeachPendant:
         """Set the share of the full speed, or the duration of each leg in seconds if not None."""
         self.pace = ReplayPace(
             _check_between(speed, SPEED_SHARES, "speed"),
-            None if duration is None else _check_between(duration, LEG_DURATIONS, "seconds a leg"),
+            None
+            if duration is None
+            else _check_between(duration, LEG_DURATIONS, "seconds per motion"),
         )
 
     # history
