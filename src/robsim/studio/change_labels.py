@@ -8,6 +8,7 @@ from typing import Any
 
 from robsim.files.overrides import parse_toml_value
 
+MOST = 3  # changes in a label
 LONGEST = 44  # characters of a label with its value
 NOUNS = {  # words for the last name of a path
     "interaction": "L",
@@ -19,7 +20,6 @@ NOUNS = {  # words for the last name of a path
     "rpy": "angles",
 }
 KINDS = ("law", "variant", "projection", "weighting", "inverse", "form")  # as in "the joint law"
-# tables that a label does not mention
 NO_CONTEXT = (
     "task",
     "sensing",
@@ -42,6 +42,8 @@ def describe_changes(changes: Mapping[str, Any]) -> str:
     'believed focal length of eye: 500, duration 45 s'
     """
     texts = [_describe_change(path, value) for path, value in changes.items()]
+    if len(texts) > MOST:
+        texts = [*texts[: MOST - 1], f"and {len(texts) - MOST + 1} more"]
     return ", ".join(texts)
 
 

@@ -53,7 +53,7 @@ export class Chart {
         cursor: { drag: { x: false, y: false }, points: { show: false } },
         scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3, range: decadesOfData } : { range: aroundData } },
         axes: [
-          { ...axis, size: 26, space: 60 },
+          { ...axis, size: 26, space: 60, values: (_, splits) => splits.map(secondsLabel) },
           { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
         ],
         series: [
@@ -130,6 +130,11 @@ export function label(value) {
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(0).replace("e+", "e");
   return String(Number(value.toPrecision(4)));
+}
+
+// The label of an instant; the last one has the unit.
+function secondsLabel(value, i, all) {
+  return i === all.length - 1 ? `${label(value)} s` : label(value);
 }
 
 // Black lines are drawn in the ink of the theme.
