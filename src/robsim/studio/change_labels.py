@@ -40,6 +40,8 @@ def describe_changes(changes: Mapping[str, Any]) -> str:
     ('PBVS', 'latency 0 ms')
     >>> describe_changes({"belief.cameras.eye.focal": 500, "run.duration": "45.0 s"})
     'believed focal length of eye: 500, duration 45 s'
+    >>> describe_changes(dict.fromkeys(("sensing.noise", "task.gain", "run.dt", "run.seed"), 1))
+    'noise 1, gain 1, and 2 more'
     """
     texts = [_describe_change(path, value) for path, value in changes.items()]
     if len(texts) > MOST:
