@@ -138,6 +138,6 @@ function secondsLabel(value, i, all) {
 }
 
 // Black lines are drawn in the ink of the theme.
-function inked(color, ink) {
+export function inked(color, ink) {
   return color === "#000000" ? ink : color;
 }

@@ -152,8 +152,9 @@ export class View {
 
   repaint() {
     const dark = document.documentElement.dataset.theme === "dark";
-    const sky = getComputedStyle(document.body).getPropertyValue("--sky").trim();
-    this.space.paint(sky, dark);
+    const style = getComputedStyle(document.body);
+    const [sky, ink] = ["--sky", "--ink"].map((name) => style.getPropertyValue(name).trim());
+    this.space.paint(sky, ink, dark);
     for (const picture of this.pictures) picture.draw();
     for (const chart of this.charts) chart.build();
   }

@@ -43,7 +43,7 @@ export class WhyCard {
     const paragraph = element("p");
     const offers = this.ask && actions.length > 0;
     if (head && !offers) paragraph.append(element("strong", head));
-    for (const line of text.split("\n")) paragraph.append(element(line.startsWith("robsim ") ? "code" : "span", line));
+    for (const line of text.split("\n")) paragraph.append(line.startsWith("robsim ") ? element("code", line) : element("span", unbroken(line)));
     block.append(paragraph);
     if (offers) {
       const row = element("div", "", "actions");
@@ -79,6 +79,11 @@ export class WhyCard {
     for (const button of this.place.querySelectorAll("[data-second]"))
       button.setAttribute("aria-pressed", String(button.dataset.second === JSON.stringify(second)));
   }
+}
+
+// A text whose lines do not end within a number such as 1e-05.
+function unbroken(text) {
+  return text.replace(/(\de-)(?=\d)/g, "$1\u2060");
 }
 
 function plainText(value) {
