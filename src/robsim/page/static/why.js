@@ -81,9 +81,9 @@ export class WhyCard {
   }
 }
 
-// A text whose lines do not end within a number such as 1e-05.
+// A text whose lines do not end within a number such as 1e-05, nor between a number and its unit.
 function unbroken(text) {
-  return text.replace(/(\de-)(?=\d)/g, "$1\u2060");
+  return text.replace(/(\de-)(?=\d)/g, "$1\u2060").replace(/(\d) (?=(s|m|cm|mm|px|deg)\b)/g, "$1\u00a0");
 }
 
 function plainText(value) {
