@@ -222,4 +222,4 @@ def test_a_mission_is_played(desk):
     page.evaluate("robsim.link.ask({ open: 'inspection_a' })")
     until(page, "robsim.view.header.title.startsWith('An inspection robot')")
     until(page, "robsim.clock.index > 3")
-    assert "approach by sight" in page.locator("#texts pre").first.inner_text()
+    assert "approach by sight" in page.locator("#texts .phases").inner_text()

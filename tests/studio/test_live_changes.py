@@ -15,7 +15,7 @@ from robsim import Experiment, Outcome, Pose, examples, load_scenario
 from robsim.errors import InputError
 from robsim.studio import edit_history, live_run, workbench
 from robsim.studio import session as session_module
-from robsim.studio.control_values import convert_radians
+from robsim.studio.refusal_reasons import convert_radians
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
 from robsim.studio.workbench import Workbench
@@ -251,7 +251,7 @@ def test_a_drag_is_one_edit():
     assert change == {
         "path": "objects.plate.position",
         "before": "31, 0, 10 cm",
-        "after": "318, 0, 100 mm",
+        "after": "31.8, 0, 10 cm",
         "original": [0.31, 0.0, 0.1],
     }
     bench.undo()

@@ -141,7 +141,7 @@ def test_a_refused_value_is_told_beside_its_field_until_another_is_accepted(page
     assert told == [{"path": "start.q", "reason": reason}]
     pages.ask({"set": ["task.gain", -1.0]})
     told = pages.until(lambda state: len(state["refusals"]) == 2)["refusals"]
-    assert told[1] == {"path": "task.gain", "reason": "must be greater than 0, got -1.0"}
+    assert told[1] == {"path": "task.gain", "reason": "must be greater than 0, got -1 1/s"}
     pages.ask({"set": ["task.gain", 1.5]})
     state = pages.until(lambda state: not state["refusals"])
     assert [each["after"] for each in state["changes"]] == ["1.5 1/s"]

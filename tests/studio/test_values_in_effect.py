@@ -129,6 +129,8 @@ def test_numbers_from_a_slider_are_stored_as_they_are_shown():
     for given, stored in ((0.7999999, 0.8), (0.8300000000000001, 0.83), (1234567.0, 1234567.0)):
         bench.set("task.gain", given)
         assert bench.experiment.task.gain == stored
+        bench.change({"task.gain": given})  # as a button does
+        assert bench.experiment.task.gain == stored
     bench.set("start.rotvec", [0.0, 0.0, 12.499999999 * float(si_units.deg)])
     assert 'rpy = "0, 0, 12.5 deg"' in bench.experiment.to_toml()
     exact = bench.controls["start.position"].value

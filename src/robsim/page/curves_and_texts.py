@@ -53,8 +53,8 @@ def build_curve_panels(
     vector = [color for color, _ in palette.COMPONENTS]
     error = np.column_stack([run["error_norm"].values, np.abs(run["error"].values)])
     names = ["|e|", *(f"|e{i}|" for i in range(error.shape[1] - 1))]
-    units = sorted(set(run["feature_unit"].values.tolist()))
-    unit = "" if units == ["1"] else ", ".join(units)
+    units = {unit for each in run["feature_unit"].values.tolist() for unit in each.split(", ")}
+    unit = ", ".join(sorted(units - {"1"}))
     grey = [palette.BLACK, *[palette.GREY] * (error.shape[1] - 1)]
     return [
         *([] if second is None else [_compare_image_errors(run, second)]),
@@ -92,7 +92,8 @@ def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
     """Return the panel of the commanded joint velocities."""
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]
-    return [CurvePanel("joint velocities", "", names, colors, run["qd"].values)]
+    unit = str(run["qd"].attrs.get("units", ""))
+    return [CurvePanel("joint velocities", unit, names, colors, run["qd"].values)]
 
 
 def list_run_events(run: xr.Dataset) -> list[Entry]:

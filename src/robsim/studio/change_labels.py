@@ -8,6 +8,7 @@ from typing import Any
 
 from robsim.files.overrides import parse_toml_value
 
+MOST = 3  # changes in a label
 LONGEST = 44  # characters of a label with its value
 NOUNS = {  # words for the last name of a path
     "interaction": "L",
@@ -19,7 +20,6 @@ NOUNS = {  # words for the last name of a path
     "rpy": "angles",
 }
 KINDS = ("law", "variant", "projection", "weighting", "inverse", "form")  # as in "the joint law"
-# tables that a label does not mention
 NO_CONTEXT = (
     "task",
     "sensing",
@@ -40,8 +40,14 @@ def describe_changes(changes: Mapping[str, Any]) -> str:
     ('PBVS', 'latency 0 ms')
     >>> describe_changes({"belief.cameras.eye.focal": 500, "run.duration": "45.0 s"})
     'believed focal length of eye: 500, duration 45 s'
+    >>> describe_changes(dict.fromkeys(("sensing.noise", "task.gain", "run.dt", "run.seed"), 1))
+    'noise 1, gain 1, and 2 more'
+    >>> describe_changes({"task.weighting": [{"kind": "tukey", "noise": "1 px"}]})
+    'the tukey weighting'
     """
     texts = [_describe_change(path, value) for path, value in changes.items()]
+    if len(texts) > MOST:
+        texts = [*texts[: MOST - 1], f"and {len(texts) - MOST + 1} more"]
     return ", ".join(texts)
 
 
@@ -56,15 +62,17 @@ def _describe_change(path: str, value: Any) -> str:
         return f"no {name}"
     if name == "features":
         return f"{_read_kind(value)} as features"
-    if name in KINDS and text.isalpha():
-        return f"the {text} {name}"
+    if name in KINDS and (kind := _read_kind(value)).isalpha():
+        return f"the {kind} {name}"
     label = f"{name}{':' * (' of ' in name)} {text}"
     return label if len(label) <= LONGEST else f"another {name}"
 
 
 def _read_kind(value: Any) -> str:
-    """Return the kind of a value that is a word or a table."""
+    """Return the kind of a value that is a word, a table, or a list with one of them."""
     value = parse_toml_value(value)
+    if isinstance(value, list) and len(value) == 1:
+        (value,) = value
     return _format_label_value(value.get("kind", "") if isinstance(value, Mapping) else value)
 
 

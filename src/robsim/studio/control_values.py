@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
@@ -29,13 +28,16 @@ def check_control_value(control: Control, value: Any) -> Any:
 def build_changes(controls: Mapping[str, Control], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the argument of `Experiment.at` that sets values from a page by dotted name.
 
-    A value has the form of its control, or a form that `Experiment.at` accepts.
+    A value has the form of its control, and is rounded, or has a form that `Experiment.at` accepts.
     """
     changes: dict[str, Any] = {}
     for name, value in values.items():
         control = controls.get(name)
         fits = control is not None and _FORMS[control.form][0](control, value)
-        changes |= control.changes(value) if control and fits else {name: value}
+        if control and fits:
+            changes |= control.changes(round_control_value(control, value))
+        else:
+            changes[name] = value
     return changes
 
 
@@ -51,7 +53,7 @@ def describe_differences(
     """
     names = [name for name in after if name in before or name in changed]
     texts = {
-        name: (_format_if_any(before.get(name)), _format_if_any(after[name]))
+        name: _format_change(before.get(name), after[name])
         for name in names
         if name not in before or before[name].value != after[name].value
     }
@@ -75,32 +77,47 @@ def _get_sendable(control: Control | None) -> Any:
     return value if finite else None
 
 
-def _format_if_any(control: Control | None) -> str:
-    return "" if control is None else format_control_value(control)
+def _format_change(before: Control | None, after: Control) -> tuple[str, str]:
+    """Return the texts of a value before and after, in the same units."""
+    old = "" if before is None else format_control_value(before, after)
+    return old, format_control_value(after, before)
 
 
-def format_control_value(control: Control) -> str:
-    """Return the value of a control as text, in the units in which pages show it.
+def format_control_value(control: Control, beside: Control | None = None) -> str:
+    """Return the value of a control as text, in units that suit the value `beside` it too.
 
     >>> format_control_value(Control("task.gain", "number", 0.5, unit="per second"))
     '0.5 1/s'
     >>> format_control_value(Control("start.q", "numbers", [0.0, math.pi / 3], unit="rad"))
     '0, 60 deg'
+    >>> near, far = (Control("objects.cup.x", "number", x, unit="m") for x in (0.31, 0.318))
+    >>> format_control_value(near), format_control_value(near, far)
+    ('31 cm', '310 mm')
     """
-    value = control.value
+    value, units = control.value, list_control_units(control)
     if control.form == "flag":
         return "yes" if value else "no"
     if control.form == "choice":
         return str(value)
-    units = list_control_units(control)
-    numbers = [value] if control.form in ("number", "whole") else list(value)
+    numbers = _list_numbers(control)
+    fits = beside is not None and beside.form == control.form
+    others = _list_numbers(beside) if beside and fits else numbers
     if len(set(units)) == 1:
-        return _format_quantity(numbers, units[0])
-    return ", ".join(_format_quantity([x], unit) for x, unit in zip(numbers, units, strict=True))
+        return _format_quantity(numbers, units[0], others)
+    rows = zip(numbers, units, others, strict=True)
+    return ", ".join(_format_quantity([x], unit, [other]) for x, unit, other in rows)
 
 
-def _format_quantity(numbers: list[float], unit: str) -> str:
-    """Return numbers with their unit; of rounded numbers, if the exact ones are long."""
+def _list_numbers(control: Control) -> list[float]:
+    """Return the numbers of a control with one number or several."""
+    return list(control.value) if control.form == "numbers" else [control.value]
+
+
+def _format_quantity(numbers: list[float], unit: str, others: list[float]) -> str:
+    """Return numbers with their unit; of rounded numbers, if the exact ones are long.
+
+    Lengths, times and masses have the unit that makes them and the `others` short.
+    """
     if unit == "per second":
         return f"{_join_numbers(numbers)} 1/s"
     if unit.startswith("rad"):
@@ -108,7 +125,9 @@ def _format_quantity(numbers: list[float], unit: str) -> str:
         unit = unit.replace("rad", "deg", 1)
         return f"{_join_numbers(numbers)} {unit}"
     if unit in ("m", "s", "kg"):
-        return _shorten_quantity(tuple(float(f"{x:.4g}") for x in numbers), unit)
+        rounded = tuple(float(f"{x:.4g}") for x in (*numbers, *others))
+        words, common = _shorten_quantity(rounded, unit).rsplit(" ", 1)
+        return f"{', '.join(words.split(', ')[: len(numbers)])} {common}"
     return f"{_join_numbers(numbers)} {unit}".removesuffix(" 1").rstrip()
 
 
@@ -121,26 +140,6 @@ def _shorten_quantity(numbers: tuple[float, ...], unit: str) -> str:
 def _join_numbers(numbers: list[float]) -> str:
     """Return numbers with four digits, without exponents that are not needed."""
     return ", ".join(f"{x + 0.0:.4g}" for x in numbers)
-
-
-def convert_radians(text: str) -> str:
-    """Return a message with its angles in degrees, as pages show them.
-
-    >>> convert_radians("'link1' is 9 rad, outside its limits [-2.8973, 2.8973] rad")
-    "'link1' is 515.7 deg, outside its limits [-166, 166] deg"
-    """
-    return _ANGLES.sub(_convert_angles, text)
-
-
-def _convert_angles(match: re.Match[str]) -> str:
-    numbers, quote, unit = match.groups()
-    degrees = _NUMBER.sub(lambda each: f"{math.degrees(float(each[0])):.4g}", numbers)
-    return f"{degrees}{quote}{unit.replace('rad', 'deg', 1)}"
-
-
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_LISTED = rf"{_NUMBER.pattern}(?:\s*(?:,|to|and)\s*{_NUMBER.pattern})*"  # several numbers
-_ANGLES = re.compile(rf"(\[{_LISTED}\]|(?<![\w.]){_LISTED})('?\s)(rad(?:/s(?:\^2)?)?)(?![\w/])")
 
 
 def is_json_number(value: Any) -> bool:

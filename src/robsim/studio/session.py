@@ -17,11 +17,13 @@ from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
-from robsim.studio.control_values import convert_radians, is_json_integer
+from robsim.studio.control_values import is_json_integer
 from robsim.studio.interaction_message import InteractionMessages
 from robsim.studio.live_explanation import add_search_note, explain_live_run
 from robsim.studio.outbound_messages import OutboundMessages
+from robsim.studio.refusal_reasons import format_refusal
 from robsim.studio.request_queue import RequestQueue
+from robsim.studio.rounded_values import list_control_units
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.workbench import Workbench
@@ -187,7 +189,7 @@ class Session:
                 self._since = None
                 action(self, value)
         except RobSimError as error:
-            reason = self._describe_refusal(error)
+            reason = self._describe_refusal(error, paths)
             self.refusals |= {path: _strip_path(reason, path) for path in paths}
             return reason
         except Exception as error:  # noqa: BLE001  an internal error must not end the simulation
@@ -196,11 +198,15 @@ class Session:
             self._resume_after_edit()
         return ""
 
-    def _describe_refusal(self, error: RobSimError) -> str:
-        """Return the message of an error, with angles in degrees and without file names."""
-        source = self.open_bench.experiment.source if self.open_bench else ""
+    def _describe_refusal(self, error: RobSimError, paths: list[str]) -> str:
+        """Return the message of an error as pages show it, without file names."""
+        bench = self.open_bench
+        source = bench.experiment.source if bench else ""
         text = str(error).replace(f"{source}: ", "") if source else str(error)
-        return convert_radians(text)
+        controls = bench.controls if bench else {}
+        known = [controls[path] for path in paths if path in controls]
+        units = {unit for each in known for unit in list_control_units(each)}
+        return format_refusal(text, *(units if len(units) == 1 else ()))
 
     def _resume_after_edit(self) -> None:
         """Play again if the edit started a run over that had been played to its end."""

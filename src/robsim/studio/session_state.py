@@ -6,9 +6,8 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
-from robsim.engine.outcome import Outcome
 from robsim.plot.run_data import describe_outcome
-from robsim.studio.control_values import convert_radians
+from robsim.studio.refusal_reasons import convert_radians
 
 if TYPE_CHECKING:
     from robsim.studio.live_run import LiveRun
@@ -63,7 +62,7 @@ def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
         "resting": bench.rests,
         "since": bench.since,
         "distance": _build_distance(bench.pair.live) if bench.pair else None,
-        "missed": end is not None and end.outcome != Outcome.CONVERGED,
+        "missed": bench.why["missed"],
         "goal": {"kept": bench.keeps_goals, "shown": bench.has_shown_goals},
     }
 

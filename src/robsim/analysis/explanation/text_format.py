@@ -22,12 +22,12 @@ def format_number(value: float) -> str:
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """Format a number with its unit; the unit "1" is omitted.
+    """Format a number with its unit; the unit "1" and several units are omitted.
 
     >>> format_quantity(0.5, "px"), format_quantity(0.5, "1")
     ('0.5 px', '0.5')
     """
-    return format_number(value) if unit == "1" else f"{format_number(value)} {unit}"
+    return format_number(value) if unit == "1" or "," in unit else f"{format_number(value)} {unit}"
 
 
 def format_time(seconds: float) -> str:

@@ -53,7 +53,7 @@ export class Chart {
         cursor: { drag: { x: false, y: false }, points: { show: false } },
         scales: { x: { time: false, range: sinceStart }, y: this.log ? { distr: 3, range: decadesOfData } : { range: aroundData } },
         axes: [
-          { ...axis, size: 26, space: 60 },
+          { ...axis, size: 26, space: 60, values: (_, splits) => splits.map(secondsLabel) },
           { ...axis, size: 46, space: 26, ...(this.log ? { splits: decades, filter: (_, s) => s } : {}), values: (_, splits) => splits.map(label) },
         ],
         series: [
@@ -132,7 +132,12 @@ export function label(value) {
   return String(Number(value.toPrecision(4)));
 }
 
+// The label of an instant; the last one has the unit.
+function secondsLabel(value, i, all) {
+  return i === all.length - 1 ? `${label(value)} s` : label(value);
+}
+
 // Black lines are drawn in the ink of the theme.
-function inked(color, ink) {
+export function inked(color, ink) {
   return color === "#000000" ? ink : color;
 }

@@ -3,6 +3,7 @@
 import { GUI } from "./vendor.js";
 import { NumberField, PlainField } from "./fields.js";
 import { fromShown, shownUnit, toShown } from "./quantities.js";
+import { shortNames } from "./view.js";
 
 const FIRST = ["task", "start", "sensing", "actuation", "safety", "belief", "objects", "cameras", "robots", "run"];
 const OPEN = new Set(["task", "start", "start q"]);
@@ -31,10 +32,11 @@ export class Controls {
     for (const row of this.rows.values()) row.settle();
   }
 
-  // Show the reasons of refusals {path, reason} below their fields.
+  // Show the reasons of refusals {path, reason} below their fields; return the refusals with a visible field.
   refuse(refusals) {
     const reasons = new Map(refusals.map(({ path, reason }) => [path, reason]));
     for (const [path, row] of this.rows) row.tell(reasons.get(path) ?? "");
+    return refusals.filter(({ path }) => this.rows.get(path)?.isVisible());
   }
 
   build(controls, key) {
@@ -83,8 +85,7 @@ export class Controls {
   several(gui, control, path) {
     const now = this.known.get(control.path) ?? control;
     const units = control.names.map((_, i) => (Array.isArray(control.unit) ? control.unit[i] : control.unit));
-    const short = control.names.map((name) => name.split(".").at(-1));
-    const plain = new Set(short).size === short.length ? short : control.names;
+    const plain = shortNames(control.names);
     let [wanted, last] = [[...now.value], 0];
     gui.domElement.title = control.meaning;
     const fields = control.names.map((_, i) => numberField(gui, {
@@ -104,6 +105,7 @@ export class Controls {
         fields.forEach((field) => field.settle());
       },
       tell: (reason) => fields.forEach((field, i) => field.tell(i === last ? reason : "")),
+      isVisible: () => fields[last].isVisible(),
     });
   }
 }
@@ -126,7 +128,10 @@ function numberField(gui, control, name, send) {
 }
 
 function adapt(field, shown) {
-  return { take: (news) => field.take(shown(news)), tell: (reason) => field.tell(reason), settle: () => field.settle() };
+  return {
+    take: (news) => field.take(shown(news)), tell: (reason) => field.tell(reason), settle: () => field.settle(),
+    isVisible: () => field.reason.isVisible(),
+  };
 }
 
 function treeOf(controls) {

@@ -22,6 +22,10 @@ export class Reason {
     this.show();
   }
 
+  isVisible() {
+    return this.row.offsetParent !== null;
+  }
+
   show() {
     const text = this.own || this.heard;
     this.row.classList.toggle("refused", text !== "");

@@ -24,17 +24,19 @@ export class Handles {
     this.tool.addEventListener("objectChange", () => this.send(false));
     space.renderer.domElement.addEventListener("pointerdown", (event) => (this.down = [event.clientX, event.clientY]));
     space.renderer.domElement.addEventListener("pointerup", (event) => this.clicked(event));
-    this.choice = { held: "nothing", turn: false };
+    space.renderer.domElement.addEventListener("pointermove", (event) => event.buttons || this.nameBody(event));
+    this.choice = { held: "none", turn: false };
     space.placed = () => this.follow();
   }
 
   // Show handles {name, frame, pose, carried}; a handle stays at the pointer while it is dragged.
   renew(handles) {
     this.carried = handles.filter((handle) => handle.carried);
+    this.labels = new Map(handles.map((handle) => [handle.name, labelOf(handle)]));
     const names = new Set(handles.map((handle) => handle.name));
     for (const [name, ball] of this.balls)
       if (!names.has(name)) {
-        if (this.choice.held === name) this.hold("nothing");
+        if (this.choice.held === name) this.hold("none");
         this.group.remove(ball);
         this.balls.delete(name);
       }
@@ -83,12 +85,10 @@ export class Handles {
     const open = this.gui ? !this.gui._closed : hasRoom();
     this.gui?.destroy();
     if (!this.balls.size) return;
-    this.gui = new GUI({ container: find("dragging"), title: "drag (click a ball)", injectStyles: false });
-    const pushed = new Set((this.carried ?? []).map((handle) => handle.name));
-    const label = (name) => (pushed.has(name) ? "push " : "") + name.replace(/^\w+\./, "");
-    const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [label(name), name]));
-    this.picker = this.gui.add(this.choice, "held", names).name("handle").onChange((name) => this.hold(name));
-    this.gui.add(this.choice, "turn").name("rotate").onChange(() => this.hold(this.choice.held));
+    this.gui = new GUI({ container: find("dragging"), title: "move a body", injectStyles: false });
+    const names = Object.fromEntries(["none", ...this.balls.keys()].map((name) => [this.labels.get(name) ?? name, name]));
+    this.picker = this.gui.add(this.choice, "held", names).name("body").onChange((name) => this.hold(name));
+    this.gui.add(this.choice, "turn").name("rotation").onChange(() => this.hold(this.choice.held));
     if (!open) this.gui.close();
   }
 
@@ -105,15 +105,28 @@ export class Handles {
   // Select the handle under a click, if there is one.
   clicked(event) {
     const still = this.down && Math.hypot(event.clientX - this.down[0], event.clientY - this.down[1]) < 4;
-    if (!still || this.tool.dragging) return;
+    const name = still && !this.tool.dragging && this.nameAt(event);
+    if (name) this.hold(name);
+  }
+
+  // Show the name of the body whose handle is under the pointer.
+  nameBody(event) {
+    const canvas = this.space.renderer.domElement;
+    const name = this.nameAt(event);
+    const text = name ? `${this.labels.get(name)}: click, then drag the arrows` : "";
+    if (canvas.title !== text) canvas.title = text;
+    canvas.style.cursor = name ? "pointer" : "";
+  }
+
+  // The name of the handle under the pointer, if there is one.
+  nameAt(event) {
     const box = this.space.renderer.domElement.getBoundingClientRect();
     const at = new THREE.Vector2(
       (2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height,
     );
     const ray = new THREE.Raycaster();
     ray.setFromCamera(at, this.space.camera);
-    const hit = ray.intersectObjects([...this.balls.values()])[0];
-    if (hit) this.hold(hit.object.name);
+    return ray.intersectObjects([...this.balls.values()])[0]?.object.name;
   }
 
   send(last) {
@@ -123,4 +136,10 @@ export class Handles {
     this.sent = now;
     this.drag(this.choice.held, [...ball.position.toArray(), ...ball.quaternion.toArray()]);
   }
+}
+
+// The body of a handle in words; a body that a robot carries moves the robot.
+function labelOf({ name, frame, carried }) {
+  if (name === "start" || name === "goal") return `${name} pose of ${frame}`;
+  return carried ? `${frame}, with its robot` : frame;
 }

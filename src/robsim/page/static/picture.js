@@ -1,5 +1,7 @@
 // The image of a camera: feature points, their paths and goals, in pixels.
 
+import { inked } from "./charts.js";
+
 const MARGIN = 0.05; // of the image, around it
 
 export class Picture {
@@ -62,7 +64,8 @@ export class Picture {
     this.pen.setTransform(this.scale, 0, 0, this.scale, -left * this.scale, -top * this.scale);
     this.unit = ratio / this.scale; // a screen pixel in image pixels
     const style = getComputedStyle(this.canvas);
-    this.ink = style.getPropertyValue("--ink");
+    this.ink = style.getPropertyValue("--ink").trim();
+    this.colors = this.camera.colors.map((color) => inked(color, this.ink));
     this.pen.clearRect(left, top, width, height);
     this.drawBorder(style.getPropertyValue("--paper"));
     for (let mark = 0; mark < this.count; mark++) {
@@ -100,7 +103,7 @@ export class Picture {
 
   drawWay(mark) {
     const { pen, unit } = this;
-    pen.strokeStyle = this.camera.colors[mark];
+    pen.strokeStyle = this.colors[mark];
     pen.lineWidth = 1.6 * unit;
     const last = this.pixels.shape[0] - 1;
     for (const [to, alpha] of [[last, 0.25], [this.index, 0.9]]) {
@@ -114,7 +117,7 @@ export class Picture {
   // The path of a feature point under the second scheme, dashed, and its position, hollow.
   drawSecond(mark) {
     const { pen, unit } = this;
-    pen.strokeStyle = this.camera.colors[mark];
+    pen.strokeStyle = this.colors[mark];
     pen.lineWidth = 1.2 * unit;
     pen.setLineDash([4 * unit, 3 * unit]);
     this.drawPath(mark, this.index, this.second);
@@ -146,7 +149,7 @@ export class Picture {
     const { pen, unit } = this;
     pen.lineWidth = 1.5 * unit;
     const side = 11 * unit;
-    this.camera.colors.forEach((color, mark) => {
+    this.colors.forEach((color, mark) => {
       const [x, y] = this.goal.values.subarray(2 * mark, 2 * mark + 2);
       if (!Number.isFinite(x)) return;
       pen.strokeStyle = color;
@@ -158,7 +161,7 @@ export class Picture {
     const { pen, unit } = this;
     const [x, y] = this.at(this.index, mark);
     if (!Number.isFinite(x)) return;
-    pen.fillStyle = this.camera.colors[mark];
+    pen.fillStyle = this.colors[mark];
     pen.strokeStyle = this.ink;
     pen.lineWidth = 0.8 * unit;
     pen.beginPath();

@@ -1,6 +1,7 @@
 // Numbers with units, as a person reads and types them.
 
 const PER_DEGREE = Math.PI / 180; // radians
+const [LEAST_METRES, LEAST_DEGREES] = [1e-4, 0.01]; // smaller distances are not distinguished
 const SCALES = {
   m: { mm: 1e-3, cm: 1e-2, m: 1 },
   s: { us: 1e-6, ms: 1e-3, s: 1 },
@@ -26,6 +27,7 @@ export function fromShown(value, unit) {
 export function numberText(value) {
   if (value === null) return "";
   if (Number.isInteger(value)) return String(value);
+  if (Math.abs(value) < 1e-4) return value.toExponential(5).replace(/\.?0+e/, "e");
   const text = String(Number(value.toPrecision(12)));
   return text.replace("-", "").length <= 9 ? text : String(Number(value.toPrecision(6)));
 }
@@ -66,6 +68,14 @@ export function snapped(value, step, low, high) {
   const last = Math.floor(high / step + 1e-9);
   const count = Math.min(Math.max(Math.round(value / step), first), last);
   return Number((count * step).toPrecision(12)) || 0; // never -0
+}
+
+// A distance with the digits of a person; small ones are not distinguished.
+export function distanceText({ length, angle }) {
+  const parts = [];
+  if (length !== null) parts.push(length < LEAST_METRES ? `less than ${1000 * LEAST_METRES} mm` : lengthText(length));
+  if (angle !== null) parts.push(angle < LEAST_DEGREES * PER_DEGREE ? `${LEAST_DEGREES} deg` : angleText(angle));
+  return parts.join(" and ");
 }
 
 // A length with a unit of its size.

@@ -1,5 +1,6 @@
 // The scene in 3-D: solids, marks, trails and views on frames that move.
 
+import { inked } from "./charts.js";
 import { Pace } from "./pace.js";
 import { Surface } from "./shading.js";
 import { shapeNamesOf } from "./growing.js";
@@ -32,6 +33,7 @@ export class Space {
     element.append(this.renderer.domElement);
     this.element = element;
     this.scene = new THREE.Scene();
+    this.ink = "#000000"; // of what is black on white paper
     this.groups = {};
     this.geometries = new Map(); // of shapes, by name
     for (const name of GROUPS) {
@@ -179,7 +181,8 @@ export class Space {
     const size = this.extent() * 0.009;
     const ball = new THREE.SphereGeometry(size, 12, 8);
     marks.colors.forEach((color, i) => {
-      const dot = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color }));
+      const dot = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: inked(color, this.ink) }));
+      dot.userData.color = color;
       dot.position.fromArray(points, 3 * i);
       this.put(this.frames[marks.frame], dot);
     });
@@ -386,8 +389,10 @@ export class Space {
     return way > 0 && sphere.radius > 0 && way > FAR * sphere.radius ? sphere : null;
   }
 
-  paint(background, dark) {
+  paint(background, ink, dark) {
+    this.ink = ink;
     this.scene.background = new THREE.Color(background);
+    this.scene.traverse(({ userData, material }) => userData.color && material.color.set(inked(userData.color, ink)));
     if (this.grid) this.grid.material.opacity = dark ? 0.15 : 0.6;
     this.dirty = true;
   }

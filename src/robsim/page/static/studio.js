@@ -8,7 +8,7 @@ import { Handles } from "./handles.js";
 import { listenForKeys } from "./keys.js";
 import { Link } from "./link.js";
 import { MatrixPanel } from "./matrix.js";
-import { angleText, lengthText } from "./quantities.js";
+import { distanceText } from "./quantities.js";
 import { StudyMap } from "./study.js";
 import { listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
@@ -146,7 +146,6 @@ export class Studio {
 
   tell(state) {
     this.state = state;
-    this.tellNote(state.note);
     this.tellRun(state);
     this.tellRefusals(state);
     this.bar.tell({ ...state, live: this.live });
@@ -186,12 +185,16 @@ export class Studio {
   }
 
   // Each handled request ends the wait of the fields: they show the values in effect, and the reasons of refusals.
-  tellRefusals({ requests, refusals = [] }) {
+  // The note has the reasons that no field shows.
+  tellRefusals({ note, requests, refusals = [] }) {
     const handled = requests !== this.requests;
     this.requests = requests;
-    this.controls.refuse(refusals.filter((each) => each.path !== this.askedSecond));
+    const shown = this.controls.refuse(refusals.filter((each) => each.path !== this.askedSecond));
     const refused = refusals.find((each) => each.path === this.askedSecond);
-    (this.secondValue ?? this.second)?.tell(refused?.reason ?? "");
+    const second = this.secondValue ?? this.second;
+    second?.tell(refused?.reason ?? "");
+    if (second && refused) shown.push(refused);
+    this.tellNote(shown.reduce((rest, { path, reason }) => withoutReason(rest, path, reason), note));
     if (!handled) return;
     for (const each of [this.controls, this.second, this.secondValue]) each?.settle();
   }
@@ -208,15 +211,13 @@ export class Studio {
   }
 
   tellRest({ resting = false }) {
-    const text = resting ? "converged: waiting for you (drag the target, or change a value)" : "";
+    const text = resting ? "converged: drag the target, or change a value" : "";
     find("resting").hidden = !text;
     if (find("resting").textContent !== text) find("resting").textContent = text;
   }
 
   tellDistance({ distance = null, missed = false }) {
-    const { length = null, angle = null } = (this.live && distance) || {};
-    const parts = [length === null ? "" : lengthText(length), angle === null ? "" : angleText(angle)].filter(Boolean);
-    find("distance").textContent = parts.length ? `${parts.join(" and ")} from the goal` : "";
+    find("distance").textContent = this.live && distance ? `${distanceText(distance)} from the goal` : "";
     find("distance").title = distance?.frame ? `of ${distance.frame}` : "";
     document.body.classList.toggle("missed", this.live && missed);
   }
@@ -312,6 +313,11 @@ export class Studio {
     this.askedSecond = second?.[0];
     this.link.ask({ second });
   }
+}
+
+// A note without the reason of a refusal, which may begin with the path.
+function withoutReason(note, path, reason) {
+  return note === reason ? "" : note.replace(`${path}: ${reason}`, "").trim();
 }
 
 // A list of controls with those that have changed.

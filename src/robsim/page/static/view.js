@@ -12,6 +12,7 @@ const NAMES = {
   follow: "follow", views: "views of cameras", rays: "rays to feature points", frames: "axes of frames", ground: "ground",
 };
 
+const MOST_NAMES = 8; // of the curves in a legend
 const CURVES = 120; // milliseconds between drawings of growing curves
 
 export function find(id) {
@@ -35,6 +36,12 @@ export function closeButton(dialog) {
   button.setAttribute("aria-label", "close");
   button.addEventListener("click", () => dialog.close());
   return button;
+}
+
+// Dotted names without their first parts, if the last parts differ.
+export function shortNames(names) {
+  const short = names.map((name) => name.split(".").at(-1));
+  return new Set(short).size === short.length ? short : names;
 }
 
 // The groups of frames with parts.
@@ -145,8 +152,9 @@ export class View {
 
   repaint() {
     const dark = document.documentElement.dataset.theme === "dark";
-    const sky = getComputedStyle(document.body).getPropertyValue("--sky").trim();
-    this.space.paint(sky, dark);
+    const style = getComputedStyle(document.body);
+    const [sky, ink] = ["--sky", "--ink"].map((name) => style.getPropertyValue(name).trim());
+    this.space.paint(sky, ink, dark);
     for (const picture of this.pictures) picture.draw();
     for (const chart of this.charts) chart.build();
   }
@@ -180,13 +188,7 @@ export class View {
   chart(curve) {
     const figure = element("figure");
     const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
-    const named = curve.names[0] === "|e|" ? 1 : curve.names.length;
-    if (named <= 8)
-      curve.names.slice(0, named).forEach((name, i) => {
-        const key = element("span", name, "key");
-        key.style.setProperty("--own", curve.colors[i]);
-        caption.append(key);
-      });
+    caption.append(...legendOf(curve));
     const plot = element("div", "", "plot");
     figure.append(caption, plot);
     find("charts").append(figure);
@@ -205,10 +207,32 @@ export class View {
     find("texts").replaceChildren(
       ...others.map(([heading, text]) => {
         const details = element("details");
-        details.append(element("summary", heading), element(["experiment", "mission"].includes(heading) ? "pre" : "p", text));
+        details.append(element("summary", heading), heading === "mission" ? phaseTable(text) : element(heading === "experiment" ? "pre" : "p", text));
         details.open = heading !== "experiment";
         return details;
       }),
     );
   }
+}
+
+// The names of curves with their colours: of an error its length alone, and the number of names if there are many.
+function legendOf({ names, colors }) {
+  const shown = names[0] === "|e|" ? ["|e|"] : shortNames(names);
+  if (shown.length > MOST_NAMES) return [element("span", `${shown.length} joints`, "key several")];
+  return shown.map((name, i) => {
+    const key = element("span", name, "key");
+    key.style.setProperty("--own", colors[i]);
+    return key;
+  });
+}
+
+// The phases of a mission: start, name and outcome in columns; other lines as a whole.
+function phaseTable(text) {
+  const table = element("table", "", "phases");
+  for (const line of text.split("\n")) {
+    const cells = line.trim().split(/\s{2,}/).map((cell) => element("td", cell));
+    if (cells.length === 1) cells[0].colSpan = 3;
+    table.insertRow().append(...cells);
+  }
+  return table;
 }

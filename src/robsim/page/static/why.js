@@ -54,7 +54,7 @@ export class WhyCard {
     const paragraph = element("p");
     const offers = this.ask && actions.length > 0;
     if (head && !offers) paragraph.append(element("strong", head));
-    for (const line of text.split("\n")) paragraph.append(element(line.startsWith("robsim ") ? "code" : "span", line));
+    for (const line of text.split("\n")) paragraph.append(line.startsWith("robsim ") ? element("code", line) : element("span", unbroken(line)));
     block.append(paragraph);
     if (offers) {
       const row = element("div", "", "actions");
@@ -103,6 +103,11 @@ export class WhyCard {
 
 function listOfChanges(changes) {
   return { head: "Changed", text: changes.map((each) => `${wordsOfPath(each.path)}: ${wordsOfChange(each)}`).join("\n") };
+}
+
+// A text whose lines do not end within a number such as 1e-05, nor between a number and its unit.
+function unbroken(text) {
+  return text.replace(/(\de-)(?=\d)/g, "$1\u2060").replace(/(\d) (?=(s|m|cm|mm|px|deg)\b)/g, "$1\u00a0");
 }
 
 function plainText(value) {

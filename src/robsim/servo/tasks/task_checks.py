@@ -151,10 +151,10 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
         own, first = tolerances[first : first + part.size], first + part.size
         widest = _measure_image_width(part.feature, part.sights[0].eye.camera)
         if len(own) and own.min() >= widest:
-            unit = part.feature.unit
+            unit = "" if part.feature.unit == "1" else f" {part.feature.unit}"
             raise InputError(
-                f"a tolerance of {own.min():g} {unit} for {part.name}, and no two points of the "
-                f"image are more than {widest:g} {unit} apart: every start would have converged"
+                f"a tolerance of {own.min():g}{unit} for {part.name}, and no two points of the "
+                f"image are more than {widest:g}{unit} apart: every start would have converged"
             )
 
 
