@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
@@ -238,6 +239,7 @@ class Names(ListOf):
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
 
+@cache
 def find_name_key(kind: DeclaredClass) -> str | None:
     """Return the key of the names of objects of a class; None if they have no names."""
     return next((key for key in ("name", "robot") if key in get_table_keys(kind)), None)
