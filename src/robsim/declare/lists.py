@@ -163,7 +163,8 @@ class ListOf(Spec):
     @property
     def _name_key(self) -> str:
         """The key of the names of the items; "" if they have no names."""
-        return next(filter(None, map(find_name_key, self.item.list_inner_classes())), "")
+        keys = [find_name_key(kind) for kind in self.item.list_inner_classes()]  # type: ignore[arg-type]
+        return next(filter(None, keys), "")
 
     def _list_labels(self, value: Sequence[Any]) -> list[str]:
         """Return the names of the items, or their numbers."""
