@@ -32,7 +32,7 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         page.evaluate("robsim.handles.hold('cameras.camera')")
         page.evaluate(
             "const ball = robsim.handles.balls.get('cameras.camera');"
-            "ball.position.x += 0.03; robsim.handles.send(true);"
+            "ball.position.x += 0.03; robsim.handles.send();"
         )
         until(page, "robsim.state.since > 5 && !robsim.state.resting")
         until(page, f"Math.abs(({AT})('camera')[0] - {goal[0]}) > 0.02")  # its instant has arrived
@@ -43,3 +43,20 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         assert page.evaluate(AT, "camera") == pytest.approx(goal, abs=1e-5)
         assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-5)
         context.close()
+
+
+def test_a_hand_that_rests_during_a_drag_has_sent_its_newest_pose(desk):
+    page = desk.page()
+    sent = page.evaluate("""async () => {
+      const { handles } = robsim;
+      const [poses, ball] = [[], [...handles.balls.values()][0]];
+      handles.hold(ball.name);
+      handles.drag = (name, pose) => poses.push(pose[0]);
+      for (const x of [1, 2, 3]) {
+        ball.position.x = x;
+        handles.sendLater();
+      }
+      await new Promise((done) => setTimeout(done, 200));
+      return poses;
+    }""")
+    assert sent == [1, 3]  # the first at once, the last after the interval, none in between

@@ -232,3 +232,15 @@ def test_the_original_value_of_a_change_is_exact():
     for path, value in originals.items():
         bench.set(path, value)
     assert bench.differences == [] and bench.experiment == experiment
+
+
+def test_unchanged_parts_keep_their_controls():
+    path = examples.path("second_robot")
+    bench = Workbench(load_scenario(path))
+    name, before = "robots.worker.links.forearm.dh.a", bench.controls
+    bench.set(name, 0.4)
+    fresh = load_scenario(path).at(bench.controls[name].changes(0.4))
+    assert list(bench.controls.values()) == fresh.controls()
+    kept = {each for each in before if bench.controls[each] is before[each]}
+    assert "robots.watcher.home" in kept and "robots.worker.links.flange.dh.a" in kept
+    assert name not in kept and "robots.worker.home" not in kept

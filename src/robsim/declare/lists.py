@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
@@ -158,7 +159,8 @@ class ListOf(Spec):
     @property
     def _name_key(self) -> str:
         """The key of the names of the items; "" if they have no names."""
-        return next(filter(None, map(find_name_key, self.item.list_inner_classes())), "")
+        keys = [find_name_key(kind) for kind in self.item.list_inner_classes()]  # type: ignore[arg-type]
+        return next(filter(None, keys), "")
 
     def _list_labels(self, value: Sequence[Any]) -> list[str]:
         """Return the names of the items, or their numbers."""
@@ -234,6 +236,7 @@ class Names(ListOf):
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
 
+@cache
 def find_name_key(kind: DeclaredClass) -> str | None:
     """Return the key of the names of objects of a class; None if they have no names."""
     return next((key for key in ("name", "robot") if key in get_table_keys(kind)), None)

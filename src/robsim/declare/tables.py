@@ -341,3 +341,14 @@ class Table(Spec):
             for each, schemas in fields
             for key, x in schemas.items()
         }
+
+
+@dataclass(frozen=True)
+class PartTable(Table):
+    """A table of a frozen part, whose controls depend on the part alone and are cached in it."""
+
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
+        known: dict[str, list[Control]] = vars(value).setdefault("_controls", {})  # by path
+        if place.path not in known:
+            known[place.path] = list(super().controls(value, place))
+        return known[place.path]

@@ -14,6 +14,7 @@ from robsim.geometry.primitives import Primitive
 from robsim.plot import palette, wireframe
 from robsim.plot.goal_outlines import build_frame_outline
 from robsim.plot.wireframe import ScenePart, WireSolid
+from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 
 T = TypeVar("T")
@@ -47,7 +48,8 @@ class BodyShapes:
         """Return the parts of a scene; the depth of a frustum is in metres."""
 
         def list_parts(_: Scene) -> list[ScenePart]:
-            return wireframe.list_scene_parts(scene, depth, self.list_drawable, self.build_solid)
+            builders = self.list_drawable, self.build_solid, self.build_camera_solid
+            return wireframe.list_scene_parts(scene, depth, *builders)
 
         return self._find_in_scene(f"parts {depth}", scene, list_parts)
 
@@ -55,7 +57,8 @@ class BodyShapes:
         """Return the outline of the body of a frame; the depth of a frustum is in metres."""
 
         def list_outline(_: Scene) -> list[WireSolid]:
-            return build_frame_outline(scene, name, depth, self.list_drawable, self.build_solid)
+            builders = self.list_drawable, self.build_solid, self.build_camera_solid
+            return build_frame_outline(scene, name, depth, *builders)
 
         return self._find_in_scene(f"outline {depth} {name}", scene, list_outline)
 
@@ -71,6 +74,13 @@ class BodyShapes:
         """Return a primitive as a solid, in its own colour or in another one."""
         wire: WireSolid = self._find("solid", shape, _build_unlabelled_solid)
         return replace(wire, label=label, color=palette.convert_color(color or shape.color))
+
+    def build_camera_solid(self, eye: MountedCamera, depth: float) -> WireSolid:
+        """Return the body of a camera, or a frustum; the depth of a frustum is in metres."""
+        wire: WireSolid = self._find(
+            f"camera {depth}", eye, lambda _: wireframe.build_camera_solid(eye, depth)
+        )
+        return wire
 
     def store_solid(self, wire: WireSolid) -> dict[str, str]:
         """Return the names of the corners of the triangles of a solid, and of its edges.

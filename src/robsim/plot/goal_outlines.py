@@ -14,6 +14,7 @@ from robsim.geometry.pose import Pose, PoseLike, check_single_pose, is_pose_like
 from robsim.plot import wireframe
 from robsim.plot.scene_motion import list_cameras_and_objects
 from robsim.plot.wireframe import (
+    CameraSolidBuilder,
     DrawableShapes,
     ScenePart,
     SolidBuilder,
@@ -140,15 +141,16 @@ def build_frame_outline(
     depth: float,
     drawable: DrawableShapes | None = None,
     build: SolidBuilder | None = None,
+    build_camera: CameraSolidBuilder | None = None,
 ) -> list[WireSolid]:
     """Return the outline of the body of a frame in its own axes, or the axes if it has no body.
 
-    `drawable` and `build` as in `list_scene_parts`.
+    `drawable`, `build` and `build_camera` as in `list_scene_parts`.
     """
     drawable, build = drawable or wireframe.list_drawable_shapes, build or build_shape_solid
     for eye in scene.cameras:
         if eye.name == name:
-            return [wireframe.build_camera_solid(eye, depth)]
+            return [(build_camera or wireframe.build_camera_solid)(eye, depth)]
     shapes = drawable(wireframe.list_scene_shapes(scene)[name])
     if shapes:
         return [build(name, shape) for shape in shapes]

@@ -7,6 +7,7 @@ in line style or marker, so that they are distinct in black and white.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
@@ -57,6 +58,7 @@ LINES = ("-", "--", "-.", ":")
 COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # x, y, z of a vector
 
 
+@lru_cache
 def convert_color(name: str) -> str:
     """Return the display colour "#rrggbb" of a primitive of colour `name`.
 
@@ -92,6 +94,7 @@ def cycle_link_color(i: int) -> str:
     return BLACK if i == 0 else cycle_color(i - 1 if i <= black else i)
 
 
+@lru_cache
 def tint_color(original: str, share: float) -> str:
     """Return a colour mixed with a share of white, or of black if the share is negative.
 

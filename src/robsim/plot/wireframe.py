@@ -21,6 +21,7 @@ from robsim.world.scene import Scene
 
 DrawableShapes = Callable[[Iterable[Primitive]], list[Primitive]]
 SolidBuilder = Callable[..., "WireSolid"]  # of a label, a primitive, and optionally a colour
+CameraSolidBuilder = Callable[[MountedCamera, float], "WireSolid"]  # of a camera and a depth
 
 MOST_LINKS = 16  # a robot with more links has a single legend entry
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
@@ -73,11 +74,13 @@ def list_scene_parts(
     depth: float,
     drawable: DrawableShapes | None = None,
     build: SolidBuilder | None = None,
+    build_camera: CameraSolidBuilder | None = None,
 ) -> list[ScenePart]:
     """Return all solids of a scene; a camera without a body is a frustum of `depth` metres.
 
-    A black camera gets an unused colour if other solids are black. `drawable` and `build` replace
-    `list_drawable_shapes` and `build_shape_solid`, to keep their results.
+    A black camera gets an unused colour if other solids are black. `drawable`, `build` and
+    `build_camera` replace `list_drawable_shapes`, `build_shape_solid` and `build_camera_solid`, to
+    keep their results.
     """
     drawable, build = drawable or list_drawable_shapes, build or build_shape_solid
     every = [
@@ -87,7 +90,7 @@ def list_scene_parts(
         shapes = drawable(obj.solids)
         every += [ScenePart(obj.name, build(obj.name, shape)) for shape in shapes]
     for eye in scene.cameras:
-        wire = build_camera_solid(eye, depth)
+        wire = (build_camera or build_camera_solid)(eye, depth)
         taken = {other.wire.color for other in every}
         free = palette.find_unused_color(taken) if wire.color == palette.BLACK else wire.color
         every.append(ScenePart(eye.name, replace(wire, color=free)))

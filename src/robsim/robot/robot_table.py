@@ -9,12 +9,13 @@ from typing import Annotated, Any, ClassVar, cast
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, PerRun, Role, Table, Text
+from robsim.declare import Flag, ListOf, Name, PerRun, Role, Text
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import Axes, PerJoint
 from robsim.declare.lists import get_item_label
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import MISSING, Context, Raw, Spec, UnwritableChange
+from robsim.declare.tables import PartTable
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
@@ -26,7 +27,7 @@ from robsim.robot.link_table import LinkTable
 from robsim.robot.robot import Robot
 from robsim.robot.robot_origin import ORIGIN_KEYS, RobotOrigin
 
-LINK_SPEC = Table(Link, LinkTable)
+LINK_SPEC = PartTable(Link, LinkTable)
 MOST_LINKS = 256
 MOST_LISTED_PARTS = 64  # largest number of robots in a scene, tools of a robot, and similar parts
 BASE_MESSAGE = (
@@ -66,7 +67,7 @@ def _drop_default_parents(links: Sequence[Link]) -> list[Link]:
 
 
 @dataclass(frozen=True)
-class LinkTreeSpec(Table):
+class LinkTreeSpec(PartTable):
     """Declaration of a robot or tool: its links, or a library robot or URDF file with changes."""
 
     def read(self, raw: Raw, c: Context) -> Any:

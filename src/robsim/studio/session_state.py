@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
 from robsim.plot.run_data import describe_outcome
@@ -52,7 +51,7 @@ def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
         "outcome": end.outcome.name if end else "",
         "ending": "; ".join(ends),
         "second": bench.second,
-        "handles": [asdict(each) for each in bench.handles],
+        "handles": [vars(each) for each in bench.handles],
         "changes": bench.differences,
         "undo": bench.history.before is not None,
         "redo": bench.history.after is not None,

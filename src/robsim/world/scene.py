@@ -16,6 +16,7 @@ from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
+from robsim.declare.tables import PartTable
 from robsim.features.feature import Feature, Observation
 from robsim.features.interaction_matrix import InteractionMatrix, check_features, stack_interactions
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose, homogeneous_matrix
@@ -90,12 +91,12 @@ class Scene(SceneCoordinates):
     ] = ()
     objects: Annotated[
         tuple[Object, ...],
-        ListOf(Table(Object), most=MOST_LISTED_PARTS),
+        ListOf(PartTable(Object), most=MOST_LISTED_PARTS),
         "Objects of the scene, with marks that cameras see.",
     ] = ()
     cameras: Annotated[
         tuple[MountedCamera, ...],
-        ListOf(Table(MountedCamera), most=MOST_LISTED_PARTS),
+        ListOf(PartTable(MountedCamera), most=MOST_LISTED_PARTS),
         "Mounted cameras.",
     ] = ()
     motions: Annotated[

@@ -6,7 +6,8 @@ import { find, hasRoom } from "./view.js";
 const COLORS = { start: "#5d5d5d", goal: "#d6007a" };
 const OWN = "#0072b2";
 const PUSHED = "#d55e00"; // bodies that a robot carries
-const PAUSE = 70; // milliseconds between messages of a drag
+const INTERVAL = 40; // least milliseconds between messages of a drag
+const PATIENCE = 80; // milliseconds that a slow machine waits for the reply before it draws the handle alone
 
 export class Handles {
   constructor(space, drag) {
@@ -19,9 +20,9 @@ export class Handles {
     this.tool.addEventListener("change", () => (space.dirty = true));
     this.tool.addEventListener("dragging-changed", (event) => {
       space.controls.enabled = !event.value;
-      if (!event.value) this.send(true);
+      if (!event.value) this.send();
     });
-    this.tool.addEventListener("objectChange", () => this.send(false));
+    this.tool.addEventListener("objectChange", () => this.sendLater());
     space.renderer.domElement.addEventListener("pointerdown", (event) => (this.down = [event.clientX, event.clientY]));
     space.renderer.domElement.addEventListener("pointerup", (event) => this.clicked(event));
     space.renderer.domElement.addEventListener("pointermove", (event) => event.buttons || this.nameBody(event));
@@ -129,11 +130,20 @@ export class Handles {
     return ray.intersectObjects([...this.balls.values()])[0]?.object.name;
   }
 
-  send(last) {
+  // Send the newest pose, now or once the interval has passed; poses in between are left out.
+  sendLater() {
+    const rest = INTERVAL - (performance.now() - this.sent);
+    if (rest <= 0) this.send();
+    else this.later ??= setTimeout(() => this.send(), rest);
+  }
+
+  send() {
+    clearTimeout(this.later);
+    this.later = undefined;
     const ball = this.balls.get(this.choice.held);
-    const now = performance.now();
-    if (!ball || (!last && now - this.sent < PAUSE)) return;
-    this.sent = now;
+    if (!ball) return;
+    this.sent = performance.now();
+    this.space.awaited = this.sent + PATIENCE;
     this.drag(this.choice.held, [...ball.position.toArray(), ...ball.quaternion.toArray()]);
   }
 }

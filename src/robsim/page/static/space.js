@@ -352,6 +352,7 @@ export class Space {
     for (const { moves } of this.items.values()) for (const move of moves) move(index);
     if (this.shown.follow) this.follow();
     this.placed?.();
+    this.awaited = 0;
     this.dirty = true;
   }
 
@@ -409,12 +410,14 @@ export class Space {
     this.dirty = true;
   }
 
-  // Draw changes, at low resolution on a slow machine, and at full resolution once nothing moves.
+  // Draw changes, at low resolution on a slow machine, and at full resolution once nothing moves. A slow machine
+  // draws a dragged handle together with the reply, which places the bodies, not before: once for each value.
   draw(now) {
     if (!this.header) return;
-    const share = this.pace.share(now, this.dirty);
+    const due = this.dirty && !(this.pace.coarse && now < this.awaited);
+    const share = this.pace.share(now, due);
     if (share !== this.sharpness) this.sharpen(share);
-    if (!this.dirty) return;
+    else if (!due) return;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);
   }

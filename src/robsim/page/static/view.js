@@ -101,8 +101,7 @@ export class View {
     this.space.change(header);
     if (changes.cameras) this.showPictures();
     if (groupsOf(before).join() !== groupsOf(header).join()) this.options();
-    this.shown = -1;
-    this.place();
+    this.shown = -1; // the next frame places the bodies, together with rows that arrive before it
   }
 
   showPictures() {
@@ -131,6 +130,7 @@ export class View {
       for (const chart of this.charts) chart.extend(this.unplotted);
       [this.plotted, this.unplotted] = [now, undefined];
     }
+    if (this.late === undefined && this.shown < 0) this.place();
     if (this.late === undefined) return;
     this.clock.times = this.arrays.time.values;
     this.space.extend(this.late);
