@@ -1,0 +1,1 @@
+from robsim.rendering.light import Light as Light
