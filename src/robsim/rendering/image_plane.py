@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.raster.raster_arrays import ImagePlane
@@ -15,15 +16,14 @@ def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
     width, height = camera.size
     fine = camera.resized(width * samples, height * samples) if samples > 1 else camera
     if not camera.bends:
-        empty = np.zeros((2, 0))
-        rays = np.zeros((2, 0, 0), dtype=np.float32)
-        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, rays, empty, empty)
+        empty, no_rays = np.zeros((2, 0)), np.zeros((2, 0, 0), dtype=np.float32)
+        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, no_rays, empty, empty)
     rays = _compute_rays(fine)
     unit = np.eye(3)
     return ImagePlane(unit, unit, True, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
 
 
-def _compute_rays(camera: Camera) -> Array:
+def _compute_rays(camera: Camera) -> NDArray[np.float32]:
     """Return the normalised coordinates (2, h, w) of all pixels, NaN beyond the valid radius."""
     assert camera.size is not None
     width, height = camera.size
@@ -32,7 +32,7 @@ def _compute_rays(camera: Camera) -> Array:
     return np.ascontiguousarray(np.moveaxis(rays, -1, 0), dtype=np.float32)
 
 
-def _find_line_ends(rays: Array) -> Array:
+def _find_line_ends(rays: NDArray[np.float32]) -> Array:
     """Return (2, n): the least ray from each line to the last, and the greatest up to each."""
     least = np.where(np.isnan(rays), np.inf, rays).min(axis=1)
     greatest = np.where(np.isnan(rays), -np.inf, rays).max(axis=1)

@@ -79,7 +79,7 @@ class Poster(Primitive):
     def height(self) -> float:
         """The height in metres, from the proportions of the picture."""
         rows, columns = self.picture.grey.shape
-        return self.width * rows / columns
+        return float(self.width * rows / columns)
 
     @property
     def texel(self) -> Array:

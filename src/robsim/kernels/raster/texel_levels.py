@@ -16,7 +16,7 @@ LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
 @kernel
 def find_level(plane, X, Y, density):
-    """Return the level at which a pixel is as large as a texel; of image coordinates (X, Y).
+    """Return the level whose texels are as large as a pixel, at image coordinates (X, Y).
 
     `plane` (3, 3) are the texel coordinates over Z and 1/Z of a face, `density` is the binary
     logarithm of image coordinates per pixel.
@@ -26,7 +26,7 @@ def find_level(plane, X, Y, density):
     v = (plane[1, 0] * X + plane[1, 1] * Y + plane[1, 2]) / near
     along_x = (plane[0, 0] - u * plane[2, 0]) ** 2 + (plane[1, 0] - v * plane[2, 0]) ** 2
     along_y = (plane[0, 1] - u * plane[2, 1]) ** 2 + (plane[1, 1] - v * plane[2, 1]) ** 2
-    square = max(along_x, along_y) / (near * near)
+    square = 0.5 * (along_x + along_y) / (near * near)
     return 0.5 * math.log2(max(square, 1e-12)) + density
 
 
