@@ -84,7 +84,7 @@ def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
 
 def _allocate_buffers(width: int, height: int) -> PixelBuffers:
     floats = {name: np.empty(width, dtype=np.float32) for name in ("u", "v", "x", "y")}
-    floats |= {name: np.empty(width, dtype=np.float32) for name in ("grey", "inside")}
+    floats |= {name: np.empty(width, dtype=np.float32) for name in ("fine", "coarse", "inside")}
     return PixelBuffers(
         face=np.empty((height, width), dtype=np.int32),
         nearness=np.empty((height, width), dtype=np.float32),

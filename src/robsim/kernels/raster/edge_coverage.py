@@ -4,7 +4,8 @@ import numpy as np
 
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.raster.pixel_faces import NO_FACE
-from robsim.kernels.raster.texel_levels import find_level, sample_picture
+from robsim.kernels.raster.pixel_shades import find_density
+from robsim.kernels.raster.texel_levels import find_level, find_texel, sample_picture
 
 MOST = 9  # faces in the neighbourhood of a pixel
 SMOOTH = 2.0  # difference of grey values of a curved surface, between whose faces is no edge
@@ -138,7 +139,8 @@ def _drop_distant_faces(faces, placed, axes, near, count):
 def _count_hits(faces, placed, pattern, axes, near, count, sums):
     """Compute for each near face the number of places that see it, and the sum of these places."""
     X0, Y0, right_x, right_y, down_x, down_y = axes
-    sums[:count] = 0.0
+    for k in range(count):
+        sums[k, 0], sums[k, 1], sums[k, 2] = 0.0, 0.0, 0.0
     for s in range(len(pattern)):
         X = X0 + right_x * pattern[s, 0] + down_x * pattern[s, 1]
         Y = Y0 + right_y * pattern[s, 0] + down_y * pattern[s, 1]
@@ -184,12 +186,7 @@ def _find_grey(faces, pictures, plane, placed, f, x, y, X, Y):
     picture, shade = faces.picture[f], float(placed.shade[f])
     if picture < 0:
         return shade
-    texel = placed.plane[f]
-    depth = 1.0 / (texel[2, 0] * X + texel[2, 1] * Y + texel[2, 2])
-    u = (texel[0, 0] * X + texel[0, 1] * Y + texel[0, 2]) * depth
-    v = (texel[1, 0] * X + texel[1, 1] * Y + texel[1, 2]) * depth
-    density = 0.0
-    if plane.bends:
-        at = min(x, plane.rays.shape[2] - 2)
-        density = np.log2(abs(plane.rays[0, y, at + 1] - plane.rays[0, y, at]))
-    return shade * sample_picture(pictures, picture, u, v, find_level(texel, X, Y, density))
+    u, v, _ = find_texel(placed.plane, f, X, Y)
+    density = find_density(plane.rays, x, y) if plane.bends else 0.0
+    level = find_level(placed.plane, f, X, Y, density)
+    return shade * sample_picture(pictures, picture, u, v, level)

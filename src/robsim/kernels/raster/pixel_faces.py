@@ -41,9 +41,9 @@ def _cover_rows(sides, near, box, f, buffers):
         if low > high:
             continue
         start, end = math.ceil(low), math.floor(high) + 1
-        nearness, seen = buffers.nearness[y, start:end], buffers.face[y, start:end]
         first = np.float32(near[0] * start + near[1] * y + near[2])
         step = np.float32(near[0])
+        nearness, seen = buffers.nearness[y, start:end], buffers.face[y, start:end]
         for i in range(end - start):
             z = first + step * np.float32(i)
             is_nearer = z > nearness[i]
@@ -54,11 +54,10 @@ def _cover_rows(sides, near, box, f, buffers):
 @kernel
 def _cover_rays(sides, near, box, f, rays, buffers):
     """Enter a face into the pixels whose rays meet it."""
-    face, n = np.int32(f), box[1] + 1 - box[0]
-    inside = buffers.inside
+    face, inside, left, right = np.int32(f), buffers.inside, box[0], box[1] + 1
     a, b, c = np.float32(near[0]), np.float32(near[1]), np.float32(near[2])
     for y in range(box[2], box[3] + 1):
-        X, Y = rays[0, y, box[0] : box[1] + 1], rays[1, y, box[0] : box[1] + 1]
+        X, Y, n = rays[0, y, left:right], rays[1, y, left:right], right - left
         for i in range(n):
             inside[i] = a * X[i] + b * Y[i] + c
         for k in range(sides.shape[0]):
@@ -66,8 +65,7 @@ def _cover_rays(sides, near, box, f, rays, buffers):
             for i in range(n):
                 value = p * X[i] + q * Y[i] + r
                 inside[i] = inside[i] if value >= np.float32(0.0) else np.float32(-1.0)
-        nearness = buffers.nearness[y, box[0] : box[1] + 1]
-        seen = buffers.face[y, box[0] : box[1] + 1]
+        nearness, seen = buffers.nearness[y, left:right], buffers.face[y, left:right]
         for i in range(n):
             is_nearer = inside[i] > nearness[i]
             seen[i] = face if is_nearer else seen[i]

@@ -78,8 +78,9 @@ class PixelBuffers(NamedTuple):
     """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, and rows.
 
     Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
-    left; upper and lower, pairs of texels; grey, of a second level; inside, 1/Z where a ray meets a
-    face; differs, pixels at an edge. least and greatest (3, w) are faces near a pixel.
+    left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
+    of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
+    near each pixel.
     """
 
     face: Any
@@ -91,7 +92,8 @@ class PixelBuffers(NamedTuple):
     index: Any
     upper: Any
     lower: Any
-    grey: Any
+    fine: Any
+    coarse: Any
     inside: Any
     differs: Any
     least: Any

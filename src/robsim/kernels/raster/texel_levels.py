@@ -15,19 +15,30 @@ LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
 
 @kernel
-def find_level(plane, X, Y, density):
-    """Return the level whose texels are as large as a pixel, at image coordinates (X, Y).
+def find_texel(planes, face, X, Y):
+    """Return the texel coordinates of a face at image coordinates, and 1/Z.
 
-    `plane` (3, 3) are the texel coordinates over Z and 1/Z of a face, `density` is the binary
-    logarithm of image coordinates per pixel.
+    `planes` (F, 3, 3) are the texel coordinates over Z and 1/Z of each face.
     """
-    near = plane[2, 0] * X + plane[2, 1] * Y + plane[2, 2]
-    u = (plane[0, 0] * X + plane[0, 1] * Y + plane[0, 2]) / near
-    v = (plane[1, 0] * X + plane[1, 1] * Y + plane[1, 2]) / near
-    along_x = (plane[0, 0] - u * plane[2, 0]) ** 2 + (plane[1, 0] - v * plane[2, 0]) ** 2
-    along_y = (plane[0, 1] - u * plane[2, 1]) ** 2 + (plane[1, 1] - v * plane[2, 1]) ** 2
-    square = 0.5 * (along_x + along_y) / (near * near)
-    return 0.5 * math.log2(max(square, 1e-12)) + density
+    near = planes[face, 2, 0] * X + planes[face, 2, 1] * Y + planes[face, 2, 2]
+    u = (planes[face, 0, 0] * X + planes[face, 0, 1] * Y + planes[face, 0, 2]) / near
+    v = (planes[face, 1, 0] * X + planes[face, 1, 1] * Y + planes[face, 1, 2]) / near
+    return u, v, near
+
+
+@kernel
+def find_level(planes, face, X, Y, density):
+    """Return the level whose texels are as large as a pixel, at image coordinates.
+
+    `density` is the binary logarithm of image coordinates per pixel.
+    """
+    u, v, near = find_texel(planes, face, X, Y)
+    square = 0.0
+    for k in range(2):
+        along_u = planes[face, 0, k] - u * planes[face, 2, k]
+        along_v = planes[face, 1, k] - v * planes[face, 2, k]
+        square += along_u * along_u + along_v * along_v
+    return 0.5 * math.log2(max(0.5 * square / (near * near), 1e-12)) + density
 
 
 @kernel
