@@ -1,4 +1,4 @@
-"""Shapes of bodies, their inertia, and the curves of rails."""
+"""Shapes of bodies, their inertia, the curves of rails, and the light of pictures."""
 
 from robsim.geometry import curves as curves
 from robsim.geometry.grey_picture import GreyPicture as GreyPicture
@@ -11,3 +11,4 @@ from robsim.geometry.primitives import Mesh as Mesh
 from robsim.geometry.primitives import Poster as Poster
 from robsim.geometry.primitives import TaperedCylinder as TaperedCylinder
 from robsim.geometry.primitives import Wheel as Wheel
+from robsim.rendering.light import Light as Light

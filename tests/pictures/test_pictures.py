@@ -5,8 +5,7 @@ import pytest
 from tests.ray_casting import cast_picture, find_psnr
 
 import robsim as rs
-from robsim.rendering import Light
-from robsim.shapes import Ball, Block, GreyPicture, Poster, Wheel
+from robsim.shapes import Ball, Block, GreyPicture, Light, Poster, Wheel
 from robsim.vision import Board, Tag, render_targets
 
 LENSES = {

@@ -42,7 +42,7 @@ class GreyPicture:
     Examples
     --------
     >>> GreyPicture(np.zeros((2, 3), dtype=np.uint8)).digest[:8]
-    'fb45cbab'
+    'e4395e6d'
     """
 
     grey: NDArray[np.uint8]

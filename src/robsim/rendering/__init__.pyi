@@ -1,1 +1,0 @@
-from robsim.rendering.light import Light as Light
