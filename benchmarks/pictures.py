@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 import robsim as rs
-from robsim.rendering.painted_face import list_shape_faces, list_target_faces
+from robsim.rendering.rendered_face import list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
 from robsim.shapes import Poster
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.raster.raster_arrays import Faces, Pictures
-from robsim.rendering.painted_face import PaintedFace
+from robsim.rendering.rendered_face import RenderedFace
 
 MOST_LEVELS = 16
 SMALLEST_AREA = 1e-30  # m^2; smaller faces have no direction and are left out
 
 
-def build_faces(bodies: Sequence[Iterable[PaintedFace]]) -> tuple[Faces, Pictures]:
+def build_faces(bodies: Sequence[Iterable[RenderedFace]]) -> tuple[Faces, Pictures]:
     """Return the faces and pictures of bodies, each a list of faces."""
     listed = [(b, face) for b, faces in enumerate(bodies) for face in faces]
     normals = _compute_normals([face.corners for _, face in listed])

@@ -31,7 +31,7 @@ class Light:
     Examples
     --------
     >>> Light(direction=(0, 0, -2)).unit_direction
-    array([0., 0., -1.])
+    array([ 0.,  0., -1.])
     """
 
     direction: Annotated[

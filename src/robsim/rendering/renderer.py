@@ -12,7 +12,7 @@ from robsim.kernels.raster.picture import average_blocks, draw_picture
 from robsim.kernels.raster.raster_arrays import PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
 from robsim.rendering.image_plane import build_image_plane
-from robsim.rendering.painted_face import PaintedFace
+from robsim.rendering.rendered_face import RenderedFace
 from robsim.vision.camera import Camera
 from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
 
@@ -27,14 +27,14 @@ class Renderer:
     ----------
     camera : Camera
         Camera with a size.
-    bodies : sequence of lists of PaintedFace
+    bodies : sequence of lists of RenderedFace
         Faces of each body, in its axes.
     samples : int, default 1
         Divisions along each side of a pixel.
     """
 
     def __init__(
-        self, camera: Camera, bodies: Sequence[Iterable[PaintedFace]], samples: int = 1
+        self, camera: Camera, bodies: Sequence[Iterable[RenderedFace]], samples: int = 1
     ) -> None:
         assert camera.size is not None
         width, height = camera.size

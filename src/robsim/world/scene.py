@@ -39,7 +39,7 @@ from robsim.world.scene_parts import (
     parse_coordinates,
     replace_part,
 )
-from robsim.world.scene_picture import MOST_SAMPLES, draw_scene
+from robsim.world.scene_picture import MOST_SAMPLES, PictureBodies, draw_bodies
 
 
 class View(NamedTuple):
@@ -548,14 +548,15 @@ class Scene(SceneCoordinates):
         >>> from robsim.shapes import Block
         >>> eye = MountedCamera("eye", Camera([[2, 0, 1], [0, 2, 1], [0, 0, 1]], size=(3, 3)))
         >>> cube = Object("cube", Block(1, 1, 1, albedo=0.2), pose=Pose.at(0, 0, 2))
-        >>> Scene(objects=cube, cameras=eye).picture(light=Light(ambient=1.0))
-        array([[ 98,  77,  98],
-               [ 77,  51,  77],
-               [ 98,  77,  98]], dtype=uint8)
+        >>> Scene(objects=cube, cameras=eye).picture(samples=8, light=Light(ambient=1.0))
+        array([[126, 115, 126],
+               [115,  51, 115],
+               [126, 115, 126]], dtype=uint8)
         """
         count = as_integer(samples, "samples", 1, MOST_SAMPLES + 1)
         values = self.coordinates(self.home if q is None else q, limits=False)
-        images = draw_scene(self, values, self.camera(camera), count, light)
+        bodies = PictureBodies(self.robots, self.objects, self.cameras, self.tree)
+        images = draw_bodies(bodies, values, self.camera(camera), count, light)
         if as_bool(exact, "exact"):
             return images
         return np.clip(np.rint(images), 0, 255).astype(np.uint8)

@@ -12,29 +12,24 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import described
 from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
 
+@described
 @dataclass(frozen=True)
 class Poster(Primitive):
     """Rectangle with a picture, with x to the right, y down and z into the paper.
 
     The origin is the middle of the poster. An upright poster that faces a camera therefore has the
-    orientation of the camera, as a `Tag` has. The height follows from the proportions of the
-    picture. The back has the grey value of `albedo`. A poster has no text form, so a run of a scene
-    with a poster cannot be repeated from its file.
-
-    Parameters
-    ----------
-    picture : path_like, GreyPicture, or array_like of uint8 of shape (h, w)
-        Picture: a file of PNG, JPEG, BMP, TIFF, PPM or WebP, or grey values.
-    width : float
-        Width of the poster in metres.
-    color : str, default "w"
-        Colour of the poster in figures, which do not show the picture.
+    orientation of the camera, as a `Tag` has. `picture` is the path of a file (PNG, JPEG, BMP,
+    TIFF, PPM or WebP), a `GreyPicture`, or an array of uint8 of shape (h, w); the height follows
+    from its proportions. The back has the grey value of `albedo`. Figures show a poster without its
+    picture. A poster has no text form, so a run of a scene with a poster cannot be repeated from
+    its file.
 
     Raises
     ------

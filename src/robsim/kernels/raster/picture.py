@@ -11,7 +11,20 @@ from robsim.kernels.raster.pixel_shades import shade_pixels
 def draw_picture(faces, pictures, plane, T_c_b, light, background, pattern, placed, buffers, image):
     """Compute the grey values image (h, w) of bodies at poses T_c_b (bodies, 3, 4).
 
-    The other arguments are described in `raster_arrays`, and at the kernels that this one calls.
+    Parameters
+    ----------
+    faces, pictures, plane, placed, buffers : named tuples
+        Arrays that `raster_arrays` describes; `placed` and `buffers` are overwritten.
+    T_c_b : array of shape (bodies, 3, 4)
+        Poses of the bodies in camera axes.
+    light : array of shape (4,)
+        Unit direction of the light in camera axes, and the share of light from everywhere.
+    background : float
+        Grey value of pixels without a face.
+    pattern : array of shape (n, 2)
+        Places in a pixel at an edge, from -0.5 to 0.5.
+    image : array of float32, shape (h, w)
+        Grey values, the result.
     """
     height, width = image.shape
     place_faces(faces, T_c_b, plane, light, width, height, placed)

@@ -18,7 +18,7 @@ WHITE = 255.0
 
 
 @dataclass(frozen=True)
-class PaintedFace:
+class RenderedFace:
     """A convex face in axes of its body.
 
     Attributes
@@ -42,7 +42,7 @@ class PaintedFace:
     nearer: float = 1.0
 
 
-def list_shape_faces(shape: Primitive) -> list[PaintedFace]:
+def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
     """Return the faces of a solid, of a poster, or of the content of a mesh file.
 
     >>> from robsim.shapes import Block
@@ -53,22 +53,22 @@ def list_shape_faces(shape: Primitive) -> list[PaintedFace]:
     faces = []
     for solid in shape.shown():
         points, polygons = solid.skin
-        faces += [PaintedFace(points[list(each)], WHITE * shape.albedo) for each in polygons]
+        faces += [RenderedFace(points[list(each)], WHITE * shape.albedo) for each in polygons]
     if isinstance(shape, Poster):
         front = faces[0]
-        faces[0] = PaintedFace(front.corners, 1.0, shape.picture.grey, shape.texel)
+        faces[0] = RenderedFace(front.corners, 1.0, shape.picture.grey, shape.texel)
     return faces
 
 
-def list_target_faces(target: Tag | Board) -> list[PaintedFace]:
+def list_target_faces(target: Tag | Board) -> list[RenderedFace]:
     """Return the faces of a printed target: both sides of its paper, and its ink."""
     (left, top), (right, bottom) = target.paper
     paper = _build_rectangle(left, top, right, bottom)
     ink = [_build_rectangle(*each) for each in target.ink]
     return [
-        PaintedFace(paper, PAPER),
-        PaintedFace(paper[::-1], PAPER),
-        *(PaintedFace(each, INK, nearer=INK_NEARNESS) for each in ink),
+        RenderedFace(paper, PAPER),
+        RenderedFace(paper[::-1], PAPER),
+        *(RenderedFace(each, INK, nearer=INK_NEARNESS) for each in ink),
     ]
 
 
