@@ -8,6 +8,7 @@ from robsim.geometry.primitives.block import Block as Block
 from robsim.geometry.primitives.camera_body import CameraBody as CameraBody
 from robsim.geometry.primitives.capsule import Capsule as Capsule
 from robsim.geometry.primitives.mesh import Mesh as Mesh
+from robsim.geometry.primitives.poster import Poster as Poster
 from robsim.geometry.primitives.primitive import Primitive as Primitive
 from robsim.geometry.primitives.tapered_cylinder import TaperedCylinder as TaperedCylinder
 from robsim.geometry.primitives.wheel import Wheel as Wheel

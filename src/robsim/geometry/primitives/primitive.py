@@ -14,7 +14,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
-from robsim.declare import Integer, Length, Quantity, Role, check_fields, family
+from robsim.declare import Integer, Length, Number, Quantity, Role, check_fields, family
 from robsim.declare.texts import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
@@ -44,6 +44,8 @@ class Primitive:
         Mass in kg.
     density : float, optional
         Density in kg/m^3, in place of the mass.
+    albedo : float, default 0.6
+        Share of the light that the surface reflects in pictures, from 0 to 1.
 
     Raises
     ------
@@ -72,6 +74,12 @@ class Primitive:
         Role.FILE,
         "Density of the solid, in place of its mass.",
     ] = field(default=None, kw_only=True)
+    albedo: Annotated[
+        float,
+        Number(least=0, most=1),
+        Role.FIGURE,
+        "Share of the light that the surface reflects in pictures.",
+    ] = field(default=0.6, kw_only=True)
 
     def __post_init__(self) -> None:
         check_fields(self)

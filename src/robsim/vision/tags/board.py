@@ -14,7 +14,7 @@ from robsim.base.unit_warnings import warn_of_millimetres
 from robsim.declare import Integer, Length, Role, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
-from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
+from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget, list_ink_rectangles
 from robsim.vision.tags.tag_families import (
     FAMILY,
     black_cells,
@@ -100,6 +100,19 @@ class Board(PlanarTarget):
         edge = self.square / 2
         size = self.square * np.array([self.columns, self.rows])
         return np.array([np.full(2, -edge), size + edge])
+
+    @property
+    def ink(self) -> Array:
+        """The black rectangles (R, 4): left, top, right and bottom in metres."""
+        side, margin = self.square, (self.square - self.tag) / 2
+        squares = side * np.argwhere(self._is_square_black)
+        whites = side * np.argwhere(~self._is_square_black.T)[:, ::-1] + margin
+        pitch = self.tag / find_tag_family(self.family).cells
+        tags = [
+            list_ink_rectangles(black_cells(self.family, number), pitch, *corner)
+            for number, corner in zip(self.ids, whites, strict=True)
+        ]
+        return np.concatenate([np.hstack([squares, squares + side]), *tags])
 
     def is_black(self, x: Array, y: Array) -> BoolArray:
         """Return whether points (...) of the plane, in metres, are black."""

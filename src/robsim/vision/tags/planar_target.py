@@ -34,6 +34,10 @@ class PrintedPattern(Protocol):
     def paper(self) -> Array:
         """The corners ((left, top), (right, bottom)) of the paper in metres, with a margin."""
 
+    @property
+    def ink(self) -> Array:
+        """The black rectangles (R, 4): left, top, right and bottom in metres."""
+
     def is_black(self, x: Array, y: Array) -> BoolArray:
         """Return whether points (...) of the plane, in metres, are black."""
 
@@ -67,3 +71,18 @@ class PlanarTarget(Value):
         x, y = (step * (np.arange(n) + 0.5) for n in count)
         ink = self.is_black(*np.meshgrid(left + x, top + y))
         return np.where(ink, 0, 255).astype(np.uint8)
+
+
+def list_ink_rectangles(cells: BoolArray, side: float, left: float, top: float) -> Array:
+    """Return the black rectangles (R, 4) of square cells (rows, columns): left, top, right, bottom.
+
+    Consecutive black cells of a row share a rectangle.
+
+    >>> list_ink_rectangles(np.array([[True, True, False, True]]), 0.5, 0.0, 0.0)
+    array([[0. , 0. , 1. , 0.5],
+           [1.5, 0. , 2. , 0.5]])
+    """
+    edges = np.diff(np.pad(cells.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    (row, first), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+    ends = [left + side * first, top + side * row, left + side * end, top + side * (row + 1)]
+    return np.column_stack(ends)

@@ -14,7 +14,7 @@ from robsim.base.unit_warnings import warn_of_millimetres
 from robsim.declare import Integer, Length, PerRun, Role, described
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
-from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget
+from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget, list_ink_rectangles
 from robsim.vision.tags.tag_families import FAMILY, black_cells, find_tag_family
 
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
@@ -92,6 +92,11 @@ class Tag(PlanarTarget):
         """Whether the cells (n, n) of the upright tag are black, with the border."""
         cells = black_cells(self.family, self.id)
         return cells[::-1, ::-1] if find_tag_family(self.family).april else cells
+
+    @property
+    def ink(self) -> Array:
+        """The black rectangles (R, 4): left, top, right and bottom in metres."""
+        return list_ink_rectangles(self.cells, self.pitch, -self.size / 2, -self.size / 2)
 
     def is_black(self, x: Array, y: Array) -> BoolArray:
         """Return whether points (...) of the plane, in metres, are black."""

@@ -65,7 +65,7 @@ def render_targets(
     posed = [
         (target, check_single_pose(T, f"pose of {target.name}")) for target, T in targets.items()
     ]
-    image, within = np.empty((height, width)), _ray_offsets(count)
+    image, within = np.empty((height, width)), spread_places(count)
     for top in range(0, height, ROWS):
         rows = np.arange(top, min(top + ROWS, height))
         grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
@@ -82,15 +82,15 @@ def _render_rows(camera: Camera, posed: list[tuple[TagOrBoard, Pose]], pixels: A
     return np.asarray(grey.reshape(pixels.shape[:3]).mean(axis=2))
 
 
-def _ray_offsets(count: int) -> Array:
-    """Return the offsets (count^2, 2) of rays in a pixel, each in its own row and column.
+def spread_places(count: int) -> Array:
+    """Return places (count^2, 2) in a pixel, each in its own row and column.
 
     An edge along the rows is then resolved to 1/count^2 of a pixel instead of 1/count (the
     arrangement of Chiu, Shirley and Wang 1994).
     """
     i, j = (line.ravel() for line in np.meshgrid(np.arange(count), np.arange(count)))
     inner = np.stack([i + (j + 0.5) / count, j + (i + 0.5) / count], axis=-1) / count - 0.5
-    return np.asarray(inner)
+    return np.ascontiguousarray(inner)
 
 
 def _paint_target(target: TagOrBoard, pose: Pose, rays: Array, grey: Array, near: Array) -> None:

@@ -1,0 +1,100 @@
+"""The arrays that the kernels of a picture share.
+
+A face is a convex polygon of a body. It has a grey value, or a picture. The image coordinates of a
+camera without distortion are the pixels (column, row), and the rays of a camera with distortion are
+normalised coordinates (X/Z, Y/Z); `ImagePlane` leads from a point in camera axes to both.
+"""
+
+from typing import Any, NamedTuple
+
+
+class Faces(NamedTuple):
+    """The faces of bodies, in body axes.
+
+    corners (C, 3), the corners of all faces, counterclockwise as seen from outside; corner_body
+    (C,), the body of each; first (F + 1,), the first corner of each face; body (F,); normal (F, 3),
+    outwards; grey (F,), from 0 to 255; picture (F,), -1 for none; texel (F, 2, 4), the column and
+    row of the picture as affine functions of a point; nearer (F,), a factor of 1/Z, which puts ink
+    before the paper on which it lies.
+    """
+
+    corners: Any
+    corner_body: Any
+    first: Any
+    body: Any
+    normal: Any
+    grey: Any
+    picture: Any
+    texel: Any
+    nearer: Any
+
+
+class Pictures(NamedTuple):
+    """Pictures and their halved copies.
+
+    pairs (n,) of uint32, each the 256-fold of a grey value and of its right neighbour; level
+    (P, L, 4), first pair, pairs in a row, width and height of each copy; count (P,), their number.
+    """
+
+    pairs: Any
+    level: Any
+    count: Any
+
+
+class ImagePlane(NamedTuple):
+    """The image of a camera.
+
+    matrix (3, 3), from points in camera axes to image coordinates; inverse (3, 3); bends, whether
+    the lens distorts; rays (2, h, w), float32, the image coordinates of each pixel; and, for
+    each row and column, the least ones from there to the end and the greatest ones up to there:
+    row_ends (2, h) of Y and column_ends (2, w) of X. They are empty without a distortion.
+    """
+
+    matrix: Any
+    inverse: Any
+    bends: Any
+    rays: Any
+    row_ends: Any
+    column_ends: Any
+
+
+class PlacedFaces(NamedTuple):
+    """The faces before a camera, as functions of the image coordinates (X, Y, 1).
+
+    sides (C, 3), not negative inside; plane (F, 3, 3), texel column / Z, texel row / Z and 1/Z;
+    box (F, 4), the first and last column and row, the first beyond the last for an unseen face;
+    shade (F,), the grey value in its light, or its factor for a picture; points (C, 3), in camera
+    axes.
+    """
+
+    sides: Any
+    plane: Any
+    box: Any
+    shade: Any
+    points: Any
+
+
+class PixelBuffers(NamedTuple):
+    """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, and rows.
+
+    Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
+    left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
+    of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
+    near each pixel.
+    """
+
+    face: Any
+    nearness: Any
+    u: Any
+    v: Any
+    x: Any
+    y: Any
+    index: Any
+    upper: Any
+    lower: Any
+    fine: Any
+    coarse: Any
+    inside: Any
+    differs: Any
+    least: Any
+    greatest: Any

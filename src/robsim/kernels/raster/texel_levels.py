@@ -1,0 +1,107 @@
+"""Grey values of a picture at texel coordinates, from copies of falling size.
+
+A texel coordinate is 0 at the left or upper edge of the picture, so the middle of its first pixel
+is at 0.5. Level l has 2^-l of the size; between two levels the value is interpolated (Williams
+1983, "Pyramidal parametrics").
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel
+
+LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
+
+
+@kernel
+def find_texel(planes, face, X, Y):
+    """Return the texel coordinates of a face at image coordinates, and 1/Z.
+
+    `planes` (F, 3, 3) are the texel coordinates over Z and 1/Z of each face.
+    """
+    near = planes[face, 2, 0] * X + planes[face, 2, 1] * Y + planes[face, 2, 2]
+    u = (planes[face, 0, 0] * X + planes[face, 0, 1] * Y + planes[face, 0, 2]) / near
+    v = (planes[face, 1, 0] * X + planes[face, 1, 1] * Y + planes[face, 1, 2]) / near
+    return u, v, near
+
+
+@kernel
+def find_level(planes, face, X, Y, density):
+    """Return the level whose texels are as large as a pixel, at image coordinates.
+
+    `density` is the binary logarithm of image coordinates per pixel.
+    """
+    u, v, near = find_texel(planes, face, X, Y)
+    square = 0.0
+    for k in range(2):
+        along_u = planes[face, 0, k] - u * planes[face, 2, k]
+        along_v = planes[face, 1, k] - v * planes[face, 2, k]
+        square += along_u * along_u + along_v * along_v
+    return 0.5 * math.log2(max(0.5 * square / (near * near), 1e-12)) + density
+
+
+@kernel
+def sample_picture(pictures, picture, u, v, level):
+    """Return the grey value of a picture at texel coordinates."""
+    level = min(max(level, 0.0), pictures.count[picture] - 1.0)
+    lower = int(level)
+    value = _sample_level(pictures, picture, lower, u, v)
+    if level > lower:
+        other = _sample_level(pictures, picture, lower + 1, u, v)
+        value += (level - lower) * (other - value)
+    return value
+
+
+@kernel
+def _sample_level(pictures, picture, level, u, v):
+    """Return the grey value of one level at texel coordinates of the picture."""
+    first, stride, width, height = pictures.level[picture, level]
+    scale = 1.0 / (1 << level)
+    x = min(max(u * scale + 0.5, 0.5), width + 0.5)
+    y = min(max(v * scale + 0.5, 0.5), height + 0.5)
+    i, j = int(x), int(y)
+    at = first + j * stride + i
+    upper = _mix_pair(pictures.pairs[at], x - i)
+    lower = _mix_pair(pictures.pairs[at + stride], x - i)
+    return (upper + (y - j) * (lower - upper)) / 256.0
+
+
+@kernel
+def _mix_pair(pair, share):
+    """Return the value between two neighbours."""
+    left, right = float(pair & LOW_HALF), float(pair >> SHIFT)
+    return left + share * (right - left)
+
+
+@kernel
+def read_texels(pictures, picture, level, n, buffers, out):
+    """Compute the grey values out[:n] of one level at the texel coordinates of the buffers.
+
+    The three loops are apart because processors compute coordinates and mixtures in registers of
+    many numbers, but read texels one by one.
+    """
+    first, stride = np.int32(pictures.level[picture, level, 0]), pictures.level[picture, level, 1]
+    half, scale = np.float32(0.5), np.float32(1.0 / (1 << level))
+    most_x = np.float32(pictures.level[picture, level, 2]) + half
+    most_y = np.float32(pictures.level[picture, level, 3]) + half
+    u, v, x, y, index = buffers.u, buffers.v, buffers.x, buffers.y, buffers.index
+    row_step = np.int32(stride)
+    for i in range(n):
+        p = min(max(u[i] * scale + half, half), most_x)
+        q = min(max(v[i] * scale + half, half), most_y)
+        column, row = np.int32(p), np.int32(q)
+        x[i], y[i] = p - np.float32(column), q - np.float32(row)
+        index[i] = first + row * row_step + column
+    upper, lower, pairs, below = buffers.upper, buffers.lower, pictures.pairs, np.uint64(stride)
+    for i in range(n):
+        place = np.uint64(index[i])  # unsigned numbers cannot count from the end
+        upper[i] = pairs[place]
+        lower[i] = pairs[place + below]
+    unit = np.float32(1.0 / 256.0)
+    for i in range(n):
+        left, right = np.int32(upper[i] & LOW_HALF), np.int32(upper[i] >> SHIFT)
+        top = np.float32(left) + x[i] * np.float32(right - left)
+        left, right = np.int32(lower[i] & LOW_HALF), np.int32(lower[i] >> SHIFT)
+        bottom = np.float32(left) + x[i] * np.float32(right - left)
+        out[i] = (top + y[i] * (bottom - top)) * unit

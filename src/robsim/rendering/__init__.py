@@ -1,0 +1,1 @@
+"""Pictures of bodies as a camera sees them, without a graphics card."""

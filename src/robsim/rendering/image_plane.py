@@ -1,0 +1,40 @@
+"""The image of a camera as the kernels of pictures take it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.kernels.raster.raster_arrays import ImagePlane
+from robsim.vision.camera import Camera
+
+
+def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
+    """Return the image plane of a camera whose pixels are divided into samples x samples."""
+    assert camera.size is not None
+    width, height = camera.size
+    fine = camera.resized(width * samples, height * samples) if samples > 1 else camera
+    if not camera.bends:
+        empty, no_rays = np.zeros((2, 0)), np.zeros((2, 0, 0), dtype=np.float32)
+        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, no_rays, empty, empty)
+    rays = _compute_rays(fine)
+    unit = np.eye(3)
+    return ImagePlane(unit, unit, True, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
+
+
+def _compute_rays(camera: Camera) -> NDArray[np.float32]:
+    """Return the normalised coordinates (2, h, w) of all pixels, NaN beyond the valid radius."""
+    assert camera.size is not None
+    width, height = camera.size
+    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
+    rays = camera.normalise(grid.reshape(-1, 2)).reshape(height, width, 2)
+    return np.ascontiguousarray(np.moveaxis(rays, -1, 0), dtype=np.float32)
+
+
+def _find_line_ends(rays: NDArray[np.float32]) -> Array:
+    """Return (2, n): the least ray from each line to the last, and the greatest up to each."""
+    least = np.where(np.isnan(rays), np.inf, rays).min(axis=1)
+    greatest = np.where(np.isnan(rays), -np.inf, rays).max(axis=1)
+    from_here = np.minimum.accumulate(least[::-1])[::-1]
+    return np.stack([from_here, np.maximum.accumulate(greatest)]).astype(float)

@@ -1,0 +1,54 @@
+"""The light of a scene in pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.declare import ListOf, Number, described
+
+
+@described
+@dataclass(frozen=True)
+class Light:
+    """Parallel light from one direction, and light from everywhere.
+
+    A surface with the unit normal n has the grey value
+
+        255 albedo (ambient + (1 - ambient) max(0, -n . direction))
+
+    (Lambert's law). Surfaces cast no shadows and do not reflect each other.
+
+    Raises
+    ------
+    InputError
+        If the direction is zero, or `ambient` is not between 0 and 1.
+
+    Examples
+    --------
+    >>> Light(direction=(0, 0, -2)).unit_direction
+    array([ 0.,  0., -1.])
+    """
+
+    direction: Annotated[
+        tuple[float, float, float],
+        ListOf(Number(), 3, 3),
+        "Direction in which the light travels, in the world.",
+    ] = (0.3, 0.4, -0.87)
+    ambient: Annotated[
+        float, Number(least=0, most=1), "Share of the light that comes from everywhere."
+    ] = 0.4
+
+    def __post_init__(self) -> None:
+        if not any(self.direction):
+            raise InputError("direction of a light: expected a direction, got zero")
+
+    @property
+    def unit_direction(self) -> Array:
+        """The direction as a unit vector (3,)."""
+        direction = np.array(self.direction)
+        return np.asarray(direction / np.linalg.norm(direction))

@@ -1,0 +1,98 @@
+"""The renderer of one camera: it draws the same bodies at many poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.kernels.raster.picture import average_blocks, draw_picture
+from robsim.kernels.raster.raster_arrays import PixelBuffers, PlacedFaces
+from robsim.rendering.face_table import build_faces
+from robsim.rendering.image_plane import build_image_plane
+from robsim.rendering.rendered_face import RenderedFace
+from robsim.vision.camera import Camera
+from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
+
+PLACES = 4  # places along each side of a pixel at an edge
+FULL_LIGHT = (0.0, 0.0, 1.0, 1.0)
+
+
+class Renderer:
+    """Draws bodies as a camera sees them.
+
+    Parameters
+    ----------
+    camera : Camera
+        Camera with a size.
+    bodies : sequence of lists of RenderedFace
+        Faces of each body, in its axes.
+    samples : int, default 1
+        Divisions along each side of a pixel.
+    """
+
+    def __init__(
+        self, camera: Camera, bodies: Sequence[Iterable[RenderedFace]], samples: int = 1
+    ) -> None:
+        assert camera.size is not None
+        width, height = camera.size
+        self._samples = samples
+        self._faces, self._pictures = build_faces(bodies)
+        self._plane = build_image_plane(camera, samples)
+        self._pattern = spread_places(PLACES)
+        self._placed = _allocate_placed(len(self._faces.body), len(self._faces.corners))
+        self._buffers = _allocate_buffers(width * samples, height * samples)
+        self._fine = np.empty((height * samples, width * samples), dtype=np.float32)
+
+    def draw(self, T_c_b: Array, light: Sequence[float] = FULL_LIGHT) -> NDArray[np.float32]:
+        """Return the grey values (h, w) of the bodies at poses (bodies, 4, 4) in camera axes.
+
+        `light` is (lx, ly, lz, ambient): the unit direction of the rays in camera axes, and the
+        share of light from everywhere.
+        """
+        poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :3])
+        draw_picture(
+            self._faces,
+            self._pictures,
+            self._plane,
+            poses,
+            np.array(light, dtype=float),
+            BACKGROUND,
+            self._pattern,
+            self._placed,
+            self._buffers,
+            self._fine,
+        )
+        if self._samples == 1:
+            return self._fine.copy()
+        image = np.empty([n // self._samples for n in self._fine.shape], dtype=np.float32)
+        average_blocks(self._fine, self._samples, image)
+        return image
+
+
+def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
+    return PlacedFaces(
+        sides=np.zeros((corners, 3)),
+        plane=np.zeros((faces, 3, 3)),
+        box=np.zeros((faces, 4), dtype=np.int64),
+        shade=np.zeros(faces),
+        points=np.zeros((corners, 3)),
+    )
+
+
+def _allocate_buffers(width: int, height: int) -> PixelBuffers:
+    floats = {name: np.empty(width, dtype=np.float32) for name in ("u", "v", "x", "y")}
+    floats |= {name: np.empty(width, dtype=np.float32) for name in ("fine", "coarse", "inside")}
+    return PixelBuffers(
+        face=np.empty((height, width), dtype=np.int32),
+        nearness=np.empty((height, width), dtype=np.float32),
+        index=np.empty(width, dtype=np.int32),
+        upper=np.empty(width, dtype=np.uint32),
+        lower=np.empty(width, dtype=np.uint32),
+        differs=np.empty(width, dtype=np.int32),
+        least=np.empty((3, width), dtype=np.int32),
+        greatest=np.empty((3, width), dtype=np.int32),
+        **floats,
+    )

@@ -1,0 +1,203 @@
+"""Pictures of scenes against rays, against projected points, and against each other."""
+
+import numpy as np
+import pytest
+from tests.ray_casting import cast_picture, find_psnr
+
+import robsim as rs
+from robsim.shapes import Ball, Block, GreyPicture, Light, Poster, Wheel
+from robsim.vision import Board, Tag, render_targets
+
+LENSES = {
+    "pinhole": (),
+    "barrel": (-0.25, 0.06, 0.001, -0.002),
+    "rational": (0.1, 0.02, 0.0, 0.0, 0.01, 0.2, 0.05, 0.0),
+}
+K = np.array([[140.0, 3.0, 78.2], [0.0, 150.0, 61.1], [0.0, 0.0, 1.0]])  # with skew, off centre
+LIGHT = Light((0.3, 0.4, 0.87), ambient=0.4)
+FULL = Light(ambient=1.0)
+
+
+def build_camera(lens="pinhole", size=(160, 120)):
+    return rs.MountedCamera("eye", rs.Camera(K, size, distortion=LENSES[lens]))
+
+
+def draw_waves(rows=360, columns=480):
+    """Return a smooth picture with detail of 12 texels and more."""
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    waves = np.sin(x / 9) * np.cos(y / 13) + np.sin((x + 2 * y) / 17)
+    return np.rint(127.5 + 60 * waves).astype(np.uint8)
+
+
+def build_wall(tilt, turn, depth=1.6, width=1.4):
+    poster = Poster(draw_waves(), width)
+    pose = rs.Pose.at(0.05, -0.02, depth, rpy=(tilt, -0.6 * tilt, turn))
+    return rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.4, np.pi / 4])
+@pytest.mark.parametrize(("samples", "least"), [(1, 44.0), (2, 50.0)])
+def test_a_poster_is_as_by_144_rays(tilt, samples, least):
+    scene = build_wall(tilt, turn=0.2)
+    exact = cast_picture(scene, "eye", [], FULL)
+    assert find_psnr(scene.picture(samples=samples, light=FULL, exact=True), exact) > least
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_solids_hide_each_other_as_by_rays(lens):
+    solids = [
+        rs.Object(
+            "block",
+            Block(0.3, 0.2, 0.4, albedo=0.9),
+            pose=rs.Pose.at(-0.2, 0, 1.4, rpy=(0.5, 0.7, 0.2)),
+        ),
+        rs.Object(
+            "near",
+            Block(0.1, 0.5, 0.1, albedo=0.2),
+            pose=rs.Pose.at(0.0, 0, 1.1, rpy=(0.1, 0.3, 0.9)),
+        ),
+        rs.Object(
+            "through", Block(0.6, 0.1, 0.1), pose=rs.Pose.at(-0.1, 0.1, 1.4, rpy=(0.2, -0.5, 0.3))
+        ),
+        rs.Object(
+            "wheel", Wheel(0.2, 0.1, n=12), pose=rs.Pose.at(0.35, 0.1, 1.5, rpy=(1.0, 0.4, 0))
+        ),
+        rs.Object("wall", Poster(draw_waves(), 1.2), pose=rs.Pose.at(0, 0, 2, rpy=(0.2, 0.1, 0))),
+    ]
+    scene = rs.Scene(objects=solids, cameras=build_camera(lens))
+    exact = cast_picture(scene, "eye", [], LIGHT)
+    coarse = scene.picture(light=LIGHT, exact=True)
+    fine = scene.picture(light=LIGHT, samples=2, exact=True)
+    assert find_psnr(coarse, exact) > 36  # faces of which no pixel sees the centre are missing
+    assert find_psnr(fine, exact) > 42
+    assert np.median(abs(fine - exact)) < 0.5
+
+
+def find_centroid(image, near):
+    """Return the centroid (2,) of the grey values within 14 px of a pixel."""
+    y, x = np.mgrid[: image.shape[0], : image.shape[1]]
+    weights = np.where(np.hypot(x - near[0], y - near[1]) < 14, image, 0.0)
+    return np.array([(weights * x).sum(), (weights * y).sum()]) / weights.sum()
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_the_middle_of_a_spot_is_where_the_camera_projects_it(lens):
+    rows, columns = np.mgrid[:301, :301] - 150.0
+    spot = np.rint(200 * np.exp(-(rows**2 + columns**2) / (2 * 20.0**2))).astype(np.uint8)
+    camera = build_camera(lens)
+    for place in ([0.1, 0.05, 1.0], [-0.3, -0.2, 1.0], [0.25, 0.2, 0.8]):
+        thing = rs.Object("spot", Poster(spot, 0.3), pose=rs.Pose.at(*place))
+        scene = rs.Scene(objects=thing, cameras=camera)
+        image = scene.picture(samples=2, light=FULL, exact=True)
+        expected = camera.camera.project([place], rs.Pose.at())[0]
+        middle = find_centroid(image, expected)
+        by_rays = find_centroid(cast_picture(scene, "eye", [], FULL), expected)
+        assert np.linalg.norm(middle - by_rays) < 0.003
+        assert np.linalg.norm(middle - expected) < 0.12  # a lens moves the middle of a wide spot
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_tags_and_boards_are_as_by_their_rays(lens):
+    targets = {
+        Tag("tag36h11", 7, size=0.3): rs.Pose.at(-0.25, -0.1, 1.0, rpy=(0.5, 0.3, 0.1)),
+        Board("DICT_4X4_50", 5, 4, 0.06, 0.04): rs.Pose.at(0.1, 0.0, 0.9, rpy=(-0.4, 0.2, 0.3)),
+    }
+    camera = build_camera(lens, (320, 240))
+    camera = rs.MountedCamera("eye", camera.camera.revised(focal=300, center=(160, 120)))
+    things = [
+        rs.Object(f"thing{k}", pose=pose, **{type(target).__name__.lower(): target})
+        for k, (target, pose) in enumerate(targets.items())
+    ]
+    scene = rs.Scene(objects=things, cameras=camera)
+    exact = render_targets(camera.camera, targets, samples=8).astype(float)
+    fine = scene.picture(samples=2, light=FULL, exact=True)
+    assert find_psnr(fine, exact) > 40
+    assert np.median(abs(fine - exact)) == 0.0
+
+
+def test_a_single_picture_has_the_bits_of_a_batch():
+    arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    q = np.array(arm.scene.home) + 0.05 * np.arange(3)[:, None]
+    batch = arm.scene.picture(q, exact=True)
+    alone = [arm.scene.picture(each, exact=True) for each in q]
+    np.testing.assert_array_equal(batch, alone)
+
+
+def test_light_follows_the_law_of_lambert():
+    wall = rs.Object("wall", Block(4, 4, 0.1, albedo=0.8), pose=rs.Pose.at(0, 0, 2))
+    scene = rs.Scene(objects=wall, cameras=build_camera())
+    for angle in (0.0, 0.5, 1.2, 2.0):
+        light = Light((np.sin(angle), 0, np.cos(angle)), ambient=0.25)
+        lit = 0.25 + 0.75 * max(0.0, np.cos(angle))
+        assert scene.picture(light=light, exact=True)[60, 80] == pytest.approx(204 * lit, rel=1e-6)
+
+
+def test_the_back_of_a_poster_is_plain_and_a_poster_behind_the_camera_unseen():
+    poster = Poster(draw_waves(), 1.0, albedo=0.4)
+    for pose, grey in ((rs.Pose.at(0, 0, 1, rpy=(0, np.pi, 0)), 102), (rs.Pose.at(0, 0, -1), 128)):
+        scene = rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
+        assert scene.picture(light=FULL)[60, 80] == grey
+
+
+def test_a_face_reaches_behind_the_camera():
+    floor = rs.Object("floor", Block(20, 0.1, 20, albedo=0.4), pose=rs.Pose.at(0, 1, 0))
+    scene = rs.Scene(objects=floor, cameras=build_camera())
+    exact = cast_picture(scene, "eye", [], FULL)
+    assert find_psnr(scene.picture(light=FULL, exact=True), exact) > 50
+
+
+def test_a_camera_inside_a_body_does_not_see_it():
+    scene = rs.Scene(objects=rs.Object("ball", Ball(0.5)), cameras=build_camera())
+    assert (scene.picture() == 128).all()
+
+
+@pytest.mark.parametrize(
+    ("picture", "text"),
+    [
+        (
+            np.zeros((3, 4)),
+            "expected grey values of uint8, shape (h, w), got float64, shape (3, 4)",
+        ),
+        (np.zeros((3, 4, 4), np.uint8), "expected grey values of uint8"),
+        (np.zeros((0, 4), np.uint8), "expected grey values of uint8"),
+        (np.zeros((3, 4), np.uint16), "got uint16"),
+        (np.full((2, 2), np.nan), "got float64"),
+        (None, "expected grey values of uint8"),
+    ],
+)
+def test_arrays_that_are_no_picture(picture, text):
+    with pytest.raises(rs.errors.InputError, match=text.replace("(", r"\(").replace(")", r"\)")):
+        Poster(picture, 1.0)
+
+
+def test_files_that_are_no_picture(tmp_path):
+    from PIL import Image
+
+    grey = draw_waves(30, 40)
+    Image.fromarray(grey).save(tmp_path / "grey.png")
+    Image.fromarray(np.dstack([grey] * 4)).save(tmp_path / "alpha.png")
+    Image.fromarray(grey.astype(np.uint16) * 257).save(tmp_path / "deep.png")
+    (tmp_path / "cut.png").write_bytes((tmp_path / "grey.png").read_bytes()[:200])
+    (tmp_path / "text.png").write_text("no picture")
+    assert GreyPicture.from_file(tmp_path / "grey.png") == GreyPicture(grey)
+    for name, text in {
+        "alpha.png": "mode 'RGBA'; expected 8 bits, without an alpha channel",
+        "deep.png": "expected 8 bits",
+        "cut.png": "cannot be read",
+        "text.png": "no picture of PNG, JPEG",
+        "none.png": "no such file",
+    }.items():
+        with pytest.raises(rs.errors.FileError, match=text):
+            Poster(tmp_path / name, 1.0)
+
+
+def test_requests_that_cannot_be_drawn():
+    scene = build_wall(0.0, 0.0)
+    for given in (0, 9, 1.5, "2"):
+        with pytest.raises(rs.errors.InputError, match="samples"):
+            scene.picture(samples=given)
+    with pytest.raises(rs.errors.InputError, match="no camera 'ey'"):
+        scene.picture(camera="ey")
+    boundless = rs.Scene(cameras=rs.MountedCamera("eye", rs.Camera(K)))
+    with pytest.raises(rs.errors.InputError, match="camera 'eye' has no size"):
+        boundless.picture()
