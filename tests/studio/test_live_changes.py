@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -387,6 +388,9 @@ def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
         if i % 500 == 499:
             used.append(measure_resident_memory())
     assert largest < 64 * 1024
+    print(
+        f"{largest} bytes in the largest message; memory of {used[0]:.0f} MB, then {used[-1]:.0f} MB"
+    )
     assert used[-1] - used[0] < 60.0  # an instant has 2 kB
 
 
@@ -426,6 +430,38 @@ def test_a_failure_after_convergence_is_the_failure_of_the_files():
     end, run = bench.pair.end, bench.saved_experiment().run()
     assert end.outcome == Outcome.JOINT_LIMIT == int(run["outcome"])
     assert float(run["end_time"]) == pytest.approx(end.time - bench.since, abs=1e-9)
+
+
+def test_a_failure_soon_after_convergence_is_the_failure_of_the_files():
+    """An unstable run begins within its tolerance and breaks a second later."""
+    experiment = load_scenario(examples.path("eye_in_hand"))
+    goal = experiment.run()["q_end"].values
+    bench = Workbench(experiment.with_(start=goal).at({"task.gain": 90.0, "task.tolerance": 1.0}))
+    bench.step()
+    assert bench.pair.end.outcome == Outcome.CONVERGED and bench.saved_experiment().hold is False
+    advance(bench)
+    end, saved = bench.pair.end, Experiment.from_text(bench.saved_experiment().text)
+    assert end.outcome == Outcome.JOINT_LIMIT and end.time < live_run.REST and bench.since == 0.0
+    run = saved.run()
+    assert int(run["outcome"]) == Outcome.JOINT_LIMIT and float(run["end_time"]) == end.time
+    live = [each.q for each in bench.pair.live.instants]
+    assert np.array_equal(run["q"].values[: len(live)], live)
+
+
+def test_a_stall_soon_after_convergence_does_not_end_a_run():
+    """The judgement of a run with `hold` has neither stalls nor a bound of the error."""
+    bench = open_bench("eye_in_hand")
+    advance(bench, 0.4)
+    live = bench.pair.live
+    live.decision = replace(live.now, outcome=Outcome.CONVERGED)
+    late = replace(live.now, outcome=Outcome.LOCAL_MINIMUM)
+    live._decide_late_failure(late, len(live.instants) - 1)
+    assert live.decision.outcome == Outcome.CONVERGED and live.segment.hold
+    before = live.now.q
+    bench.step()
+    assert not bench.ended and not np.array_equal(live.now.q, before)
+    saved = bench.saved_experiment().run()["q"].values
+    assert np.array_equal(saved[: len(live.instants)], [each.q for each in live.instants])
 
 
 def test_a_dragged_target_moves_a_run_from_its_local_minimum():

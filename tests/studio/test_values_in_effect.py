@@ -1,6 +1,7 @@
 """The value that a control shows, the value in effect and the value in the file are one."""
 
 import os
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -86,6 +87,17 @@ def is_alike(path, other):
     return other.removeprefix("belief.") == path.removeprefix("belief.")
 
 
+def is_stated(table, path):
+    """Whether a file states the table of a value; else the value is a default, such as "home"."""
+    for key in path.split(".")[:-1]:
+        if isinstance(table, list) and all(isinstance(each, dict) for each in table):
+            table = {each.get("name", str(i)): each for i, each in enumerate(table)}
+        if not isinstance(table, dict) or key not in table:
+            return False
+        table = table[key]
+    return True
+
+
 def check_set(bench, path, value):
     """Set a value; check that it is shown, in effect and saved, or refused without a trace."""
     control, experiment, before = bench.controls[path], bench.experiment, dict(bench.controls)
@@ -101,14 +113,28 @@ def check_set(bench, path, value):
     assert list_shown(now, read_value_in_effect(bench.experiment, now)) == shown
     if control.form in ("number", "numbers") and not path.endswith("rotvec"):
         assert shown == list_shown(now, check_control_value(control, value))
+    saved = rs.Experiment.from_text(bench.experiment.to_toml())
+    assert saved == bench.experiment
+    stored = {each.path: each for each in saved.controls()}
+    assert stored[path].value == now.value
     if control.form != "choice":  # another kind has other values
         was, after = list_all_shown(before), list_all_shown(bench.controls)
         others = [each for each in after if each in was and was[each] != after[each]]
-        assert [each for each in others if not is_alike(path, each)] == []
-    saved = rs.Experiment.from_text(bench.experiment.to_toml())
-    assert saved == bench.experiment
-    stored = next(each for each in saved.controls() if each.path == path)
-    assert stored.value == now.value
+        check_followers(bench, path, others, stored)
+
+
+def check_followers(bench, path, others, stored):
+    """Check the values that a change moved too: they are not stated, and are shown and saved."""
+    table = tomllib.loads(bench.experiment.to_toml())
+    listed = [change["path"] for change in bench.differences]
+    originals = list_all_shown(bench._original_controls)
+    for other in others:
+        now = bench.controls[other]
+        shown = list_shown(now, now.value)
+        assert is_alike(path, other) or not is_stated(table, other), other
+        assert list_shown(now, read_value_in_effect(bench.experiment, now)) == shown
+        assert stored[other].value == now.value
+        assert other in listed or other.startswith("belief.") or shown == originals.get(other)
 
 
 @pytest.mark.filterwarnings("ignore")  # such as features of low rank

@@ -256,10 +256,12 @@ class Workbench:
         Its start is the configuration and its seed the seed of that run. Its instants are those of
         the page from the time `since` on, bit by bit.
         """
-        if not self.since or self.pair is None:
+        if self.pair is None:
             return self.experiment
         segment = self.pair.live.segment
-        continues = {"hold": True} if segment.hold else {}
+        continues = {"hold": True} if segment.hold and not self.experiment.hold else {}
+        if not self.since:
+            return self.experiment.with_(**continues) if continues else self.experiment
         return self.experiment.with_(start=segment.start, seed=segment.seed, **continues)
 
     def recording(self) -> Recording:
