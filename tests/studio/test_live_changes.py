@@ -240,6 +240,19 @@ def test_undo_and_redo_restore_experiments_and_the_second_scheme(monkeypatch):
     assert bench.experiment == seen[-1][0]
 
 
+def test_undo_after_changes_of_truth_and_belief(monkeypatch):
+    monkeypatch.setattr(edit_history, "PAUSE", 0.0)
+    bench = open_bench("calibration_errors")
+    x, y, z = bench.controls["objects.square.position"].value
+    bench.set("objects.square.position", [x + 0.01, y, z])
+    bench.set("belief.cameras.camera.focal", [555.0, 550.0])
+    bench.undo()
+    assert bench.controls["belief.cameras.camera.focal"].value == [550.0, 550.0]
+    assert bench.controls["objects.square.position"].value == [x + 0.01, y, z]
+    bench.undo()
+    assert not bench.edited
+
+
 def test_a_drag_is_one_edit():
     bench = open_bench("eye_in_hand")
     pose = handle_pose(bench, "objects.plate")
@@ -388,9 +401,7 @@ def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
         if i % 500 == 499:
             used.append(measure_resident_memory())
     assert largest < 64 * 1024
-    print(
-        f"{largest} bytes in the largest message; memory of {used[0]:.0f} MB, then {used[-1]:.0f} MB"
-    )
+    print(f"largest message {largest} bytes, memory {used[0]:.0f} to {used[-1]:.0f} MB")
     assert used[-1] - used[0] < 60.0  # an instant has 2 kB
 
 
