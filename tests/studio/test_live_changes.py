@@ -133,7 +133,7 @@ def test_a_low_gain_is_the_reason_for_a_late_return():
     then = bench.time
     bench.drag("objects.square", [pose[0] + 0.036, *pose[1:]])
     # e falls as exp(-0.5 t): from 36 mm to 1 mm in ln(36) / 0.5 = 7.17 s
-    assert "about 7.2 s" in bench.delay_remark and "0.5 1/s" in bench.delay_remark
+    assert "about 7.2 s" in bench.return_remark and "0.5 1/s" in bench.return_remark
     while bench.pair.live.measure_distance()[0] > FAR:
         bench.step()
     assert bench.time - then == pytest.approx(7.2, abs=0.4)

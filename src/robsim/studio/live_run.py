@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robsim.analysis.explanation.goal_motion import ALIGNED, NEAR, split_goal_motion
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.engine.chunk import Chunk
@@ -23,7 +24,6 @@ from robsim.run.simulation_dataset import compute_frame_motion, make_plain_varia
 if TYPE_CHECKING:
     from robsim.plot.run_data import RunVariables
 
-NEAR, ALIGNED = 1e-3, math.radians(0.1)  # metres and radians from the goal that are negligible
 REST = 1.0  # seconds from convergence until a run rests
 
 
@@ -257,6 +257,11 @@ class LiveRun:
         """The decay rate of a small error, in 1/s; the lowest of several tasks."""
         adaptive = getattr(self.segment.task, "gain", None)
         return float(getattr(adaptive, "at_zero", np.min(self._loop.controller.pace)))
+
+    def list_return_obstacles(self) -> list[str]:
+        """Return clauses on the parts of the way to the goal that the task does not make."""
+        motion = split_goal_motion(self._loop.controller, self.now.q[:, None])
+        return list(motion.clauses()) if motion else []
 
     def predict_return(self) -> float:
         """Return the seconds in which an error that decays by the gain becomes negligible.
