@@ -15,6 +15,7 @@ from robsim.studio.pendant.pendant_session import PendantSession
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
 from robsim.studio.web.app import UnavailableDownload
+from robsim.studio.web.page_messages import BadMessage, parse_page_message
 from robsim.studio.workbench import Workbench
 
 NAME, CASES, PATIENCE = "studio requests", 42, 900.0
@@ -108,7 +109,7 @@ def attack_session(rng, name):
 
 def handle_request(rng, session, request):
     """Handle a request as the thread of a session does; return whether it was accepted."""
-    session._handle_requests([json.loads(json.dumps(request))])
+    session._handle_requests(receive(request))
     if "internal error" in session.note:
         raise Wrong(session.note)
     if session.bench.pair is not None:
@@ -119,6 +120,14 @@ def handle_request(rng, session, request):
             session.bench.explain(explain_live_run(session.bench.experiment, live, trials=False))
     session.send_news()
     return not session.note
+
+
+def receive(request):
+    """Return the request as the server hands it on; none if it is no message."""
+    try:
+        return [parse_page_message(json.dumps(request).encode())]
+    except BadMessage:
+        return []
 
 
 def draw_request(rng, bench):
@@ -266,7 +275,7 @@ def attack_pendant(rng):
             request = draw_pendant_request(rng, session.pendant)
             request = damage(rng, request) if rng.random() < 0.2 else request
             sent.append(request)
-            session.note = session.do(json.loads(json.dumps(request)))
+            session.note = "".join(session.do(each) for each in receive(request))
             if "internal error" in session.note:
                 raise Wrong(session.note)
             session._send_news()

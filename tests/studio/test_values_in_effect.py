@@ -82,8 +82,8 @@ def list_all_shown(controls):
 
 
 def is_alike(path, other):
-    """Whether another path is the value itself, or the belief that follows it."""
-    return other.removeprefix("belief.") == path.removeprefix("belief.")
+    """Whether another path is the value itself, or a belief that follows it."""
+    return other.rpartition("belief.")[2] == path.rpartition("belief.")[2]
 
 
 def is_stated(table, path):
@@ -148,6 +148,19 @@ def test_the_value_shown_the_value_in_effect_and_the_value_saved_are_one(name, c
             if path in bench.controls:  # another kind may lack it
                 value = draw_values(bench.controls[path], rng)[number]
                 check_set(bench, path, value)
+
+
+def test_beliefs_that_differ_are_fields_of_their_tasks_alone():
+    """A common field would show and change neither of them."""
+    experiment = load_scenario(examples.path("car"))
+    first, second = experiment.task.tasks
+    paths = [each.path for each in experiment.controls()]
+    assert any(path.startswith("belief.") for path in paths)
+    believed = experiment.at({"belief.cameras.camera.focal": [410.0, 400.0]}).task.tasks[0].belief
+    apart = experiment.with_(task=rs.Priorities([replace(first, belief=believed), second]))
+    values = {each.path: each.value for each in apart.controls() if "belief." in each.path}
+    assert not any(path.startswith("belief.") for path in values)
+    assert values["task.tasks.0.belief.cameras.camera.focal"] == [410.0, 400.0]
 
 
 def test_numbers_from_a_slider_are_stored_as_they_are_shown():
