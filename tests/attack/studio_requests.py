@@ -269,6 +269,8 @@ def attack_pendant(rng):
     """Send random requests to a teach pendant; then undo all, and compare with the start."""
     session, sent = PendantSession(arm(pick(rng, ARMS))), []
     session.broadcast = check_message
+    session.start()
+    session.close()
     start, taken = session.pendant.q.copy(), 0
     try:
         for _ in range(REQUESTS):
