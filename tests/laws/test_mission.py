@@ -6,6 +6,7 @@ import pytest
 import robsim as rs
 from robsim import Experiment, FollowJoints, Mission, Outcome, Phase
 from robsim.errors import InputError
+from robsim.page.recordings import build_recording
 
 ARM = rs.robots.planar_2r()
 CUP = rs.Object("cup", rs.Block(0.1, 0.1, 0.1), marks=[[0, 0, 0.05]], pose=rs.Pose.at(1.2, 0.9, 0))
@@ -36,6 +37,15 @@ def test_each_leg_starts_where_the_last_one_ended_and_time_goes_on():
     np.testing.assert_array_equal(joined.q.sel(time=1.0, method="nearest"), second.run.q[0])
     assert joined.phase.values.tolist() == ["a"] * 25 + ["b"] * 26
     np.testing.assert_array_equal(joined.q[-1], second.q_end)
+
+
+@pytest.mark.parametrize(("record", "times"), [(7, [0.0, 0.28, 0.56, 0.84, 1.0]), (1000, [0, 1])])
+def test_of_every_nth_step_the_record_ends_before_the_mission(record, times):
+    story = tell(SCENE, Phase("a", go(0.5, 0.5)), Phase("b", go(1.0, -0.5), 0.2), record=record)
+    np.testing.assert_allclose(story.run.time, times, atol=1e-12)
+    assert np.isfinite(story.run.q).all() and len(build_recording(story).arrays["time"]) == len(
+        times
+    )
 
 
 def test_a_thing_is_carried_from_one_phase_to_another_and_never_jumps():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,7 +133,7 @@ def test_a_low_gain_is_the_reason_for_a_late_return():
     then = bench.time
     bench.drag("objects.square", [pose[0] + 0.036, *pose[1:]])
     # e falls as exp(-0.5 t): from 36 mm to 1 mm in ln(36) / 0.5 = 7.17 s
-    assert "about 7.2 s" in bench.delay_remark and "0.5 1/s" in bench.delay_remark
+    assert "about 7.2 s" in bench.return_remark and "0.5 1/s" in bench.return_remark
     while bench.pair.live.measure_distance()[0] > FAR:
         bench.step()
     assert bench.time - then == pytest.approx(7.2, abs=0.4)
@@ -237,6 +238,19 @@ def test_undo_and_redo_restore_experiments_and_the_second_scheme(monkeypatch):
     assert not bench.edited and bench.differences == [] and not bench.second
     bench.undo()
     assert bench.experiment == seen[-1][0]
+
+
+def test_undo_after_changes_of_truth_and_belief(monkeypatch):
+    monkeypatch.setattr(edit_history, "PAUSE", 0.0)
+    bench = open_bench("calibration_errors")
+    x, y, z = bench.controls["objects.square.position"].value
+    bench.set("objects.square.position", [x + 0.01, y, z])
+    bench.set("belief.cameras.camera.focal", [555.0, 550.0])
+    bench.undo()
+    assert bench.controls["belief.cameras.camera.focal"].value == [550.0, 550.0]
+    assert bench.controls["objects.square.position"].value == [x + 0.01, y, z]
+    bench.undo()
+    assert not bench.edited
 
 
 def test_a_drag_is_one_edit():
@@ -423,6 +437,7 @@ def test_memory_stays_bounded_while_a_hand_moves(monkeypatch):
         if i % 500 == 499:
             used.append(measure_resident_memory())
     assert largest < 64 * 1024
+    print(f"largest message {largest} bytes, memory {used[0]:.0f} to {used[-1]:.0f} MB")
     assert used[-1] - used[0] < 60.0  # an instant has 2 kB
 
 
@@ -462,6 +477,38 @@ def test_a_failure_after_convergence_is_the_failure_of_the_files():
     end, run = bench.pair.end, bench.saved_experiment().run()
     assert end.outcome == Outcome.JOINT_LIMIT == int(run["outcome"])
     assert float(run["end_time"]) == pytest.approx(end.time - bench.since, abs=1e-9)
+
+
+def test_a_failure_soon_after_convergence_is_the_failure_of_the_files():
+    """An unstable run begins within its tolerance and breaks a second later."""
+    experiment = load_scenario(examples.path("eye_in_hand"))
+    goal = experiment.run()["q_end"].values
+    bench = Workbench(experiment.with_(start=goal).at({"task.gain": 90.0, "task.tolerance": 1.0}))
+    bench.step()
+    assert bench.pair.end.outcome == Outcome.CONVERGED and bench.saved_experiment().hold is False
+    advance(bench)
+    end, saved = bench.pair.end, Experiment.from_text(bench.saved_experiment().text)
+    assert end.outcome == Outcome.JOINT_LIMIT and end.time < live_run.REST and bench.since == 0.0
+    run = saved.run()
+    assert int(run["outcome"]) == Outcome.JOINT_LIMIT and float(run["end_time"]) == end.time
+    live = [each.q for each in bench.pair.live.instants]
+    assert np.array_equal(run["q"].values[: len(live)], live)
+
+
+def test_a_stall_soon_after_convergence_does_not_end_a_run():
+    """The judgement of a run with `hold` has neither stalls nor a bound of the error."""
+    bench = open_bench("eye_in_hand")
+    advance(bench, 0.4)
+    live = bench.pair.live
+    live.decision = replace(live.now, outcome=Outcome.CONVERGED)
+    late = replace(live.now, outcome=Outcome.LOCAL_MINIMUM)
+    live._decide_late_failure(late, len(live.instants) - 1)
+    assert live.decision.outcome == Outcome.CONVERGED and live.segment.hold
+    before = live.now.q
+    bench.step()
+    assert not bench.ended and not np.array_equal(live.now.q, before)
+    saved = bench.saved_experiment().run()["q"].values
+    assert np.array_equal(saved[: len(live.instants)], [each.q for each in live.instants])
 
 
 def test_a_dragged_target_moves_a_run_from_its_local_minimum():

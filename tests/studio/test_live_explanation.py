@@ -158,6 +158,41 @@ def test_a_growing_error_has_its_norm_and_the_period_its_length():
     )
 
 
+PULLS = {  # pull of the target in metres, and the start of the reason why the camera stays away
+    "unicycle_docking, sideways": ((0.0, 0.05, 0.0), "the wheels do not roll along 49.1 mm"),
+    "unicycle_docking, up": ((0.0, 0.0, 0.03), "the commanded velocities do not produce 30 mm"),
+    "holonomic, up": ((0.0, 0.0, 0.03), "the commanded velocities do not produce 30 mm"),
+    "differential_drive, sideways": ((0.0, 0.05, 0.0), "the features do not change along 149 mm"),
+    "car, ahead": ((0.05, 0.0, 0.0), "the features do not change along 441 mm"),
+}
+
+
+@pytest.mark.parametrize("which", PULLS)
+def test_a_pull_after_which_the_camera_stays_away_has_its_reason_at_once_and_at_the_end(which):
+    name, (shift, reason) = which.partition(",")[0], PULLS[which]
+    bench = Workbench(load_scenario(examples.path(name)))
+    while not bench.idle:
+        bench.step()
+    handle = next(each for each in bench.handles if each.name.startswith("objects."))
+    position = [x + dx for x, dx in zip(handle.pose, shift, strict=False)]
+    bench.drag(handle.name, [*position, *handle.pose[3:]])
+    assert bench.return_remark.startswith(reason)
+    why = explained(bench, trials=False)
+    words = reason.partition(" along")[0].partition(" produce")[0]
+    texts = [each["text"].lower() for each in why["findings"] if each["head"]]
+    assert why["missed"] and any(words in each for each in texts)
+
+
+@pytest.mark.parametrize("shift", [(0.05, 0.0, 0.0), (0.0, 0.05, 0.0)])
+def test_a_pull_that_the_robot_follows_has_no_remark(shift):
+    bench = Workbench(load_scenario(examples.path("holonomic")))
+    while not bench.idle:
+        bench.step()
+    pose = next(each.pose for each in bench.handles if each.name == "objects.board")
+    bench.drag("objects.board", [*(np.add(pose[:3], shift).tolist()), *pose[3:]])
+    assert bench.return_remark == ""
+
+
 def test_before_its_end_a_run_has_the_remark_alone():
     why = Workbench(load_scenario(examples.path("camera_retreat"))).why
     assert (why["headline"], why["findings"]) == ("", [])

@@ -324,6 +324,29 @@ def test_twenty_recorded_poses_are_replayed_within_the_speed_of_the_joints(tmp_p
     assert [leg.end - leg.start for leg in slow.legs] == pytest.approx([3.0, 3.0], abs=0.05)
 
 
+def join_parts(session, kind):
+    """The arrays of a recording that arrived in parts."""
+    messages = [each for each in map(json.loads, session.told) if each["type"] == kind]
+    assert [each["part"] for each in messages] == list(range(messages[0]["parts"]))
+    return unpack_recording(base64.b64decode("".join(each["recording"] for each in messages)))[1]
+
+
+def test_every_message_is_below_64_kib():
+    session = PendantSession(rs.robots.panda())
+    session.told = []
+    session.broadcast = session.told.append
+    session.start()
+    session.close()
+    record_poses(session, 8)
+    session.pendant.set_pace(0.1, 20.0)
+    assert session.do({"replay": True}) == ""
+    assert max(map(len, session.told)) < 64 * 1024
+    assert join_parts(session, "recording")["poses"].shape[0] == 1
+    replayed = join_parts(session, "replay")
+    assert replayed["time"][-1] == pytest.approx(160.0, abs=0.1)
+    assert len(replayed["poses"]) == len(replayed["time"])
+
+
 @pytest.mark.parametrize("seconds", [300.0, 600.0])
 def test_a_long_replay_is_shown_with_fewer_instants_or_refused(seconds):
     session = open_pendant(rs.robots.planar_2r())
@@ -333,8 +356,7 @@ def test_a_long_replay_is_shown_with_fewer_instants_or_refused(seconds):
     if seconds == 600.0:
         assert note.startswith("the replay takes 40 minutes, and at most 30 are shown")
         return
-    _, arrays = unpack_recording(base64.b64decode(json.loads(session.told[-1])["recording"]))
-    time = arrays["time"]
+    time = join_parts(session, "replay")["time"]
     assert note == "" and 3500 < len(time) < 4100
     assert time[-1] == pytest.approx(1200.0, abs=0.5)
 

@@ -1,6 +1,7 @@
 """The value that a control shows, the value in effect and the value in the file are one."""
 
 import os
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -16,10 +17,9 @@ from robsim.studio.control_values import check_control_value
 from robsim.studio.rounded_values import list_control_units, round_dragged_value
 from robsim.studio.workbench import Workbench
 
-DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "2"))  # of an experiment; 30 take an hour
+DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "2"))  # of an experiment; 30 take hours
 FEW = {"visp_tutorial": 6, "eye_in_hand": 3, "joint_limits": 4, "wrong_calibration": 3}
-MISSIONS = ("inspection_a", "inspection_b")  # each change simulates the whole mission
-COUNTS = {name: min(DRAWN, 1 if name in MISSIONS else 30) for name in examples.names()}
+COUNTS = dict.fromkeys(examples.names(), DRAWN)
 EACH = [*FEW.items(), *(pytest.param(*each, marks=pytest.mark.full) for each in COUNTS.items())]
 
 
@@ -82,8 +82,19 @@ def list_all_shown(controls):
 
 
 def is_alike(path, other):
-    """Whether another path is the value itself, or the belief that follows it."""
-    return other.removeprefix("belief.") == path.removeprefix("belief.")
+    """Whether another path is the value itself, or a belief that follows it."""
+    return other.rpartition("belief.")[2] == path.rpartition("belief.")[2]
+
+
+def is_stated(table, path):
+    """Whether a file states the table of a value; else the value is a default, such as "home"."""
+    for key in path.split(".")[:-1]:
+        if isinstance(table, list) and all(isinstance(each, dict) for each in table):
+            table = {each.get("name", str(i)): each for i, each in enumerate(table)}
+        if not isinstance(table, dict) or key not in table:
+            return False
+        table = table[key]
+    return True
 
 
 def check_set(bench, path, value):
@@ -101,14 +112,29 @@ def check_set(bench, path, value):
     assert list_shown(now, read_value_in_effect(bench.experiment, now)) == shown
     if control.form in ("number", "numbers") and not path.endswith("rotvec"):
         assert shown == list_shown(now, check_control_value(control, value))
+    saved = rs.Experiment.from_text(bench.experiment.to_toml())
+    assert saved == bench.experiment
+    stored = {each.path: each for each in saved.controls()}
+    assert stored[path].value == now.value
     if control.form != "choice":  # another kind has other values
         was, after = list_all_shown(before), list_all_shown(bench.controls)
         others = [each for each in after if each in was and was[each] != after[each]]
-        assert [each for each in others if not is_alike(path, each)] == []
-    saved = rs.Experiment.from_text(bench.experiment.to_toml())
-    assert saved == bench.experiment
-    stored = next(each for each in saved.controls() if each.path == path)
-    assert stored.value == now.value
+        check_followers(bench, path, others, stored)
+
+
+def check_followers(bench, path, others, stored):
+    """Check the values that a change moved too: they are not stated, and are shown and saved."""
+    table = tomllib.loads(bench.experiment.to_toml())
+    listed = [change["path"] for change in bench.differences]
+    originals = list_all_shown(bench._original_controls)
+    for other in others:
+        now = bench.controls[other]
+        shown = list_shown(now, now.value)
+        assert is_alike(path, other) or not is_stated(table, other), other
+        assert list_shown(now, read_value_in_effect(bench.experiment, now)) == shown
+        assert stored[other].value == now.value
+        believed = "belief" in other.split(".")  # it is listed as the true value
+        assert other in listed or believed or shown == originals.get(other, shown), other
 
 
 @pytest.mark.filterwarnings("ignore")  # such as features of low rank
@@ -122,6 +148,19 @@ def test_the_value_shown_the_value_in_effect_and_the_value_saved_are_one(name, c
             if path in bench.controls:  # another kind may lack it
                 value = draw_values(bench.controls[path], rng)[number]
                 check_set(bench, path, value)
+
+
+def test_beliefs_that_differ_are_fields_of_their_tasks_alone():
+    """A common field would show and change neither of them."""
+    experiment = load_scenario(examples.path("car"))
+    first, second = experiment.task.tasks
+    paths = [each.path for each in experiment.controls()]
+    assert any(path.startswith("belief.") for path in paths)
+    believed = experiment.at({"belief.cameras.camera.focal": [410.0, 400.0]}).task.tasks[0].belief
+    apart = experiment.with_(task=rs.Priorities([replace(first, belief=believed), second]))
+    values = {each.path: each.value for each in apart.controls() if "belief." in each.path}
+    assert not any(path.startswith("belief.") for path in values)
+    assert values["task.tasks.0.belief.cameras.camera.focal"] == [410.0, 400.0]
 
 
 def test_numbers_from_a_slider_are_stored_as_they_are_shown():

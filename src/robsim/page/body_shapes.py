@@ -101,9 +101,9 @@ class BodyShapes:
     def _find_in_scene(self, kind: str, scene: Scene, build: Callable[[Scene], T]) -> T:
         """Return the result of `build` for a scene; the shapes that it uses are kept with it."""
 
-        def build_with_keys(_: Scene) -> tuple[T, set[BodyKey]]:
+        def build_with_keys(_: Scene) -> tuple[T, frozenset[BodyKey]]:
             self._used = set()
-            return build(scene), self._used
+            return build(scene), frozenset(self._used)
 
         result: T
         result, keys = self._find(kind, scene, build_with_keys)

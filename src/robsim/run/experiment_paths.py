@@ -169,13 +169,15 @@ def get_unit_at(experiment: Any, name: str) -> str:
 def yield_experiment_controls(of: Any) -> Iterator[Control]:
     """Yield the editable values of an experiment: the task and settings, then the scenes.
 
-    The believed scene comes before the true scene.
+    The believed scene comes before the true scene. If the beliefs of tasks differ, the tasks alone
+    have them.
     """
     apart = find_common_belief(of.task) is None
     facts = {"scene": of.scene, "by_hand": True, "apart": apart}
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
     yield from controls(make_task_table(of), place)
-    if list_beliefs(of.task):
+    beliefs = list_beliefs(of.task)
+    if beliefs and not (apart and any(each is not None for each in beliefs)):
         yield from _list_scene_controls(get_believed_scene(of), place.at(BELIEF))
     yield from _list_scene_controls(of.scene, place)
 

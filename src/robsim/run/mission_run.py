@@ -93,7 +93,8 @@ class MissionRun:
     def run(self) -> xr.Dataset:
         """The record of the whole mission: q, qd and the phase at each time.
 
-        The last instant of a phase and the first of the next are stored once, as the latter.
+        The last instant of a phase and the first of the next are stored once, as the latter. If
+        every n-th step is recorded, the end of the mission may not be among the instants.
 
         Raises
         ------
@@ -128,11 +129,11 @@ class MissionRun:
 def _get_leg_instants(leg: MissionLeg, *, last: bool) -> xr.Dataset:
     """Return q and qd of a leg in mission time.
 
-    The last instant is included only for the last leg.
+    The last instant is included only for the last leg, if it is recorded.
     """
     run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
-    before = run["time"].values < leg.end - leg.start - 1e-9 * float(leg.run.attrs["dt"])
-    count = int(before.sum()) + (1 if last else 0)
-    run = run.isel(time=slice(0, max(count, 1 if last else 0)))
+    short = 1e-9 * float(leg.run.attrs["dt"])
+    kept = run["time"].values < leg.end - leg.start + (short if last else -short)
+    run = run.isel(time=slice(0, int(kept.sum())))
     run = run.assign_coords(time=run["time"] + leg.start)
     return run.assign_coords(phase=("time", np.full(run.sizes["time"], leg.name)))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 from robsim.base.arrays import Array, move_runs_first
 from robsim.features.interaction_matrix import TWIST, InteractionMatrix, name_components
@@ -34,6 +35,14 @@ def compute_controller_matrices(controller: ServoController, q: Array) -> Contro
         return ControllerMatrices(None, task_jacobian)
     interaction = InteractionMatrix(move_runs_first(W * L), rows, TWIST, tolerance)
     return ControllerMatrices(interaction, task_jacobian)
+
+
+def list_servo_controllers(controller: Any) -> Iterator[ServoController]:
+    """Yield the controllers of the servo tasks in a controller, in the order of the tasks."""
+    if isinstance(controller, ServoController):
+        yield controller
+    for part in getattr(controller, "parts", ()):
+        yield from list_servo_controllers(part)
 
 
 def name_rows(regulated: BoundFeatures) -> tuple[str, ...]:

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robsim.base.errors import InputError, RobSimError, format_value
 from robsim.features.interaction_matrix import InteractionMatrix
-from robsim.servo.controller_matrices import compute_controller_matrices
+from robsim.servo.controller_matrices import compute_controller_matrices, list_servo_controllers
 from robsim.servo.nested_tasks import list_servo_parts
 from robsim.servo.servo_controller import ServoController
 from robsim.studio.control_values import is_json_integer
@@ -82,16 +81,8 @@ class InteractionMessages:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # the run gave them
                 controller = experiment.task.bind(experiment.scene)
-            self._last = experiment, list(_list_servo_controllers(controller))
+            self._last = experiment, list(list_servo_controllers(controller))
         return self._last[1]
-
-
-def _list_servo_controllers(controller: Any) -> Iterator[ServoController]:
-    """Yield the controllers of the servo tasks in a controller, in the order of the tasks."""
-    if isinstance(controller, ServoController):
-        yield controller
-    for part in getattr(controller, "parts", ()):
-        yield from _list_servo_controllers(part)
 
 
 def _name_task(names: list[str], i: int) -> str:

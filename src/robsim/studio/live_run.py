@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robsim.analysis.explanation.goal_motion import ALIGNED, NEAR, split_goal_motion
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.engine.chunk import Chunk
@@ -23,7 +24,6 @@ from robsim.run.simulation_dataset import compute_frame_motion, make_plain_varia
 if TYPE_CHECKING:
     from robsim.plot.run_data import RunVariables
 
-NEAR, ALIGNED = 1e-3, math.radians(0.1)  # metres and radians from the goal that are negligible
 REST = 1.0  # seconds from convergence until a run rests
 
 
@@ -32,8 +32,8 @@ class LiveRun:
 
     A run goes on after convergence for `REST` seconds, or for its duration if a motion is
     prescribed, and then rests: it has no more instants until it is continued by `continue_with`. A
-    failure or the time limit ends it. A run that continues from a converged instant is simulated
-    with `hold`, so that a failure afterwards is an outcome of its segment too.
+    failure or the time limit ends it. After convergence the failures of a run with `hold` count, so
+    that a failure is an outcome of its segment too.
 
     If `past` are the instants of another run, the run continues from the last of them, or from
     the coordinates `q` (nq,) at its time. Raise InputError if the experiment cannot run from there,
@@ -43,8 +43,7 @@ class LiveRun:
     ----------
     segment : Experiment
         The experiment that has been running since `start_time` seconds, from the last past instant.
-        Its run ends as this run; it has `hold` if this run continued from a converged instant and
-        failed.
+        Its run ends as this run; it has `hold` if this run failed after convergence.
     template : mapping of str to xarray.Variable
         The variables of a run with one instant.
     decision : Instant or None
@@ -150,13 +149,29 @@ class LiveRun:
         instant = make_instant(self._loop, step, chunk)
         instant = replace(instant, time=self.start_time + instant.time)
         self.instants.append(instant)
-        outcome = instant.outcome
-        late = self.decision is not None and outcome in (Outcome.CONVERGED, Outcome.TIME_LIMIT)
-        if outcome != Outcome.RUNNING and not late:
+        if self._is_late_failure(instant):
+            self._decide_late_failure(instant, step)
+        elif self.decision is None and instant.outcome != Outcome.RUNNING:
             self.decision = instant
-            if self._holds:
-                self.segment = self.segment.with_(hold=True)
         return chunk
+
+    def _is_late_failure(self, instant: Instant) -> bool:
+        """Return whether an instant after convergence has the outcome of a failure."""
+        harmless = (Outcome.RUNNING, Outcome.CONVERGED, Outcome.TIME_LIMIT)
+        return self.decision is not None and instant.outcome not in harmless
+
+    def _decide_late_failure(self, instant: Instant, step: int) -> None:
+        """Store a failure after convergence, unless a run with `hold` goes on at this step."""
+        holds = self._holds or self.segment.hold
+        self.segment = self.segment.with_(hold=True)
+        if not holds:
+            self._holds = True
+            self._start_loop(self.segment)
+            chunk = next(chunk for number, chunk in self._steps if number == step)
+            instant = replace(make_instant(self._loop, step, chunk), time=instant.time)
+            self.instants[-1] = instant
+        if self._is_late_failure(instant):
+            self.decision = instant
 
     @property
     def columns(self) -> list[object]:
@@ -242,6 +257,11 @@ class LiveRun:
         """The decay rate of a small error, in 1/s; the lowest of several tasks."""
         adaptive = getattr(self.segment.task, "gain", None)
         return float(getattr(adaptive, "at_zero", np.min(self._loop.controller.pace)))
+
+    def list_return_obstacles(self) -> list[str]:
+        """Return clauses on the parts of the way to the goal that the task does not make."""
+        motion = split_goal_motion(self._loop.controller, self.now.q[:, None])
+        return list(motion.clauses()) if motion else []
 
     def predict_return(self) -> float:
         """Return the seconds in which an error that decays by the gain becomes negligible.

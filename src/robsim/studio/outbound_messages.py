@@ -29,8 +29,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from robsim.page.html_document import encode_recording_text
-from robsim.studio.message_text import encode_message
-from robsim.studio.scene_messages import LARGEST, SceneMessages, split_shapes
+from robsim.studio.message_text import LARGEST, encode_message
+from robsim.studio.scene_messages import SceneMessages, split_shapes
 from robsim.studio.session_state import SessionView, build_session_state
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.page.html_document import encode_recording_text
-from robsim.studio.message_text import encode_message
+from robsim.studio.message_text import LARGEST, encode_message
 
-LARGEST = 65_536  # size of a message, characters
 SHAPE_BYTES = 36_000  # size of the shapes in a message; base64 takes a third more
 ARRAY_BYTES = 120  # size of the declaration of an array
 TAIL = 48  # messages of rows; more are joined

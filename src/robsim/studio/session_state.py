@@ -32,7 +32,7 @@ def build_session_state(session: SessionView, bench: Workbench | None) -> dict[s
         "playing": session.playing,
         "speed": session.speed,
         "factor": None if factor is None else round(factor, 2),
-        "note": session.note or (bench.delay_remark if bench else ""),
+        "note": session.note or (bench.return_remark if bench else ""),
         "requests": session.handled,
         "run": session.run,
         "refusals": [{"path": path, "reason": why} for path, why in session.refusals.items()],

@@ -67,9 +67,9 @@ class Workbench:
         Number of changes that started the run over because it had ended or could not continue.
     restarted_because : str
         The reason if the last change started the run over; else "".
-    delay_remark : str
-        The expected duration of the return to the goal if the last change moved a body and the
-        gain is low; else "".
+    return_remark : str
+        Why the return to the goal takes long, or does not end at the goal pose, if the last change
+        moved a body; else "".
     news : set of {"recording", "controls", "texts"}
         Kinds of data that have changed since they were sent to the pages.
     """
@@ -77,7 +77,7 @@ class Workbench:
     def __init__(self, experiment: Experiment) -> None:
         self.news: set[str] = set()
         self.revision = self.restarts = 0
-        self.restarted_because = self.delay_remark = ""
+        self.restarted_because = self.return_remark = ""
         self.builder: RecordingBuilder | None = None
         self.pair: RunPair | None = None
         self.open(experiment)
@@ -264,10 +264,12 @@ class Workbench:
         Its start is the configuration and its seed the seed of that run. Its instants are those of
         the page from the time `since` on, bit by bit.
         """
-        if not self.since or self.pair is None:
+        if self.pair is None:
             return self.experiment
         segment = self.pair.live.segment
-        continues = {"hold": True} if segment.hold else {}
+        continues = {"hold": True} if segment.hold and not self.experiment.hold else {}
+        if not self.since:
+            return self.experiment.with_(**continues) if continues else self.experiment
         return self.experiment.with_(start=segment.start, seed=segment.seed, **continues)
 
     def recording(self) -> Recording:
@@ -328,7 +330,7 @@ class Workbench:
         self._run_edit(edit := Edit(after, {**self.changes, **changes}, self.second), pulls)
         self.history.add(edit, values, stroke)
         if after.scene is not before.scene:
-            self._remark_delay()
+            self._remark_return()
 
     def _push(self, handle: Handle, pose: object) -> None:
         """Continue the run with the carried body of a handle at a pose."""
@@ -338,17 +340,20 @@ class Workbench:
             self.edit, self.pair.continue_with(self.experiment, self.second, q), self._watch
         )
         self.restarted_because = ""
-        self._remark_delay()
+        self._remark_return()
 
-    def _remark_delay(self) -> None:
-        """Store the expected duration of the return to the goal if the gain is low."""
-        seconds = self.pair.live.predict_return() if self.pair else 0.0
-        if seconds > PROMPT and not self.idle:
-            gain = self.pair.live.gain if self.pair else 0.0
-            self.delay_remark = (
-                f"the gain of {gain:.3g} 1/s is low: the return to 1 mm and 0.1 deg from the goal "
-                f"takes about {seconds:.2g} s"
+    def _remark_return(self) -> None:
+        """Store why the return to the goal takes long, or does not end at the goal pose."""
+        if self.pair is None or self.idle:
+            return
+        live, remarks = self.pair.live, self.pair.live.list_return_obstacles()
+        seconds = live.predict_return()
+        if seconds > PROMPT:
+            remarks.append(
+                f"the gain of {live.gain:.3g} 1/s is low: the return to 1 mm and 0.1 deg from the "
+                f"goal takes about {seconds:.2g} s"
             )
+        self.return_remark = "; ".join(remarks)
 
     def _return_to(self, edit: Edit | None, reason: str) -> None:
         """Run a stored edit; raise InputError if there is none."""
@@ -411,7 +416,7 @@ class Workbench:
             handles = list_handles(experiment, controls, live.moving_frame, live.find_goal_pose())
             carried = list_carried_handles(experiment.scene, live.now.q)
             builder = pair.create_recording_builder(None if opens else self.builder)
-        self.edit, self._watch, self.delay_remark = edit, watch, ""
+        self.edit, self._watch, self.return_remark = edit, watch, ""
         self.controls, self.revision = controls, self.revision + 1
         vars(self).pop("differences", None)
         self._handles, self._carried_handles = handles, carried

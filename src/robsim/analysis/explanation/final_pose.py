@@ -15,6 +15,7 @@ from robsim.analysis.explanation.ablation import (
 from robsim.analysis.explanation.attribution import SuccessCriterion, SuccessTest
 from robsim.analysis.explanation.counterfactuals import replace_task_fields
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.goal_motion import report_goal_motion
 from robsim.analysis.explanation.half_turns import find_upright_schemes, report_half_turn
 from robsim.analysis.explanation.imperfections import list_imperfections
 from robsim.analysis.explanation.run_analysis import RunAnalysis
@@ -45,7 +46,7 @@ def report_final_pose(analysis: RunAnalysis) -> list[Finding]:
     half_turn = report_half_turn(analysis, offset)
     first += [half_turn] if half_turn else []
     if not is_determined:
-        return [*first, _report_free_motions(analysis)]
+        return [*first, _report_free_motions(analysis), *report_goal_motion(analysis, -1)]
     if half_turn or not analysis.trials:
         return first
     test = _make_nearness_test(offset, float(analysis.depths[-1]))

@@ -11,6 +11,7 @@ from robsim.analysis.explanation.divergence import (
     report_wrong_interaction,
 )
 from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.goal_motion import report_missing_motion, report_sideways_goal
 from robsim.analysis.explanation.lost_targets import (
     report_blind_start,
     report_border,
@@ -71,6 +72,7 @@ _OUT_OF_REACH = (*_UNREACHED, Outcome.JOINT_LIMIT, Outcome.SINGULAR, Outcome.DIV
 _TARGET_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
 _COMMON_REASONS = (
     report_loop_gain,
+    report_sideways_goal,
     report_pose_features,
     report_ascent,
     report_retreat,
@@ -87,6 +89,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
         report_camera_law,
         report_null_space,
         report_own_law,
+        report_missing_motion,
         report_unseen_goal,
         report_visibility,
     ),
@@ -102,6 +105,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
         report_ascent,
         report_wrong_interaction,
         report_joint_limit,
+        report_sideways_goal,
         report_retreat,
         report_roll,
         report_own_motion,
@@ -132,6 +136,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
             report_retreat,
             report_unseen_goal,
             report_standing_error,
+            report_missing_motion,
         ),
         report_visibility,
     ),

@@ -34,18 +34,26 @@ export class Pendant {
   hear(message) {
     const done = {
       pendant: () => this.build(message),
-      recording: () => this.showRobot(message),
+      recording: () => this.collect(message, (whole) => this.showRobot(whole)),
       poses: () => this.listPoses(message),
       pose: () => this.place(message),
-      replay: () => this.replay(message),
+      replay: () => this.collect(message, (whole) => this.replay(whole)),
     }[message.type];
     if (done) return done();
     this.tellNote(message.error ?? "");
     return undefined;
   }
 
+  // A recording arrives in parts; a page that lacks the first parts ignores the others.
+  collect({ type, recording, part, parts }, show) {
+    const before = part ? this.arrived?.[type] : [];
+    if (before?.length !== part) return undefined;
+    this.arrived = { ...this.arrived, [type]: [...before, recording] };
+    return part === parts - 1 ? show(this.arrived[type].join("")) : undefined;
+  }
+
   // The robot and its frames, which are sent first, and again after a lost connection.
-  async showRobot({ recording }) {
+  async showRobot(recording) {
     this.still = await unpack(recording);
     this.shown = false;
     this.endReplay();
@@ -270,7 +278,7 @@ export class Pendant {
     return this.link.ask({ replay: true });
   }
 
-  async replay({ recording }) {
+  async replay(recording) {
     const { header, arrays } = await unpack(recording);
     this.replaying = true;
     document.body.classList.add("replay");

@@ -21,7 +21,7 @@ from robsim.plot.missing_meshes import warn_missing_meshes
 from robsim.plot.scene_motion import SceneMotion
 from robsim.robot.robot import Robot
 from robsim.studio.downloads import make_slug
-from robsim.studio.message_text import encode_message
+from robsim.studio.message_text import encode_message, encode_recording_parts
 from robsim.studio.pendant.pose_table_file import format_pose_table
 from robsim.studio.pendant.recorded_poses import (
     build_replay,
@@ -47,11 +47,12 @@ class PendantSession:
     messages to pages, by type:
 
     * pendant: title, the joints with their units and limits, the links, and remarks.
-    * recording: {"recording"}, the robot at its present coordinates, sent once.
+    * recording: {"recording", "part", "parts"}, the robot at its present coordinates, sent once, in
+      parts of less than 64 KiB.
     * pose: joints, limits, frames (the poses of all frames), tool, requested, reach, condition,
       link, lead, undo, redo, note, pace.
     * poses: {"poses"}, the recorded poses.
-    * replay: {"recording"}, the simulated motion through the recorded poses.
+    * replay: {"recording", "part", "parts"}, the simulated motion through the recorded poses.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -72,7 +73,8 @@ class PendantSession:
         header = still.header | {"reach": _find_workspace_box(self.pendant, still.header["reach"])}
         text = encode_recording_text(header, still.arrays, set())
         self._send("pendant", **self._describe_robot(title))
-        self._send("recording", recording=text)
+        for i, part in enumerate(encode_recording_parts("recording", text)):
+            self._store(f"recording {i}", part)
         self._send_news()
         self._thread.start()
 
@@ -176,7 +178,8 @@ class PendantSession:
         recording = build_recording(experiment.run())
         arrays = _thin_instants(recording)
         text = encode_recording_text(recording.header, arrays, {"poses"})
-        self.broadcast(encode_message("replay", recording=text))
+        for part in encode_recording_parts("replay", text):
+            self.broadcast(part)
 
     def _motion(self) -> SceneMotion:
         """Return the motion that consists of the present coordinates."""
@@ -235,8 +238,12 @@ class PendantSession:
         """
         message = encode_message(kind, **content)
         if again or self._latest.get(kind) != message:
-            self._latest = {**self._latest, kind: message}
-            self.broadcast(message)
+            self._store(kind, message)
+
+    def _store(self, name: str, message: str) -> None:
+        """Send a message to all pages and store it for new pages."""
+        self._latest = {**self._latest, name: message}
+        self.broadcast(message)
 
 
 def _collect_remarks(pendant: TeachPendant) -> str:
