@@ -279,7 +279,8 @@ class Workbench:
             return self._mission_recording
         assert self.builder is not None
         title = self.experiment.title or "experiment"
-        entries = {"texts": self.texts, "why": self.why}
+        changes = self.differences if self.changes else []
+        entries = {"texts": self.texts, "why": {**self.why, "changes": changes}}
         return self.builder.build_recording(title, self.pair.instants(), **entries)
 
     def _get_control(self, name: object) -> Control:
@@ -429,9 +430,8 @@ class Workbench:
         self.why = self._complete_card(header.get("why", build_card("", False, [])))
 
     def _complete_card(self, card: Entry) -> Entry:
-        """Return the reason of an outcome with the remark of the file and the changes since."""
-        changes = self.differences if self.changes else []
-        return {**card, "watch": self._watch, "changes": changes}
+        """Return the reason of an outcome, with the remark of the file and whether it is outdated."""
+        return {**card, "watch": self._watch, "changed": bool(self.changes)}
 
 
 def _start_pair(edit: Edit) -> RunPair | None:

@@ -20,8 +20,8 @@ export class WhyCard {
   }
 
   tell(why) {
-    const { headline = "", missed = false, findings = [], watch = [], changes = [] } = why ?? {};
-    const key = JSON.stringify([headline, missed, findings, watch, changes]);
+    const { headline = "", missed = false, findings = [], watch = [], changed = false, changes = [] } = why ?? {};
+    const key = JSON.stringify([headline, missed, findings, watch, changed, changes]);
     if (key === this.key) return;
     this.key = key;
     this.place.hidden = !(headline || findings.length || watch.length);
@@ -30,7 +30,7 @@ export class WhyCard {
     if (headline) this.place.append(this.headline(headline));
     this.place.append(...findings.map((each) => this.paragraph(each)));
     if (changes.length && !this.ask) this.place.append(this.paragraph(listOfChanges(changes)));
-    if (watch.length) this.place.append(this.watching(watch, !headline, changes.length > 0));
+    if (watch.length) this.place.append(this.watching(watch, !headline, changed));
     this.mark();
   }
 
