@@ -430,7 +430,7 @@ class Workbench:
         self.why = self._complete_card(header.get("why", build_card("", False, [])))
 
     def _complete_card(self, card: Entry) -> Entry:
-        """Return the reason of an outcome, with the remark of the file and whether it is outdated."""
+        """Return the reason of an outcome, and the remark of the file, which may be outdated."""
         return {**card, "watch": self._watch, "changed": bool(self.changes)}
 
 
