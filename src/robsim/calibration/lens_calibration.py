@@ -13,7 +13,7 @@ from robsim.base.arrays import Array, as_floats, as_integer, make_read_only
 from robsim.base.errors import InputError, format_value
 from robsim.base.text_tables import align_columns
 from robsim.base.value import Value
-from robsim.calibration.calibration_model import LENS_NAMES
+from robsim.calibration.calibration_model import lens_names
 from robsim.geometry.pose import Pose
 from robsim.vision.camera import Camera
 from robsim.vision.image_size import SIZE
@@ -63,7 +63,7 @@ class LensCalibration(Value):
         """Return a table of the parameters with their standard deviations."""
         K = self.camera.K
         values = [*K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), *self.camera.distortion]
-        pairs = zip(LENS_NAMES, values, self.deviations.values(), strict=False)
+        pairs = zip(lens_names(self.camera), values, self.deviations.values(), strict=False)
         rows = [("number", "value", "std"), *((n, f"{x:.6g}", f"{s:.2g}") for n, x, s in pairs)]
         return "\n".join(
             [repr(self), *align_columns([list(c) for c in zip(*rows, strict=True)], 1)]
@@ -150,7 +150,7 @@ def _run_opencv(
     images = [u[i][each].astype(np.float32) for i, each in enumerate(seen)]
     K, lens = np.eye(3), np.zeros(8)
     if guess is not None:
-        K, lens = np.array(guess.K), np.array(guess.lens)
+        K, lens = np.array(guess.K), np.array(guess.coefficients)
         flags |= cv2.CALIB_USE_INTRINSIC_GUESS
     try:
         result = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
@@ -163,7 +163,7 @@ def _run_opencv(
     camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
     poses = Pose.at(*np.reshape(shifts, (-1, 3)).T, rotvec=np.reshape(turns, (-1, 3)))
     std = np.ravel(deviations)[: 4 + count].tolist()
-    named_deviations = dict(zip(LENS_NAMES[: 4 + count], std, strict=True))
+    named_deviations = dict(zip(lens_names(camera)[: 4 + count], std, strict=True))
     return LensCalibration(
         camera, float(rms), named_deviations, poses, make_read_only(np.ravel(errors))
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,7 @@ def perturb_camera(
     focal: ArrayLike,
     center: ArrayLike,
     distortion: ArrayLike | None,
+    lens: str | None,
     hand_eye: PoseLike | None,
 ) -> MountedCamera:
     """Return a camera with wrong intrinsics and a wrong mount, see `Scene.believe`."""
@@ -46,8 +47,15 @@ def perturb_camera(
     if shift.ndim != 1:
         raise InputError(f"center (pixels): expected (column, row), got {format_value(center)}")
     K[:2, 2] += shift
-    lens = cast(tuple[float, ...], eye.camera.distortion if distortion is None else distortion)
-    believed = Camera(K, eye.camera.size, body=eye.camera.body, distortion=lens)
+    true = eye.camera
+    if distortion is None and lens not in (None, true.lens) and any(true.distortion):
+        raise InputError(
+            f"lens: the coefficients of a {true.lens} lens are not those of another model: give "
+            "distortion=, too"
+        )
+    coefficients = true.distortion if distortion is None else distortion
+    model: Any = {"distortion": coefficients, "lens": true.lens if lens is None else lens}
+    believed = Camera(K, true.size, body=true.body, **model)
     return replace(eye, camera=believed, pose=_apply_pose_error(eye.pose, hand_eye, "hand_eye"))
 
 
