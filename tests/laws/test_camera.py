@@ -354,7 +354,9 @@ def test_a_lens_is_taken_in_every_shape_that_opencv_writes(lens):
     for more in (12, 14):
         padded = np.pad(flat, (0, more - len(flat)))
         for row in (padded, padded[None], padded[:, None]):
-            np.testing.assert_array_equal(Camera(K, distortion=row).coefficients, camera.coefficients)
+            np.testing.assert_array_equal(
+                Camera(K, distortion=row).coefficients, camera.coefficients
+            )
 
 
 def test_a_lens_that_is_not_modelled_is_refused():

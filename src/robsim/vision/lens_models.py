@@ -117,7 +117,7 @@ LENS_MODELS = {
             FISHEYE,
             ("k1", "k2", "k3", "k4"),
             (0, 4),
-            "0 or 4 (k1 k2 k3 k4) numbers of a fisheye lens",
+            "0 or 4 numbers (k1 k2 k3 k4) of a fisheye lens",
             ("equidistant", "kannala_brandt", "kannala_brandt4", "opencv_fisheye"),
             find_fisheye_radius,
             find_fisheye_rates,

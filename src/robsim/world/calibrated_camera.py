@@ -147,11 +147,12 @@ def describe_lens(camera: Camera, c: Context) -> dict[str, Any]:
     values: dict[str, Any] = {"size": camera.size, "K": camera.K.tolist()}
     values |= {"distortion": camera.distortion, "lens": _name_special_lens(camera)}
     stored = CalibrationFile(origin.file, origin.camera, origin.sha256, **values)
+    in_file = {"calibration": stored, "lens": None}
     if "read_origin" in c.facts:  # a short text, which may refer to files
-        return _refer_to_file(camera, origin, c.facts["folder"]) or {"calibration": stored}
+        return _refer_to_file(camera, origin, c.facts["folder"]) or in_file
     if c.facts.get("short"):  # the old value of a change: each number may be replaced
         return {**numbers, "calibration": camera}
-    return {"calibration": stored}
+    return in_file
 
 
 def _name_special_lens(camera: Camera) -> str | None:
@@ -177,7 +178,7 @@ def _refer_to_file(
     reference = format_relative_path(Path(origin.path), folder)
     table = CalibrationFile(reference, origin.camera, lens=lens)
     given = reference if origin.camera is None and lens is None else table
-    return {"calibration": given, "size": None if plain.size else camera.size}
+    return {"calibration": given, "size": None if plain.size else camera.size, "lens": None}
 
 
 def _describe_intrinsics(camera: Camera, c: Context) -> dict[str, Any]:

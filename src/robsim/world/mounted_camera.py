@@ -69,7 +69,7 @@ class CameraTable:
         "after these must be zero. A fisheye has k1 k2 k3 k4.",
     ] = ()
     lens: Annotated[
-        str, LENS, 'Model of the lens. "fisheye" is "equidistant" in ROS and Kalibr.'
+        str | None, LENS, 'Model of the lens. "fisheye" is "equidistant" in ROS and Kalibr.'
     ] = "perspective"
     body: Annotated[
         Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
