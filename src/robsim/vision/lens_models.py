@@ -62,7 +62,7 @@ def find_fisheye_radius(lens: Array) -> float:
     root below 90 degrees.
 
     >>> round(find_fisheye_radius(np.array([-0.2, 0, 0, 0])), 4)
-    3.5001
+    3.4802
     """
     slope = Polynomial([1, *(np.array([3, 5, 7, 9]) * lens[:4])])
     theta = np.sqrt(_find_least_positive(slope.trim(TINY).roots()))
