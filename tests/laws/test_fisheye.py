@@ -286,3 +286,46 @@ def test_the_camera_info_of_a_run_is_that_of_the_camera():
     fields = {"width": 640, "height": 480, "k": info.k, "d": info.d}
     message = SimpleNamespace(**fields, distortion_model=info.distortion_model)
     assert rs.Camera.from_ros(message) == make()
+
+
+# calibrations
+
+
+def test_a_hand_eye_calibration_finds_the_coefficients():
+    bench = rs.load_scenario(rs.examples.path("calibration_bench"))
+    true = [0.02, -0.01, 0.004, -0.001]
+    case = bench.at({"sensing.noise": 0.0, "belief": None, "cameras.camera.lens": "fisheye"})
+    case = case.at("cameras.camera.distortion", true)
+    wrong = case.at({"belief.cameras.camera.distortion": [0.0] * 4})
+    look = rs.starts.LookAt("board", distance=(0.3, 0.8), cone=0.8, aside=0.1)
+    q = rs.calibration.sample_viewpoints(case, 8, look, seed=3)
+    found = rs.calibrate(rs.calibration.simulate_views(wrong, q), ["focal", "distortion"])
+    assert list(found.names)[-4:] == ["k1", "k2", "k3", "k4"]
+    np.testing.assert_allclose(found.camera.distortion, true, rtol=0, atol=1e-7)
+    text = found.to_toml()
+    assert 'lens = "fisheye"' in text
+    with pytest.raises(
+        rs.errors.InputError, match="its lens is perspective, and a lens that is fi"
+    ):
+        found.cost(bench)
+
+
+def test_a_lens_alone_is_found_without_opencv():
+    """Of two marks fewer in one view, and of a field of view that is not known."""
+    marks = np.array([[x, y, 0.0] for x in range(5) for y in range(4)]) / 20
+    rng = np.random.default_rng(8)
+    turns, places = rng.uniform(-0.6, 0.6, (9, 3)), rng.uniform(-0.15, 0.0, (2, 9))
+    poses = rs.Pose.at(*places, rng.uniform(0.12, 0.2, 9), rotvec=turns)
+    straight = np.array([[300.0, 0, 320], [0, 295, 240], [0, 0, 1]])
+    camera = make().revised(K=straight)
+    pixels = camera.project(marks, poses.inv())
+    assert np.isfinite(pixels).all()
+    pixels[2, :2] = np.nan
+    found = rs.calibration.calibrate_lens(marks, pixels, (640, 480), lens="fisheye")
+    assert found.camera.lens == "fisheye" and found.rms < 1e-6
+    np.testing.assert_allclose(found.camera.K, straight, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(found.camera.distortion, camera.distortion, rtol=0, atol=1e-6)
+    level = rs.Pose.at(*places, rng.uniform(0.12, 0.2, 9))
+    pixels = camera.project(marks, level.inv())
+    with pytest.raises(rs.errors.InputError, match="the planes of all 9 are parallel within 5"):
+        rs.calibration.calibrate_lens(marks, pixels, (640, 480), lens="fisheye")

@@ -135,7 +135,7 @@ class CalibrationModel(Value):
         return CalibrationModel(
             self.mount @ Pose.exp(part["mount"]),
             self.place @ Pose.exp(part["target"]),
-            _add_lens_step(self.camera, part["lens"], free.lens),
+            add_lens_step(self.camera, part["lens"], free.lens),
             offsets,
             scale,
         )
@@ -179,7 +179,7 @@ def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:
     return np.concatenate([K[[0, 1, 0, 1], [0, 1, 2, 2]], camera.distortion])[which]
 
 
-def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
+def add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
     """Return a camera with a step added to the lens parameters with some indices."""
     if not len(which):
         return camera
