@@ -240,6 +240,18 @@ def test_a_perspective_lens_is_not_named_in_a_file():
     assert "lens" not in fly(rs.Camera(K)).to_toml()
 
 
+def test_the_studio_has_a_control_of_the_model():
+    case = fly(make(), lambda scene: scene.believe(lens="perspective", distortion=()))
+    controls = {each.path: each for each in case.controls()}
+    for path, value in (
+        ("cameras.eye.lens", "fisheye"),
+        ("belief.cameras.eye.lens", "perspective"),
+    ):
+        control = controls[path]
+        assert control.form == "choice" and control.value == value
+        assert tuple(control.options) == ("perspective", "fisheye")
+
+
 def test_the_wrong_model_is_explained():
     explanation = rs.explain(
         fly(make(), lambda s: s.believe(lens="perspective", distortion=())).run()
