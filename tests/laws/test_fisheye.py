@@ -124,6 +124,16 @@ def test_at_the_centre_the_lens_does_nothing():
     np.testing.assert_array_equal(make().normalise([[320, 240]]), [[0, 0]])
 
 
+def test_points_at_the_ends_of_the_numbers_are_seen_at_the_centre_or_outside():
+    points = [[1e-200, 0, 1], [5e-324, 0, 1], [1e140, 0, 1], [1e200, 0, 1], [1e300, 1e300, 1e-8]]
+    assert make(()).visibility(points, HERE).tolist() == [0, 0, 1, 1, 1]
+    pixels = make(()).project(points, HERE)
+    np.testing.assert_array_equal(pixels[:2], [[320, 240]] * 2)
+    np.testing.assert_allclose(pixels[2], [320 + 150 * np.pi, 240], rtol=1e-15)
+    centre = make().normalise([[320 + 1e-12, 240], [320, 240]])
+    np.testing.assert_allclose(centre, [[1e-12 / 300, 0], [0, 0]], rtol=0, atol=1e-16)
+
+
 def test_a_batch_is_a_loop():
     points = np.random.default_rng(1).uniform([-2, -2, -0.5], [2, 2, 1], (200, 3, 3))
     whole, status = make().project(points, HERE), make().visibility(points, HERE)

@@ -31,9 +31,9 @@ def fisheye_slope(theta, lens):
 
 @part
 def distort_fisheye(x, y, lens):
-    """Return the image of the normalised point (x, y)."""
-    r = math.hypot(x, y)
-    scale = fisheye_distance(math.atan(r), lens) / r if r > 0.0 else 1.0
+    """Return the image of the normalised point (x, y), which is the point if r^2 overflows."""
+    r = math.sqrt(x * x + y * y)
+    scale = fisheye_distance(math.atan(r), lens) / r if 0.0 < r < math.inf else 1.0
     return x * scale, y * scale
 
 
