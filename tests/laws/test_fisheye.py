@@ -295,6 +295,11 @@ def test_a_belief_keeps_the_model_unless_another_is_given():
     assert bare.believe(lens="perspective").camera().camera.lens == "perspective"
     with pytest.raises(rs.errors.InputError, match="coefficients of a fisheye lens are not those"):
         scene.believe(lens="perspective")
+    for odd in (3, np.zeros(2), "equidistant", float("nan")):
+        with pytest.raises(rs.errors.InputError, match="lens: "):
+            scene.believe(lens=odd)
+        with pytest.raises(rs.errors.InputError, match="lens: "):
+            rs.calibration.calibrate_lens(np.eye(3), np.zeros((3, 3, 2)), (4, 4), lens=odd)
 
 
 # messages and files

@@ -17,6 +17,7 @@ from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
+from robsim.vision.camera_checks import check_lens
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
@@ -48,14 +49,14 @@ def perturb_camera(
         raise InputError(f"center (pixels): expected (column, row), got {format_value(center)}")
     K[:2, 2] += shift
     true = eye.camera
-    if distortion is None and lens not in (None, true.lens) and any(true.distortion):
+    model = true.lens if lens is None else check_lens(lens).name
+    if distortion is None and model != true.lens and any(true.distortion):
         raise InputError(
             f"lens: the coefficients of a {true.lens} lens are not those of another model: give "
             "distortion=, too"
         )
-    coefficients = true.distortion if distortion is None else distortion
-    model: Any = {"distortion": coefficients, "lens": true.lens if lens is None else lens}
-    believed = Camera(K, true.size, body=true.body, **model)
+    given: Any = true.distortion if distortion is None else distortion
+    believed = Camera(K, true.size, body=true.body, distortion=given, lens=model)
     return replace(eye, camera=believed, pose=_apply_pose_error(eye.pose, hand_eye, "hand_eye"))
 
 
