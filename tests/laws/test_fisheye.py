@@ -11,6 +11,7 @@ import robsim as rs
 from robsim.analysis.linearisation.perturbations import generate_perturbations
 from robsim.calibration.calibration_model import lens_rates
 from robsim.kernels.formulas import fisheye as kernels
+from robsim.plot.wireframe import compute_corner_rays, list_border_corners
 from robsim.servo.camera_target import make_camera_target
 from robsim.vision.pixel_measurement import pixel_rate_matrices
 
@@ -313,6 +314,22 @@ def test_the_camera_info_of_a_run_is_that_of_the_camera():
     fields = {"width": 640, "height": 480, "k": info.k, "d": info.d}
     message = SimpleNamespace(**fields, distortion_model=info.distortion_model)
     assert rs.Camera.from_ros(message) == make()
+
+
+# pictures
+
+
+def test_a_wide_field_of_view_is_drawn_within_72_degrees():
+    """The corners of this image are beyond 90 degrees, and have no points."""
+    wide = rs.Camera([[200, 0, 319.5], [0, 200, 239.5], [0, 0, 1]], (640, 480), lens="fisheye")
+    assert np.isnan(wide.normalise([[0, 0]])).all()
+    rays = compute_corner_rays(wide)
+    expected = 3 * np.array([[-0.8, -0.6], [0.8, -0.6], [0.8, 0.6], [-0.8, 0.6]])
+    np.testing.assert_allclose(rays, np.c_[expected, np.ones(4)], rtol=0, atol=1e-12)
+    narrow = make().cropped(160, 120, 320, 240)
+    corners = narrow.normalise(list_border_corners(narrow))
+    assert np.linalg.norm(corners, axis=1).max() < 3
+    np.testing.assert_array_equal(compute_corner_rays(narrow)[:, :2], corners)
 
 
 # calibrations
