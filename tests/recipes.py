@@ -453,6 +453,7 @@ OF_CAMERA = {
     "center": [[310, 250]],
     "skew": [5.0],
     "distortion": [[0.1, 0.0, 0.0, 0.0]],
+    "lens": ["fisheye"],
     "body": [{"length": "1 cm", "width": "1 cm", "height": "1 cm"}],
 }
 BY_MATRIX = deepcopy(WHOLE)
@@ -721,7 +722,7 @@ RECIPES = {
     "CalibrationFile": [
         calibrated({"file": f"{LENSES}/a.xml"}, file=[f"{LENSES}/b.xml"], sha256=["0" * 64]),
         calibrated({"file": f"{LENSES}/cameras.txt", "camera": "1"}, camera=["2"]),
-        calibrated(STORED, distortion=[[0.1, 0.0, 0.0, 0.0]]),
+        calibrated(STORED, distortion=[[0.1, 0.0, 0.0, 0.0]], lens=["fisheye"]),
     ],
     "CameraTable": [
         (WHOLE, ("cameras", 0), OF_CAMERA),

@@ -88,7 +88,9 @@ def any_camera(rng, name, on):
     size = [None, (640, 480)][rng.integers(2)]
     body = [None, any_shapes(rng)[2]][rng.integers(2)]
     lens = rng.normal(size=rng.choice([0, 4, 5, 8])) / 100
-    return rs.MountedCamera(name, rs.Camera(K, size, body=body, distortion=lens), on, any_pose(rng))
+    model = "fisheye" if len(lens) == 4 and lens[0] > 0 else "perspective"
+    camera = rs.Camera(K, size, body=body, distortion=lens, lens=model)
+    return rs.MountedCamera(name, camera, on, any_pose(rng))
 
 
 def any_scene(rng):

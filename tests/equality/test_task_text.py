@@ -442,7 +442,7 @@ def test_a_lens_may_be_written_as_opencv_writes_it():
     lens = [0.1, *[0] * 13]
     read = Experiment.from_text(text.replace(short, f"distortion = {lens}")).scene.camera("eye")
     assert read.camera.distortion == (0.1, *[0] * 7)
-    np.testing.assert_array_equal(read.camera.lens, eye.camera.lens)
+    np.testing.assert_array_equal(read.camera.coefficients, eye.camera.coefficients)
 
 
 def test_a_camera_of_somebody_has_no_text():

@@ -2,7 +2,6 @@
 
 import hashlib
 
-import numpy as np
 import pytest
 
 import robsim as rs
@@ -14,7 +13,7 @@ LENS = rs.Camera(
 )
 COLMAP = """# cameras of a phone and of an action camera
 1 PINHOLE 640 480 500 501 320.5 240.5
-2 OPENCV_FISHEYE 640 480 300 300 320 240 0.1 0 0 0
+2 FOV 640 480 300 300 320 240 0.9
 3 SIMPLE_RADIAL 640 480 600 320.5 240.5 -0.1
 """
 TEXT = """
@@ -160,7 +159,7 @@ def test_the_size_is_given_if_the_file_has_none(bench):
         ),
         (
             'calibration = { file = "lenses/cameras.txt", camera = "2" }',
-            "calibration: .*cameras.txt:3: 'OPENCV_FISHEYE' is not supported",
+            "calibration: .*cameras.txt:3: 'FOV' is not supported",
         ),
         (
             'calibration = { file = "lenses/cameras.txt", camera = "4" }',
@@ -170,6 +169,23 @@ def test_the_size_is_given_if_the_file_has_none(bench):
         (
             'distortion = [0.1, 0.0, 0.0, 0.0]\ncalibration = "lenses/ost.xml"',
             "distortion and calibration: give one of them only",
+        ),
+        (
+            'lens = "fisheye"\ncalibration = "lenses/ost.xml"',
+            "lens and calibration: give one of them only",
+        ),
+        (
+            'calibration = { file = "lenses/ost.xml", lens = "fisheye" }',
+            "calibration: .*ost.xml: lens='fisheye', but the file has a perspective lens",
+        ),
+        (
+            'calibration = { file = "lenses/ost.xml", lens = "equidistant" }',
+            "calibration.lens: .*'equidistant'",
+        ),
+        ('focal = 800\nlens = "fishye"', "lens: must be 'perspective' or 'fisheye', got 'fish"),
+        (
+            'size = [4, 4]\nfocal = 800\nlens = "fisheye"\ndistortion = [1, 2, 3, 4, 5]',
+            "distortion: distortion: expected 0 or 4 numbers .k1 k2 k3 k4. of a fisheye lens",
         ),
         (
             'size = [320, 240]\ncalibration = "lenses/ost.xml"',
@@ -182,14 +198,40 @@ def test_each_fault_is_reported_with_its_key(bench, new, told):
         bench('calibration = "lenses/ost.xml"', new)
 
 
-def test_a_fisheye_lens_refuses_only_its_own_camera(bench):
+def test_an_unknown_lens_refuses_only_its_own_camera(bench):
     path = bench.folder / "lenses" / "cameras.txt"
     assert rs.Camera.from_file(path, "1").K[0].tolist() == [500, 0, 320]
     assert rs.Camera.from_file(path, "3").distortion == (-0.1, 0, 0, 0)
-    with pytest.raises(rs.errors.FileError, match=r"cameras.txt:3: 'OPENCV_FISHEYE' is not supp"):
+    with pytest.raises(rs.errors.FileError, match=r"cameras.txt:3: 'FOV' is not supp"):
         rs.Camera.from_file(path, "2")
-    path.write_text(COLMAP.replace("OPENCV_FISHEYE", "OPENCV"))
-    np.testing.assert_allclose(rs.Camera.from_file(path, "2").distortion, [0.1, 0, 0, 0])
+    path.write_text(COLMAP.replace("FOV", "RADIAL_FISHEYE").replace("300 300", "300"))
+    with pytest.raises(rs.errors.FileError, match=r"cameras.txt:3: RADIAL_FISHEYE has 5 param"):
+        rs.Camera.from_file(path, "2")
+    path.write_text(COLMAP.replace("FOV", "SIMPLE_RADIAL_FISHEYE").replace("300 300", "300"))
+    fisheye = rs.Camera.from_file(path, "2")
+    assert fisheye.distortion == (0.9, 0, 0, 0) and fisheye.lens == "fisheye"
     path.write_text(COLMAP.replace(" 500 501", " 5oo 501"))
     with pytest.raises(rs.errors.FileError, match=r"cameras.txt:2: '5oo' is not a finite number"):
         rs.Camera.from_file(path, "3")
+
+
+def test_a_fisheye_of_a_file_is_that_of_its_run(bench):
+    """The file names its model, or the scenario does."""
+    fisheye = rs.Camera(LENS.K, LENS.size, distortion=(0.1, 0.01, 0, 0), lens="fisheye")
+    fisheye.to_file(bench.file)
+    named = bench()
+    assert named.scene.camera().camera == fisheye
+    text = bench.file.read_text().replace("<fisheye_model>1</fisheye_model>", "")
+    bench.file.write_text(text.replace("<distortion_model>equidistant</distortion_model>", ""))
+    assert bench().scene.camera().camera.lens == "perspective"
+    table = '{ file = "lenses/ost.xml", lens = "fisheye" }'
+    told = bench('"lenses/ost.xml"', table)
+    assert told.scene.camera().camera == fisheye
+    text = read_again(told, bench.folder)
+    assert 'lens = "fisheye"' in text and "812.3" not in text
+    for case in (named, told):
+        run = case.run()
+        assert rs.Experiment.from_text(run.attrs["scenario"]).scene.camera().camera == fisheye
+        assert rs.replay(run).identical(run)
+    changed = told.at("cameras.eye.lens", "perspective").scene.camera().camera
+    assert changed == fisheye.revised(lens="perspective") and changed.origin is None

@@ -8,6 +8,8 @@ import robsim as rs
 
 K = "<data>500 0 320 0 500 240 0 0 1</data>"
 MATRIX = f'<K type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>{K}</K>'
+FIVE = '<D type_id="opencv-matrix"><rows>1</rows><cols>5</cols><data>0 0 0 0 0</data></D>'
+K_3 = [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
 INFO = {"k": [500, 0, 320, 0, 500, 240, 0, 0, 1], "d": [], "width": 640, "height": 480}
 
 
@@ -36,15 +38,22 @@ FILES = {
     xml(MATRIX.replace("500", "0", 1)): "K: focal lengths must be above zero",
     xml(MATRIX + "<image_width>640</image_width>"): "image_height is missing",
     xml(MATRIX + "<image_width>0</image_width><image_height>480</image_height>"): "image size must",
-    xml(MATRIX + "<fisheye_model>1</fisheye_model>"): "fisheye_model: fisheye and omnidirectional",
-    xml(MATRIX + "<distortion_model>equidistant</distortion_model>"): "distortion_model 'equidist",
+    xml(MATRIX + "<xi>1.2</xi>"): "xi: omnidirectional lenses are not supported: expected a persp",
+    xml(MATRIX + "<distortion_model>fov</distortion_model>"): "distortion_model 'fov' is not supp",
+    xml(
+        MATRIX + "<distortion_model>plumb_bob</distortion_model><fisheye_model>1</fisheye_model>"
+    ): "distortion_model 'plumb_bob' and fisheye_model 1.0 are different models of a lens: give",
+    xml(
+        MATRIX + FIVE + "<fisheye_model>1</fisheye_model>"
+    ): "distortion: expected 0 or 4 numbers (k1 k2 k3 k4) of a fisheye lens, flat, in a row",
     xml(MATRIX + MATRIX.replace("K ", "D ").replace("/K", "/D")): "distortion: expected 0, 4 (k1",
     "1 PINHOLE 640 480 500 500 320\n": ":1: PINHOLE has 4 parameters, got 3",
     "1 PINHOLE 640 480 500 500 320 nan\n": ":1: 'nan' is not a finite number",
     "1 PINHOLE 640 480 500 500 320 1e999999999\n": ":1: '1e999999999' is not a finite number",
     "1 PINHOLE 640 480 500 500 320 wide\n": ":1: 'wide' is not a finite number",
     "1 PINHOLE 0 480 500 500 320 240\n": ":1: image size must be a whole number from 1 to",
-    "1 OPENCV_FISHEYE 640 480 500 500 320 240 0 0 0 0\n": ":1: 'OPENCV_FISHEYE' is not supported",
+    "1 FOV 640 480 500 500 320 240 0.9\n": ":1: 'FOV' is not supported; choose SIMPLE_PINHOLE, ",
+    "1 OPENCV_FISHEYE 640 480 500 500 320 240 0 0\n": ":1: OPENCV_FISHEYE has 8 parameters, got 6",
     "1 PINHOLE 640 480 500 500 320 240\nand 2 more\n": ":2: ",
     "1 PINHOLE 640 480 5 5 3 2\n1 PINHOLE 640 480 5 5 3 2\n": ":2: camera '1' occurs twice",
 }
@@ -91,7 +100,11 @@ def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
         ({"k": "K"}, "camera_info: k: expected a number"),
         ({"k": None}, "camera_info: k is missing; keys: "),
         ({"d": [0.1, 0.2, 0.3]}, "camera_info: distortion: expected 0, 4"),
-        ({"distortion_model": "equidistant"}, "'equidistant' is not supported: expected a persp"),
+        ({"distortion_model": "fov"}, "'fov' is not supported: expected a perspective lens with k"),
+        (
+            {"distortion_model": "equidistant", "d": [0.1, 0, 0, 0, 0]},
+            "distortion: expected 0 or 4 numbers (k1 k2 k3 k4) of a fisheye lens",
+        ),
         ({"width": 0}, "camera_info: image size must be"),
         ({"roi": {"x_offset": 600, "width": 100, "height": 1}}, "exceed the image of 640 x 480"),
         ({"binning_x": -1}, "camera_info: binning must be a whole number from 1 on"),
@@ -144,3 +157,47 @@ def test_parameters_that_other_programs_would_leave_out_are_not_written(tmp_path
 def test_a_wrong_size_is_refused(call, reason, camera):
     with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         call(camera)
+
+
+def test_a_file_that_names_its_model_has_no_other(tmp_path):
+    path = tmp_path / "camera.xml"
+    path.write_text(xml(MATRIX + "<fisheye_model>1</fisheye_model>"))
+    assert rs.Camera.from_file(path, lens="fisheye").lens == "fisheye"
+    with pytest.raises(rs.errors.FileError, match="lens='perspective', but the file has a fisheye"):
+        rs.Camera.from_file(path, lens="perspective")
+    path.write_text("1 PINHOLE 640 480 500 500 320 240\n")
+    with pytest.raises(rs.errors.FileError, match="lens='fisheye', but the file has a perspective"):
+        rs.Camera.from_file(path, lens="fisheye")
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda lens: rs.Camera(K_3, lens=lens),
+        lambda lens: rs.Camera(K_3).revised(lens=lens),
+        lambda lens: rs.Camera.from_file("a.xml", lens=lens),
+    ],
+)
+@pytest.mark.parametrize(
+    "lens, words",
+    [
+        (
+            "fisheyes",
+            "lens: no model 'fisheyes'; did you mean 'fisheye'? models: perspective, fish",
+        ),
+        ("Fisheye", "lens: the model 'Fisheye' has the name 'fisheye' here"),
+        ("equidistant", "lens: the model 'equidistant' has the name 'fisheye' here"),
+        ("radtan", "lens: the model 'radtan' has the name 'perspective' here"),
+        ("omni", "lens: no model 'omni'; models: perspective, fisheye"),
+        (3, "lens: no model 3; models: perspective, fisheye"),
+    ],
+)
+def test_an_unknown_model_is_refused(call, lens, words):
+    with pytest.raises(rs.errors.InputError, match=re.escape(words)):
+        call(lens)
+
+
+@pytest.mark.parametrize("lens", [(0.1,), (0.1, 0, 0, 0, 0), [0] * 8, [0] * 12, [[0, 0], [0, 0]]])
+def test_a_fisheye_has_four_coefficients(lens):
+    with pytest.raises(rs.errors.InputError, match=r"distortion: expected (0 or 4|one row)"):
+        rs.Camera(K_3, distortion=lens, lens="fisheye")

@@ -177,7 +177,7 @@ def test_how_a_pixel_moves_with_its_point_is_the_derivative_with_skew_and_lens()
     camera = Camera([[800, 3, 320], [0, 700, 240], [0, 0, 1]], distortion=(-0.2, 0.05, 0.01, -0.02))
     x = np.random.default_rng(3).uniform(-0.4, 0.4, (9, 2, 1))
     J, step = np.empty((9, 2, 2, 1)), 1e-6
-    kernels.pixel_jacobian(x, camera.K, camera.lens, J)
+    kernels.pixel_jacobian(x, camera.K, camera.lens_kind, camera.coefficients, J)
     for c in range(2):
         ahead, behind = (
             camera.project(np.c_[x[:, :, 0] + d * np.eye(2)[c], np.ones(9)], Pose.at())
@@ -354,7 +354,9 @@ def test_a_lens_is_taken_in_every_shape_that_opencv_writes(lens):
     for more in (12, 14):
         padded = np.pad(flat, (0, more - len(flat)))
         for row in (padded, padded[None], padded[:, None]):
-            np.testing.assert_array_equal(Camera(K, distortion=row).lens, camera.lens)
+            np.testing.assert_array_equal(
+                Camera(K, distortion=row).coefficients, camera.coefficients
+            )
 
 
 def test_a_lens_that_is_not_modelled_is_refused():

@@ -64,14 +64,17 @@ def test_a_cropped_camera_sees_the_same_pixels_from_another_corner():
 @given(
     focal=st.tuples(*[st.floats(1, 1e6)] * 2),
     centre=st.tuples(finite, finite),
-    count=st.sampled_from([0, 4, 8]),
+    count=st.sampled_from([0, 4, 8, "fisheye"]),
     lens=st.lists(finite, min_size=8, max_size=8),
 )
 def test_a_written_file_is_read_to_the_last_digit(
     tmp_path_factory, ending, focal, centre, count, lens
 ):
     (fx, fy), (cx, cy) = focal, centre
-    camera = rs.Camera([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], (640, 480), distortion=lens[:count])
+    bends = {"distortion": lens[:4], "lens": "fisheye"}
+    if count != "fisheye":
+        bends = {"distortion": lens[:count]}
+    camera = rs.Camera([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], (640, 480), **bends)
     path = camera.to_file(tmp_path_factory.getbasetemp() / f"camera.{ending}")
     assert rs.Camera.from_file(path) == camera
 
@@ -89,16 +92,27 @@ COLMAP = {
     "RADIAL": ([500, 320, 240, -0.1, 0.02], [-0.1, 0.02]),
     "OPENCV": ([500, 510, 320, 240, -0.1, 0.02, 1e-3, 2e-3], [-0.1, 0.02, 1e-3, 2e-3]),
     "FULL_OPENCV": ([500, 510, 320, 240, *LENS], LENS),
+    "SIMPLE_FISHEYE": ([500, 320, 240], []),
+    "FISHEYE": ([500, 510, 320, 240], []),
+    "SIMPLE_RADIAL_FISHEYE": ([500, 320, 240, -0.1], [-0.1]),
+    "RADIAL_FISHEYE": ([500, 320, 240, -0.1, 0.02], [-0.1, 0.02]),
+    "OPENCV_FISHEYE": ([500, 510, 320, 240, -0.1, 0.02, 1e-3, 2e-3], [-0.1, 0.02, 1e-3, 2e-3]),
 }
 
 
-def by_colmap(parameters, lens):
+def by_colmap(parameters, lens, fisheye):
     """Pixels by COLMAP's formulas (src/colmap/sensor/models.h); the image begins at (0, 0)."""
     one = len(parameters) - len(lens) == 3
     fx, fy, cx, cy = [parameters[0], *parameters[:3]] if one else parameters[:4]
     k1, k2, p1, p2, k3, k4, k5, k6 = [*lens, *[0.0] * (8 - len(lens))]
     u, v = (np.array(POINTS) / np.array(POINTS)[:, 2:])[:, :2].T
     r2 = u * u + v * v
+    if fisheye:
+        r = np.sqrt(r2) + 1e-300
+        t = np.arctan(r) ** 2
+        scale = np.arctan(r) / r * (1 + k1 * t + k2 * t**2 + p1 * t**3 + p2 * t**4)
+        scale[r2 == 0] = 1
+        return np.column_stack([fx * u * scale + cx, fy * v * scale + cy])
     radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
     x = u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u)
     y = v * radial + 2 * p2 * u * v + p1 * (r2 + 2 * v * v)
@@ -111,9 +125,8 @@ def test_a_camera_of_colmap_sees_half_a_pixel_less(model, tmp_path):
     path = tmp_path / "cameras.txt"
     path.write_text(f"# a comment\n\n7 {model} 640 480 {' '.join(map(str, parameters))}\n")
     camera = rs.Camera.from_file(path)
-    np.testing.assert_allclose(
-        project(camera) + 0.5, by_colmap(parameters, lens), rtol=0, atol=1e-9
-    )
+    expected = by_colmap(parameters, lens, "FISHEYE" in model)
+    np.testing.assert_allclose(project(camera) + 0.5, expected, rtol=0, atol=1e-9)
 
 
 def test_one_of_several_cameras_is_chosen_by_its_name(tmp_path):
@@ -164,3 +177,12 @@ def test_a_region_of_interest_and_bins_agree_with_the_image_that_comes():
     assert camera.size == (160, 80)
     wanted = (project(CAMERA) - [100, 50] + 0.5) / [2, 3] - 0.5  # a bin's middle, from its pixels'
     np.testing.assert_allclose(project(camera), wanted, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("model", ["equidistant", "fisheye", "kannala_brandt", "KANNALA_BRANDT4"])
+def test_a_message_of_a_fisheye_gives_its_camera(model):
+    info = {**INFO, "distortion_model": model, "d": LENS[:4]}
+    camera = rs.Camera.from_ros(info)
+    assert camera == rs.Camera(CAMERA.K, CAMERA.size, distortion=LENS[:4], lens="fisheye")
+    rectified = rs.Camera.from_ros(info, rectified=True)
+    assert rectified.lens == "perspective" and rectified.distortion == ()

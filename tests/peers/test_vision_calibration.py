@@ -1,6 +1,7 @@
 """Lenses that OpenCV finds, and from images to a mount."""
 
 import json
+import re
 from pathlib import Path
 
 import cv2
@@ -134,3 +135,98 @@ def test_a_small_tag_in_images_by_opencv_is_named():
     assert np.linalg.norm(off) > 5e-3 and np.linalg.norm(best) < 5e-4
     assert np.linalg.norm([found.deviations[f"mount.{axis}"] for axis in "xyz"]) > 5e-3
     assert rs.calibrate(views, ["scale"], noise=0.15).misfit == ""
+
+
+FISHEYE = rs.Camera(
+    [[285.7, 0, 424.5], [0, 286.1, 399.5], [0, 0, 1]],
+    (848, 800),
+    distortion=(-0.008, 0.045, -0.043, 0.008),
+    lens="fisheye",
+)
+
+
+def fisheye_views(noise, n=14):
+    """The pixels of the board in views up to 70 degrees off the axis of a fisheye."""
+    rng = np.random.default_rng(4)
+    corner = rs.Pose.at(*-BOARD.marks.mean(axis=0))
+    away, around = rng.uniform(0, 0.9, n), rng.uniform(-np.pi, np.pi, n)
+    axis = np.stack([np.cos(around), np.sin(around), 0 * around], axis=1)
+    tilt = rs.Pose.at(0, 0, rng.uniform(0.12, 0.25, n), rotvec=rng.uniform(-0.5, 0.5, (n, 3)))
+    poses = rs.Pose.at(rotvec=away[:, None] * axis) @ tilt @ corner
+    pixels = FISHEYE.project(BOARD.marks, poses.inv())
+    assert (FISHEYE.visibility(BOARD.marks, poses.inv()) == 0).mean() > 0.9
+    return pixels + noise * rng.normal(size=pixels.shape), poses
+
+
+def test_a_fisheye_is_found_exactly_of_exact_pixels():
+    pixels, poses = fisheye_views(0.0)
+    found = rs.calibration.calibrate_lens(BOARD, pixels, FISHEYE.size, lens="fisheye")
+    np.testing.assert_allclose(found.camera.K, FISHEYE.K, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(found.camera.distortion, FISHEYE.distortion, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found.poses.position, poses.position, rtol=0, atol=1e-7)
+    assert found.camera.lens == "fisheye" and found.rms < 1e-5
+
+
+def test_a_fisheye_is_found_to_its_deviations():
+    """Some marks hidden; errors and deviations of the size of the noise."""
+    pixels, _ = fisheye_views(0.3)
+    pixels[::3, :9] = np.nan
+    found = rs.calibration.calibrate_lens(BOARD, pixels, FISHEYE.size, lens="fisheye")
+    own = found.camera
+    values = [*own.K[[0, 1, 0, 1], [0, 1, 2, 2]], *own.distortion]
+    true = [*FISHEYE.K[[0, 1, 0, 1], [0, 1, 2, 2]], *FISHEYE.distortion]
+    assert list(found.deviations) == ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"]
+    off = np.subtract(values, true) / list(found.deviations.values())
+    assert (np.abs(off) < 4).all() and np.abs(off).max() > 0.2
+    assert found.rms == pytest.approx(0.3 * np.sqrt(2), rel=0.1)
+    distances = np.linalg.norm(own.project(BOARD.marks, found.poses.inv()) - pixels, axis=2)
+    expected = np.sqrt(np.nanmean(distances**2, axis=1))
+    np.testing.assert_allclose(found.errors, expected, rtol=1e-9)
+    assert found.rms == pytest.approx(np.sqrt(np.nanmean(distances**2)), rel=1e-9)
+    assert "k4" in str(found)
+
+
+def test_an_equidistant_fisheye_has_no_coefficients_to_find():
+    pixels, _ = fisheye_views(0.0)
+    bare = rs.calibration.calibrate_lens(
+        BOARD, pixels, FISHEYE.size, lens="fisheye", coefficients=0, guess=FISHEYE
+    )
+    assert bare.camera.distortion == (0, 0, 0, 0) and bare.rms > 0.1
+    assert list(bare.deviations) == ["fx", "fy", "cx", "cy"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"lens": "fishey"}, "lens: no model 'fishey'; did you mean 'fisheye'?"),
+        ({"lens": "fisheye", "coefficients": 5}, "coefficients: expected 0 or 4, got 5"),
+        ({"coefficients": 3}, "coefficients: expected 0, 4, 5 or 8, got 3"),
+        ({"guess": FISHEYE}, "guess: expected a camera with a perspective lens, got fisheye"),
+    ],
+)
+def test_options_of_another_model_are_refused(options, words):
+    with pytest.raises(rs.errors.InputError, match=re.escape(words)):
+        rs.calibration.calibrate_lens(BOARD, fisheye_views(0.0)[0], FISHEYE.size, **options)
+
+
+def test_opencv_finds_the_same_fisheye():
+    """At the minimum of the same squares; OpenCV's skew is held at zero."""
+    pixels, _ = fisheye_views(0.3)
+    found = rs.calibration.calibrate_lens(BOARD, pixels, FISHEYE.size, lens="fisheye")
+    objects, images = [BOARD.marks[None]] * len(pixels), [u[None] for u in pixels]
+    flags = cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW
+    rms, K_found, D, *_ = cv2.fisheye.calibrate(
+        objects, images, FISHEYE.size, np.eye(3), np.zeros(4), flags=flags
+    )
+    assert found.rms == pytest.approx(rms, rel=1e-6)
+    np.testing.assert_allclose(found.camera.K, K_found, rtol=0, atol=0.01)
+    np.testing.assert_allclose(found.camera.distortion, np.ravel(D), rtol=0, atol=1e-4)
+
+
+def test_marks_in_space_determine_a_fisheye():
+    marks = np.array([[x, y, z] for x in (0, 1) for y in (0, 1, 2) for z in (0, 1)]) / 10
+    rng = np.random.default_rng(6)
+    poses = rs.Pose.at(*rng.uniform(-0.2, 0.2, (2, 8)), 0.3, rotvec=rng.normal(size=(8, 3)))
+    pixels = FISHEYE.project(marks, poses.inv())
+    found = rs.calibration.calibrate_lens(marks, pixels, FISHEYE.size, lens="fisheye")
+    np.testing.assert_allclose(found.camera.K, FISHEYE.K, rtol=0, atol=1e-5)

@@ -137,10 +137,11 @@ BAD = {
     "K: !!python/object/apply:os.system ['true']\n": "K: expected a number, got ['true']",
     "camera_matrix: 5\n": "camera_matrix: expected a matrix, got 5.0",
     ROS.replace("501, ", "", 1): "3.0 rows and 3.0 columns, but 8 numbers",
-    ROS.replace("plumb_bob", "equidistant"): "distortion_model 'equidistant' is not supported",
+    ROS.replace("plumb_bob", "equidistant"): "distortion: expected 0 or 4 numbers (k1 k2 k3 k4) of",
+    ROS.replace("plumb_bob", "fov"): "distortion_model 'fov' is not supported: expected a perspec",
     ROS[:130]: "not valid YAML",
     CAMCHAIN.replace("pinhole", "omni"): "cam0: camera_model 'omni' is not supported",
-    CAMCHAIN.replace("radtan", "equidistant"): "cam0: distortion_model 'equidistant' is not sup",
+    CAMCHAIN.replace("radtan", "fov"): "cam0: distortion_model 'fov' is not supported",
     CAMCHAIN.replace("  resolution: [752, 480]\n", "", 1): "cam0: resolution is missing",
     CAMCHAIN.replace("461.629, ", ""): "cam0: intrinsics: expected shape (..., 4)",
     "cam0: 3\nK: 5\n": "K: expected a matrix, got 5.0",
@@ -165,6 +166,64 @@ def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
 def test_an_invalid_rig_is_refused(text, reason, tmp_path):
     with pytest.raises(rs.errors.FileError, match=re.escape(reason)):
         rs.MountedCamera.rig_from_file(write_calibration(tmp_path, text))
+
+
+FISHEYE = rs.Camera(K, (640, 480), distortion=(-0.05, 0.02, -0.01, 1 / 3000), lens="fisheye")
+RAYS = np.random.default_rng(2).uniform([-6, -6, 0.2], [6, 6, 3], (300, 3))
+
+
+@pytest.mark.parametrize("skew", [0.0, 2.5])
+@pytest.mark.parametrize("lens", [(0, 0, 0, 0), FISHEYE.distortion, (0.1, -0.02, 0, 0)])
+def test_opencv_sees_the_same_pixels_through_a_fisheye(skew, lens):
+    """OpenCV's alpha is the skew divided by fx; its inverse ends at distances of pi / 2."""
+    matrix = np.array(K, dtype=float)
+    zero, coefficients = np.zeros(3), np.array(lens, dtype=float)
+    theirs, _ = cv2.fisheye.projectPoints(
+        RAYS[:, None], zero, zero, matrix, coefficients, alpha=skew / matrix[0, 0]
+    )
+    skewed = matrix + np.outer([skew, 0, 0], [0, 1, 0])
+    camera = rs.Camera(skewed, distortion=lens, lens="fisheye")
+    pixels = camera.project(RAYS, rs.Pose.at())
+    np.testing.assert_allclose(pixels, theirs[:, 0], rtol=0, atol=1e-11)
+    if not skew:
+        back = cv2.fisheye.undistortPoints(theirs, matrix, coefficients)[:, 0]
+        distances = np.linalg.norm((pixels - matrix[:2, 2]) / matrix[[0, 1], [0, 1]], axis=1)
+        within = distances < np.pi / 2
+        assert within.sum() > 200
+        np.testing.assert_allclose(camera.normalise(pixels)[within], back[within], rtol=1e-6)
+
+
+@pytest.mark.parametrize("ending", ["yaml", "xml"])
+def test_opencv_and_ros_read_our_fisheye(ending, tmp_path):
+    path = FISHEYE.to_file(tmp_path / f"camera.{ending}")
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    lens = file.getNode("distortion_coefficients").mat()
+    assert lens.ravel().tolist() == list(FISHEYE.distortion)
+    assert file.getNode("distortion_model").string() == "equidistant"
+    assert file.getNode("fisheye_model").real() == 1
+    assert rs.Camera.from_file(path) == FISHEYE
+
+
+def test_k_and_d_of_opencv_s_fisheye_take_the_name_of_the_model(tmp_path):
+    """`cv2.fisheye.calibrate` returns D as a column, and a file of K and D has no model."""
+    path = tmp_path / "fisheye.yml"
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    file.write("K", np.array(K, dtype=float))
+    file.write("D", np.array(FISHEYE.distortion)[:, None])
+    file.release()
+    assert rs.Camera.from_file(path, lens="fisheye") == FISHEYE.revised(size=None)
+    assert rs.Camera.from_file(path).lens == "perspective"
+
+
+def test_a_chain_of_kalibr_and_a_file_of_ros_may_have_fisheyes(tmp_path):
+    chain = CAMCHAIN.replace("radtan", "equidistant")
+    left, right = rs.MountedCamera.rig_from_file(write_calibration(tmp_path, chain))
+    assert (left.camera.lens, right.camera.lens) == ("fisheye", "perspective")
+    assert left.camera.distortion == (-0.27695497, 0.067, 1e-3, 0.00011556)
+    ros = ROS.replace("plumb_bob", "equidistant").replace("cols: 5", "cols: 4")
+    path = write_calibration(tmp_path, ros.replace(", -1.e-3, 0]", ", -1.e-3]"))
+    camera = rs.Camera.from_file(path)
+    assert camera.lens == "fisheye" and camera.distortion == (-0.1, 0.02, 1e-4, -1e-3)
 
 
 def test_a_bomb_of_aliases_and_a_long_list_end_at_once(tmp_path):

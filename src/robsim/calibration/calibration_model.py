@@ -27,7 +27,7 @@ from robsim.vision.pixel_measurement import pixel_rate_matrices
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 LENS = ("focal", "center", "distortion")
 SCALE = "scale"  # name of the true size of the target, relative to its marks
-LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+INTRINSICS = ("fx", "fy", "cx", "cy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Unknowns(Value):
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    lens: NDArray[np.int64]  # indices into LENS_NAMES: fx, fy, cx, cy, k1, k2, p1, p2, ...
+    lens: NDArray[np.int64]  # indices into `lens_names`: fx, fy, cx, cy, k1, k2, ...
     joints: NDArray[np.int64]  # indices of coordinates with an estimated offset
     scaled: bool = False  # whether the scale of the target is estimated
 
@@ -76,7 +76,8 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     lens = _select_lens_numbers(views.lens, extra_names)
     offsets = [joints[name] for name in joints if name in extra_names]
     names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
-    names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
+    known_names = lens_names(views.lens)
+    names += [known_names[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
@@ -84,6 +85,15 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     indices = (np.array(lens, dtype=np.int64), np.array(offsets, dtype=np.int64))
     names, units = names + [SCALE] * scaled, units + ["1"] * scaled
     return Unknowns(tuple(names), tuple(units), *indices, scaled)
+
+
+def lens_names(camera: Camera) -> tuple[str, ...]:
+    """Return the names of the intrinsics and of the coefficients that its lens may have.
+
+    >>> lens_names(Camera(np.eye(3), lens="fisheye"))
+    ('fx', 'fy', 'cx', 'cy', 'k1', 'k2', 'k3', 'k4')
+    """
+    return (*INTRINSICS, *camera.model.names)
 
 
 def single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
@@ -125,7 +135,7 @@ class CalibrationModel(Value):
         return CalibrationModel(
             self.mount @ Pose.exp(part["mount"]),
             self.place @ Pose.exp(part["target"]),
-            _add_lens_step(self.camera, part["lens"], free.lens),
+            add_lens_step(self.camera, part["lens"], free.lens),
             offsets,
             scale,
         )
@@ -164,12 +174,12 @@ def twist_from_pose(T: Pose) -> Array:
 
 
 def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:
-    """Return the parameters of a lens with some indices into LENS_NAMES."""
+    """Return the parameters of a lens with some indices into `lens_names`."""
     K = camera.K
     return np.concatenate([K[[0, 1, 0, 1], [0, 1, 2, 2]], camera.distortion])[which]
 
 
-def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
+def add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
     """Return a camera with a step added to the lens parameters with some indices."""
     if not len(which):
         return camera
@@ -229,7 +239,7 @@ def predict_pose_rates(
     """Return pixels (V, N, 2) at poses T_c_o (V, 4, 4), and their derivatives (V, N, 2, 6 + n).
 
     The derivatives are by the twist of the target in its own axes, and by parameters of the lens
-    with some indices into LENS_NAMES.
+    with some indices into `lens_names`.
     """
     R_c_o = T_c_o[:, :3, :3]
     X = marks @ R_c_o.swapaxes(1, 2) + T_c_o[:, None, :3, 3]
@@ -272,7 +282,7 @@ def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Ar
     """Return the derivatives (..., 2, 4 + n) of pixels by fx, fy, cx, cy and n coefficients.
 
     The arguments are normalised points x (..., 2) and their pixels (..., 2). The coefficients are
-    in the order of OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.perspective.distort`).
+    in the order of `Camera.distortion`.
     """
     (fx, skew, cx), (_, fy, cy), _ = camera.K
     y_bent = (pixels[..., 1] - cy) / fy
@@ -280,22 +290,7 @@ def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Ar
     zero, one = np.zeros_like(x_bent), np.ones_like(x_bent)
     column = [x_bent, zero, one, zero]
     row = [zero, y_bent, zero, one]
-    for dx, dy in _distortion_rates(x, camera.lens)[:coefficients]:
+    for dx, dy in camera.model.find_rates(x, camera.coefficients)[:coefficients]:
         column.append(fx * dx + skew * dy)
         row.append(fy * dy)
     return np.stack([np.stack(column, -1), np.stack(row, -1)], -2)
-
-
-def _distortion_rates(x: Array, lens: Array) -> list[tuple[Array, Array]]:
-    """Return the derivatives of both distorted coordinates by the coefficients, one by one."""
-    k1, k2, _, _, k3, k4, k5, k6 = lens
-    x, y = x[..., 0], x[..., 1]
-    r2 = x * x + y * y
-    under = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
-    f = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / under
-    radial = [r2**n / under for n in (1, 2, 3)]
-    k1_2, k3_ = radial[:2], radial[2:]
-    k4_6 = [-f * each for each in radial]
-    tangential = [(2 * x * y, r2 + 2 * y * y), (r2 + 2 * x * x, 2 * x * y)]
-    along = [(x * each, y * each) for each in (*k1_2, *k3_, *k4_6)]
-    return [*along[:2], *tangential, *along[2:]]

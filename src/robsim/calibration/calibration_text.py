@@ -90,6 +90,8 @@ def format_camera(fit: CalibrationFit) -> str:
     table["focal"], table["center"] = _round_numbers([fx, fy]), _round_numbers([cx, cy])
     if skew:
         table["skew"] = _round_numbers([skew])[0]
+    if camera.lens == "fisheye":
+        table["lens"] = camera.lens
     if camera.distortion:
         table["distortion"] = _round_numbers(camera.distortion)
     return format_toml({"cameras": [table]}).removeprefix(f"schema = {SCHEMA}\n").strip() + "\n"

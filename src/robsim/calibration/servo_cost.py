@@ -146,7 +146,8 @@ def estimate_servo_cost(
     Raises
     ------
     InputError
-        If the experiment lacks the camera, or its number of distortion coefficients differs.
+        If the experiment lacks the camera, or the model of its lens or its number of distortion
+        coefficients differs.
 
     Examples
     --------
@@ -179,6 +180,11 @@ def _camera_beliefs(
     calibration: CalibrationFit, eye: MountedCamera, steps: Array
 ) -> tuple[dict[str, Array], dict[str, TabulatedValues]]:
     """Return the true and the sampled parameters of a camera, by their names in a belief."""
+    if eye.camera.lens != calibration.camera.lens:
+        raise InputError(
+            f"camera '{eye.name}': its lens is {eye.camera.lens}, and a lens that is "
+            f"{calibration.camera.lens} was calibrated"
+        )
     if len(eye.camera.distortion) != len(calibration.camera.distortion):
         raise InputError(
             f"camera '{eye.name}': its lens has {len(eye.camera.distortion)} coefficients, and "

@@ -17,14 +17,14 @@ from robsim.logs.message_types import Message, make_message
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.vision.camera import Camera
+from robsim.vision.camera_files.calibration_files import name_ros_model
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _make_header = partial(make_header, make_message)
-DISTORTION_MODELS = {0: ("plumb_bob", 5), 4: ("plumb_bob", 5), 5: ("plumb_bob", 5)}
-RATIONAL = ("rational_polynomial", 8)
+COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}  # numbers of D
 
 
 class TopicMessage(NamedTuple):
@@ -146,8 +146,8 @@ def _transforms_message(poses: dict[str, Array], time: int) -> Message:
 def _camera_info_message(camera: Camera, header: Message) -> Message:
     """Return the CameraInfo of a camera; its size is 0 x 0 if the camera has no size."""
     width, height = camera.size or (0, 0)
-    model, count = DISTORTION_MODELS.get(len(camera.distortion), RATIONAL)
-    d = np.zeros(count)
+    model = name_ros_model(camera.lens, len(camera.distortion))
+    d = np.zeros(COEFFICIENTS[model])
     d[: len(camera.distortion)] = camera.distortion
     K = np.array(camera.K)
     whole = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}

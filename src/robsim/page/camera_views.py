@@ -79,7 +79,7 @@ def _compute_border_rays(camera: Camera) -> Array:
     corners = wireframe.list_border_corners(camera)
     share = np.arange(SIDE)[:, None] / SIDE
     sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
-    return append_one(camera.normalise(np.concatenate(sides)))
+    return append_one(wireframe.compute_drawn_points(camera, np.concatenate(sides)))
 
 
 def collect_mark_pixels(run: RunVariables, suffix: str = "") -> dict[str, Array]:

@@ -24,6 +24,7 @@ SolidBuilder = Callable[..., "WireSolid"]  # of a label, a primitive, and option
 CameraSolidBuilder = Callable[[MountedCamera, float], "WireSolid"]  # of a camera and a depth
 
 MOST_LINKS = 16  # a robot with more links has a single legend entry
+WIDEST = 3.0  # radius at unit depth (72 degrees) of the drawn rays of a fisheye
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
 
 
@@ -220,8 +221,23 @@ def compute_corner_rays(camera: Camera) -> Array:
     """Return the points (4, 3) at unit depth on the rays through the image corners."""
     corners = np.array(_BORDERLESS)
     if camera.size is not None:
-        corners = camera.normalise(list_border_corners(camera))
+        corners = compute_drawn_points(camera, list_border_corners(camera))
     return append_one(corners)
+
+
+def compute_drawn_points(camera: Camera, pixels: Array) -> Array:
+    """Return the points (N, 2) at unit depth of pixels, within WIDEST of the axis for a fisheye.
+
+    Pixels of a fisheye near or beyond 90 degrees have points far away or none.
+    """
+    points = camera.normalise(pixels)
+    if camera.lens != "fisheye":
+        return points
+    K = np.atleast_3d(camera.K)[..., 0]
+    direction = (pixels - K[:2, 2]) / K[[0, 1], [0, 1]]
+    direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    far = ~(np.linalg.norm(points, axis=1) <= WIDEST)
+    return np.where(far[:, None], WIDEST * direction, points)
 
 
 def transform_points(points: Array, T: Array) -> Array:

@@ -118,7 +118,7 @@ class CameraTarget:
             T_w_c=T_w_c,
             T_w_o=T_w_o,
             camera=program.each(camera.rows),
-            has_distortion=camera.bends,
+            lens=camera.lens_kind,
             pixels=pixels,
             depth=depth,
             status=status.flat,

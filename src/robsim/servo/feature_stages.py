@@ -109,7 +109,7 @@ class BoundFeatureRows:
         camera = program.each(eye.rows)
         T_w_c, T_w_o = self.frames[sight.key]
         T_c_o = program.result(projection.relative_pose_stage, "T", 3, 4, A=T_w_c, B=T_w_o)
-        image = {"camera": camera, "pixels": view.pixels, "has_distortion": eye.bends}
+        image = {"camera": camera, "pixels": view.pixels, "lens": eye.lens_kind}
         points = program.result(projection.normalise_mark_pixels, "points", N, 2, **image)
         model = program.numbers(sight.target.marks, 2)
         depth = self._add_depths(sight, view.depth, points)

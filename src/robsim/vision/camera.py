@@ -12,10 +12,9 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
@@ -28,13 +27,14 @@ from robsim.geometry.primitives import CameraBody
 from robsim.kernels.formulas import perspective as kernels
 from robsim.kernels.images import projection
 from robsim.kernels.machine.program import Program, ProgramFunction
-from robsim.vision.camera_checks import check_distortion, check_focal, check_intrinsics
+from robsim.vision.camera_checks import check_distortion, check_focal, check_intrinsics, check_lens
 from robsim.vision.camera_files import camera_info
 from robsim.vision.camera_files.calibration_files import CalibrationOrigin, load_camera, save_camera
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.crop_and_scale import crop_intrinsics, scale_intrinsics
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import PART_INDICES, get_intrinsic_part, replace_intrinsic_part
+from robsim.vision.lens_models import LENS_MODELS, LensModel
 
 _SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs have the same values
 
@@ -56,16 +56,21 @@ class Visibility(NamedInteger):
 @name_parameters
 @dataclass(frozen=True, eq=False)
 class Camera(Value):
-    """A perspective camera with skew and radial-tangential distortion.
+    """A camera with skew and a perspective or fisheye lens with distortion.
 
-    A point (X, Y, Z) in camera axes has the normalised coordinates x = X/Z, y = Y/Z, which the
-    lens distorts to
+    A point (X, Y, Z) in camera axes has the normalised coordinates x = X/Z, y = Y/Z, which a
+    perspective lens distorts to
 
         x' = x s + 2 p1 x y + p2 (r^2 + 2 x^2),    y' = y s + p1 (r^2 + 2 y^2) + 2 p2 x y,
         s = (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6),    r^2 = x^2 + y^2,
 
+    and a fisheye lens to
+
+        x' = x d / r,    y' = y d / r,    theta = atan(r),
+        d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8),
+
     and the pixel is K (x', y', 1). Pixel centres are whole numbers, so an image covers the columns
-    [-0.5, width - 0.5).
+    [-0.5, width - 0.5). A point with Z <= 0 is behind the camera, also for a fisheye lens.
 
     Parameters
     ----------
@@ -76,10 +81,13 @@ class Camera(Value):
     body : CameraBody, optional
         Housing of the camera, shown in figures.
     distortion : array_like, default ()
-        Distortion coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the order of OpenCV, as a
-        flat array, a row or a column. The further coefficients of a thin prism and a tilted sensor
-        (12 or 14 numbers in all) must be zero. The attribute is a flat tuple of at most eight
-        numbers.
+        Distortion coefficients in the order of OpenCV, as a flat array, a row or a column:
+        (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of a perspective lens, (k1, k2, k3, k4) of a fisheye.
+        The further coefficients of a thin prism and a tilted sensor (12 or 14 numbers in all) must
+        be zero. The attribute is a flat tuple of at most eight numbers; a fisheye has four.
+    lens : {"perspective", "fisheye"}, default "perspective"
+        Model of the lens. "fisheye" is the model of Kannala and Brandt in OpenCV's module
+        `fisheye`, which is "equidistant" in ROS and Kalibr.
 
     Attributes
     ----------
@@ -91,7 +99,8 @@ class Camera(Value):
     ------
     InputError
         If K is not a matrix of intrinsics, a camera with a size has a focal length below one pixel,
-        or the distortion has coefficients of a thin prism or a tilted sensor.
+        the model of the lens is unknown, or the distortion has another number of coefficients, or
+        coefficients of a thin prism or a tilted sensor.
 
     Examples
     --------
@@ -106,6 +115,7 @@ class Camera(Value):
     _: KW_ONLY
     body: CameraBody | None = None
     distortion: tuple[float, ...] = ()
+    lens: str = "perspective"
     origin: CalibrationOrigin | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
@@ -117,6 +127,7 @@ class Camera(Value):
             *,
             body: CameraBody | None = None,
             distortion: ArrayLike = (),
+            lens: str = "perspective",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -126,7 +137,8 @@ class Camera(Value):
             check_focal(self.K[0, 0], self.K[1, 1])
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {format_value(self.body)}")
-        object.__setattr__(self, "distortion", check_distortion(self.distortion))
+        model = check_lens(self.lens)
+        object.__setattr__(self, "distortion", check_distortion(self.distortion, model))
 
     @property
     def focal(self) -> float | Array:
@@ -146,7 +158,7 @@ class Camera(Value):
         return float(get_intrinsic_part(self.K, "skew"))
 
     def revised(self, **changes: Any) -> Camera:  # Any: values of the fields named
-        """Return a copy with another K, focal, center, skew, size, distortion or body.
+        """Return a copy with another K, focal, center, skew, size, distortion, lens or body.
 
         Examples
         --------
@@ -215,7 +227,13 @@ class Camera(Value):
         return cls(intrinsics_from_chapter(Ki), size, body=body)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], name: str | None = None) -> Camera:
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        name: str | None = None,
+        *,
+        lens: Literal["perspective", "fisheye"] | None = None,
+    ) -> Camera:
         """Return the camera of a calibration file of OpenCV, ROS, Kalibr or COLMAP.
 
         The format is detected from the content; docs/cameras.md lists the supported formats. YAML
@@ -227,12 +245,16 @@ class Camera(Value):
             Calibration file.
         name : str, optional
             Name of the camera if the file has several: "cam0", or the number in COLMAP.
+        lens : {"perspective", "fisheye"}, optional
+            Model of the lens in a file that does not name it, such as K and D of `cv2.fisheye`. By
+            default such a file has a perspective lens.
 
         Raises
         ------
         FileError
             If the file is not a calibration file, the file has several cameras and `name` is None,
-            or the camera model is not supported, for example a fisheye lens.
+            the file names another model than `lens`, or the camera model is not supported, for
+            example an omnidirectional lens.
 
         Examples
         --------
@@ -241,7 +263,8 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        camera, origin = load_camera(path, name, cls)
+        model = None if lens is None else check_lens(lens).name
+        camera, origin = load_camera(path, name, cls, model)
         return camera.read_from(origin)
 
     def read_from(self, origin: CalibrationOrigin | None) -> Camera:
@@ -274,7 +297,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        return save_camera(path, self.K, self.size, self.distortion)
+        return save_camera(path, self.K, self.size, self.distortion, self.lens)
 
     @classmethod
     def from_ros(cls, message: object, *, rectified: bool = False) -> Camera:
@@ -421,20 +444,22 @@ class Camera(Value):
         first = as_floats(pixels, "pixels", ("N", 2))
         return move_runs_first(self.points_of(move_runs_last(first, 2)), first.shape[:-2])
 
-    @cached_property
-    def lens(self) -> Array:
-        """The eight distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6)."""
-        coefficients = np.array(self.distortion)
-        return make_read_only(
-            np.concatenate(
-                [coefficients, np.zeros((8 - len(coefficients), *coefficients.shape[1:]))]
-            )
-        )
+    @property
+    def model(self) -> LensModel:
+        """The model of the lens."""
+        return LENS_MODELS[self.lens]
 
     @cached_property
-    def bends(self) -> bool:
-        """Whether the lens distorts the image."""
-        return bool(self.lens.any())
+    def coefficients(self) -> Array:
+        """The eight coefficients of the lens for the kernels; those that it lacks are zero."""
+        given = np.array(self.distortion)
+        return make_read_only(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
+
+    @cached_property
+    def lens_kind(self) -> int:
+        """The kind of lens for the kernels: NO_LENS without any distortion, BROWN or FISHEYE."""
+        bends = self.lens == "fisheye" or self.coefficients.any()
+        return self.model.kind if bends else kernels.NO_LENS
 
     @cached_property
     def rows(self) -> Array:
@@ -444,7 +469,7 @@ class Camera(Value):
         `robsim.kernels.images.projection`. In a batch with different cameras K is (3, 3, runs), or
         `distortion` is (n, runs).
         """
-        groups = (self.K, 9), (self.lens, 8), (self.border, 4), (self.valid_radius, 1)
+        groups = (self.K, 9), (self.coefficients, 8), (self.border, 4), (self.valid_radius, 1)
         parts = [np.reshape(values, (count, -1)) for values, count in groups]
         runs = max(part.shape[1] for part in parts)
         return np.concatenate([np.broadcast_to(part, (len(part), runs)) for part in parts])
@@ -487,7 +512,7 @@ class Camera(Value):
             T_w_c=identity,
             T_w_o=identity,
             camera=program.each(self.rows),
-            has_distortion=self.bends,
+            lens=self.lens_kind,
             pixels=result[:2].reshape(1, 2),
             depth=program.rows(1),
             status=result[2:],
@@ -505,7 +530,7 @@ class Camera(Value):
             camera=program.each(self.rows),
             pixels=pixel,
             points=point,
-            has_distortion=self.bends,
+            lens=self.lens_kind,
         )
         return ProgramFunction(program, pixel, point, 2)
 
@@ -517,15 +542,13 @@ class Camera(Value):
 
     @cached_property
     def valid_radius(self) -> float | Array:
-        """The largest normalised radius r at which the radial distortion is monotonic.
+        """The largest normalised radius r at which the distortion is monotonic.
 
-        Beyond this radius different points have the same pixel. The radius is the smallest positive
-        root of d/dr (r N(r^2) / D(r^2)) and of D, with the numerator N and the denominator D of the
-        radial distortion s.
+        Beyond this radius different points have the same pixel. See `find_brown_radius` and
+        `find_fisheye_radius` of `robsim.vision.lens_models`.
         """
-        if self.lens.ndim > 1:
-            return np.array(list(map(find_valid_radius, self.lens.T)))
-        return find_valid_radius(self.lens)
+        find, lens = self.model.find_radius, self.coefficients
+        return np.array(list(map(find, lens.T))) if lens.ndim > 1 else find(lens)
 
     def drawn(self, T_w_c: PoseLike) -> CameraBody | None:
         """Return the camera body at a pose of the camera, or None without a body.
@@ -542,24 +565,3 @@ class Camera(Value):
         lead = broadcast_leading_shape(p.shape[:-2], T.shape[:-2], "points and camera poses")
         X = move_runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead
-
-
-TINY = 1e-30  # smaller coefficients of the lens polynomial count as zero
-
-
-def find_valid_radius(lens: Array) -> float:
-    """Return the largest normalised radius with monotonic distortion, for eight coefficients.
-
-    The radius is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D, with the
-    numerator N and the denominator D of the radial distortion. It is infinite without a root.
-
-    >>> round(find_valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
-    1.0541
-    """
-    k1, k2, _, _, k3, k4, k5, k6 = lens
-    over, under = Polynomial([1, k1, k2, k3]), Polynomial([1, k4, k5, k6])
-    t = Polynomial([0, 1])  # r squared
-    slope = over * under + 2 * t * (over.deriv() * under - over * under.deriv())
-    roots = np.concatenate([slope.trim(TINY).roots(), under.trim(TINY).roots()])
-    real = roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0)].real
-    return float(np.sqrt(real.min())) if real.size else np.inf

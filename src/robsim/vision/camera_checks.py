@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, check_known, format_value
+from robsim.vision.lens_models import LENS_MODELS, LensModel, find_lens_model
 
-COUNTS = 0, 4, 5, 8  # supported numbers of coefficients
 ZERO_PADDED = 12, 14  # with further coefficients of a thin prism, and of a tilted sensor
 
 
@@ -33,14 +33,27 @@ def check_intrinsics(matrix: ArrayLike) -> Array:
     return K
 
 
-def check_distortion(coefficients: ArrayLike) -> tuple[float, ...]:
-    """Return the coefficients as a flat tuple, from a row, a column or a flat array of OpenCV."""
+def check_lens(name: object) -> LensModel:
+    """Return the model of a lens by its name; raise InputError for an unknown name."""
+    own = find_lens_model(name) if isinstance(name, str) else None
+    if own not in (None, name):
+        raise InputError(f"lens: the model {format_value(name)} has the name '{own}' here")
+    check_known(name, LENS_MODELS, "lens: no model {}", "models")
+    return LENS_MODELS[str(name)]
+
+
+def check_distortion(coefficients: ArrayLike, model: LensModel) -> tuple[float, ...]:
+    """Return the coefficients as a flat tuple, from a row, a column or a flat array of OpenCV.
+
+    A fisheye lens without coefficients has four zeros.
+    """
     array = as_floats(coefficients, "distortion", ())
-    lens = array.ravel()
-    if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *ZERO_PADDED):
+    lens, most = array.ravel(), len(model.names)
+    padded = ZERO_PADDED if most == 8 else ()
+    if array.ndim not in (1, 2) or lens.size not in (*model.counts, *padded):
         raise InputError(
-            "distortion: expected 0, 4 (k1 k2 p1 p2), 5 (.. k3) or 8 (.. k4 k5 k6) numbers, flat, "
-            f"in a row or in a column, got shape {array.shape}"
+            f"distortion: expected {model.phrase}, flat, in a row or in a column, got shape "
+            f"{array.shape}"
         )
     if array.ndim == 2 and 1 not in array.shape and lens.size:
         raise InputError(f"distortion: expected one row or column, got shape {array.shape}")
@@ -51,4 +64,6 @@ def check_distortion(coefficients: ArrayLike) -> tuple[float, ...]:
         )
     if (np.abs(lens) > 1e6).any():
         raise InputError(f"distortion: coefficients are at most 1e6, got {lens.tolist()}")
+    if not lens.size and model.name == "fisheye":
+        return (0.0,) * 4
     return tuple(lens[:8].tolist())

@@ -39,5 +39,5 @@ def pixel_rate_matrices(x: Array, camera: Camera) -> Array:
     """Return the derivatives (..., N, 2, 2) of pixels by normalised points x (..., N, 2)."""
     last = move_runs_last(x, 2)
     J = np.empty((len(last), 2, 2, last.shape[-1]))
-    kernels.pixel_jacobian(last, camera.K, camera.lens, J)
+    kernels.pixel_jacobian(last, camera.K, camera.lens_kind, camera.coefficients, J)
     return move_runs_first(J, x.shape[:-2])

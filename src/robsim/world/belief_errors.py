@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
+from robsim.vision.camera_checks import check_lens
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
@@ -34,6 +35,7 @@ def perturb_camera(
     focal: ArrayLike,
     center: ArrayLike,
     distortion: ArrayLike | None,
+    lens: str | None,
     hand_eye: PoseLike | None,
 ) -> MountedCamera:
     """Return a camera with wrong intrinsics and a wrong mount, see `Scene.believe`."""
@@ -46,8 +48,15 @@ def perturb_camera(
     if shift.ndim != 1:
         raise InputError(f"center (pixels): expected (column, row), got {format_value(center)}")
     K[:2, 2] += shift
-    lens = cast(tuple[float, ...], eye.camera.distortion if distortion is None else distortion)
-    believed = Camera(K, eye.camera.size, body=eye.camera.body, distortion=lens)
+    true = eye.camera
+    model = true.lens if lens is None else check_lens(lens).name
+    if distortion is None and model != true.lens and any(true.distortion):
+        raise InputError(
+            f"lens: the coefficients of a {true.lens} lens are not those of another model: give "
+            "distortion=, too"
+        )
+    given: Any = true.distortion if distortion is None else distortion
+    believed = Camera(K, true.size, body=true.body, distortion=given, lens=model)
     return replace(eye, camera=believed, pose=_apply_pose_error(eye.pose, hand_eye, "hand_eye"))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError
 from robsim.base.file_content import format_relative_path
-from robsim.declare import ListOf, Number, OneOf, Table, Text, described
+from robsim.declare import ListOf, Number, OneOf, Table, Text, Word, described
 from robsim.declare.fields import is_identical
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
@@ -24,8 +24,11 @@ from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import CalibrationOrigin, load_camera
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import MATRIX, build_intrinsics, image_center, split_intrinsics
+from robsim.vision.lens_models import LENS_MODELS
 
-LENS = ListOf(Number(), most=14)
+COEFFICIENTS = ListOf(Number(), most=14)
+LENS = Word(tuple(LENS_MODELS), "model")
+PERSPECTIVE = "perspective"  # the model of a lens in files without one
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,11 @@ class CalibrationFile:
     size: Annotated[Any, SIZE, "[width, height] of the image in pixels, beside K."] = None
     K: Annotated[Any, MATRIX, "Matrix of intrinsics in pixels, instead of reading the file."] = None
     distortion: Annotated[
-        tuple[float, ...], LENS, "Distortion coefficients as in OpenCV, beside K."
+        tuple[float, ...], COEFFICIENTS, "Distortion coefficients as in OpenCV, beside K."
     ] = ()
+    lens: Annotated[
+        str | None, LENS, "Model of the lens, beside K or for a file that does not name it."
+    ] = None
 
     def __post_init__(self) -> None:
         if self.K is None and (self.size is not None or self.distortion):
@@ -105,12 +111,13 @@ def _read_calibration(calibration: CalibrationFile, c: Context) -> Camera:
     """Return the camera of a calibration, from its numbers or from its file."""
     path = Path(c.facts.get("folder", "")) / calibration.file
     if calibration.K is not None:
-        camera = Camera(calibration.K, calibration.size, distortion=calibration.distortion)
+        model: Any = {"distortion": calibration.distortion, "lens": calibration.lens or PERSPECTIVE}
+        camera = Camera(calibration.K, calibration.size, **model)
         place = os.path.abspath(path)
         origin = CalibrationOrigin("", calibration.camera, calibration.sha256, place)
     else:
         try:
-            camera, origin = load_camera(path, calibration.camera, Camera)
+            camera, origin = load_camera(path, calibration.camera, Camera, calibration.lens)
         except FileError as error:
             raise InputError(str(error)) from None
         if calibration.sha256 not in (None, origin.sha256):
@@ -127,39 +134,51 @@ def _build_from_numbers(table: Any) -> Camera:
     with prefix_path("K"):
         camera = Camera(np.array(K), table.size, body=table.body)
     with prefix_path("distortion"):
-        return replace(camera, distortion=table.distortion)
+        return replace(camera, distortion=table.distortion, lens=table.lens)
 
 
 def describe_lens(camera: Camera, c: Context) -> dict[str, Any]:
     """Return the keys of a camera in a text: its numbers, or its calibration."""
-    numbers = {key: getattr(camera, key) for key in ("size", "distortion")}
+    numbers = {key: getattr(camera, key) for key in ("size", "distortion", "lens")}
     numbers |= _describe_intrinsics(camera, c)
     origin = camera.origin
     if origin is None or c.facts.get("by_hand") or c.facts.get("changes"):
         return numbers
-    values = {"size": camera.size, "K": camera.K.tolist(), "distortion": camera.distortion}
+    values: dict[str, Any] = {"size": camera.size, "K": camera.K.tolist()}
+    values |= {"distortion": camera.distortion, "lens": _name_special_lens(camera)}
     stored = CalibrationFile(origin.file, origin.camera, origin.sha256, **values)
+    in_file = {"calibration": stored, "lens": None}
     if "read_origin" in c.facts:  # a short text, which may refer to files
-        return _refer_to_file(camera, origin, c.facts["folder"]) or {"calibration": stored}
+        return _refer_to_file(camera, origin, c.facts["folder"]) or in_file
     if c.facts.get("short"):  # the old value of a change: each number may be replaced
         return {**numbers, "calibration": camera}
-    return {"calibration": stored}
+    return in_file
+
+
+def _name_special_lens(camera: Camera) -> str | None:
+    """Return the model of a lens, or None for a perspective lens."""
+    return None if camera.lens == PERSPECTIVE else camera.lens
 
 
 def _refer_to_file(
     camera: Camera, origin: CalibrationOrigin, folder: Path
 ) -> dict[str, Any] | None:
     """Return the keys that refer to the file of a camera; None if it has another content now."""
+    lens = None
     try:
         plain, now = load_camera(origin.path, origin.camera, Camera)
+        if plain.lens != camera.lens:
+            lens = camera.lens
+            plain, now = load_camera(origin.path, origin.camera, Camera, lens)
     except (InputError, OSError):
         return None
     whole = replace(plain, size=plain.size or camera.size, body=camera.body)
     if now.sha256 != origin.sha256 or not is_identical(whole, camera):
         return None
     reference = format_relative_path(Path(origin.path), folder)
-    given = reference if origin.camera is None else CalibrationFile(reference, origin.camera)
-    return {"calibration": given, "size": None if plain.size else camera.size}
+    table = CalibrationFile(reference, origin.camera, lens=lens)
+    given = reference if origin.camera is None and lens is None else table
+    return {"calibration": given, "size": None if plain.size else camera.size, "lens": None}
 
 
 def _describe_intrinsics(camera: Camera, c: Context) -> dict[str, Any]:

@@ -20,7 +20,13 @@ from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import load_rig
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, FocalLengths
-from robsim.world.calibrated_camera import CALIBRATION, LENS, build_camera, describe_lens
+from robsim.world.calibrated_camera import (
+    CALIBRATION,
+    COEFFICIENTS,
+    LENS,
+    build_camera,
+    describe_lens,
+)
 
 
 @dataclass(frozen=True)
@@ -29,12 +35,12 @@ class CameraTable:
 
     stands: ClassVar[Mapping[str, str]] = {
         "pose": "pose",
-        **{key: f"camera.{key}" for key in ("size", "distortion", "body")},
+        **{key: f"camera.{key}" for key in ("size", "distortion", "lens", "body")},
         **{key: f"camera.{key}" for key in ("K", "focal", "center", "skew")},
     }
     rivals: ClassVar[Any] = (
         (("K",), ("focal", "center", "skew"), ("calibration",)),
-        (("distortion",), ("calibration",)),
+        (("distortion", "lens"), ("calibration",)),
     )
 
     name: Annotated[str, Name(), "Name of the camera."]
@@ -58,11 +64,14 @@ class CameraTable:
     )
     distortion: Annotated[
         tuple[float, ...],
-        LENS,
+        COEFFICIENTS,
         PerRun(("n",)),
         "Distortion coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV. The six coefficients "
-        "after these must be zero.",
+        "after these must be zero. A fisheye has k1 k2 k3 k4.",
     ] = ()
+    lens: Annotated[
+        str | None, LENS, 'Model of the lens. "fisheye" is "equidistant" in ROS and Kalibr.'
+    ] = "perspective"
     body: Annotated[
         Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
     ] = None

@@ -237,6 +237,7 @@ class Scene(SceneCoordinates):
         focal: ArrayLike = 1.0,
         center: ArrayLike = (0.0, 0.0),
         distortion: ArrayLike | None = None,
+        lens: Literal["perspective", "fisheye"] | None = None,
         hand_eye: PoseLike | None = None,
         robot: str | None = None,
         dh: Mapping[str, Mapping[str, float]] | None = None,
@@ -262,6 +263,9 @@ class Scene(SceneCoordinates):
             Error of the principal point, (column, row) in pixels.
         distortion : array_like, optional
             Distortion coefficients in place of the true coefficients.
+        lens : {"perspective", "fisheye"}, optional
+            Model of the lens in place of the true model. If the true lens has coefficients, those
+            of this model are needed as well.
         hand_eye : pose_like, optional
             Error of the mount: the believed pose is T_mount_camera @ hand_eye.
         robot : str, optional
@@ -306,13 +310,15 @@ class Scene(SceneCoordinates):
                 f"convention must be 'standard' or 'modified', got {format_value(convention)}"
             )
         wrong: list[Robot | Object | MountedCamera] = []
-        lens = (
+        intrinsics = (
             is_not_default(focal, 1.0)
             or is_not_default(center, (0.0, 0.0))
             or distortion is not None
+            or lens is not None
         )
-        if camera is not None or lens or hand_eye is not None:
-            wrong.append(perturb_camera(self.camera(camera), focal, center, distortion, hand_eye))
+        if camera is not None or intrinsics or hand_eye is not None:
+            numbers = focal, center, distortion, lens, hand_eye
+            wrong.append(perturb_camera(self.camera(camera), *numbers))
         if robot is not None or dh is not None or base is not None:
             wrong.append(perturb_robot(self.robot(robot), dh, convention, base))
         if (

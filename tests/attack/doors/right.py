@@ -103,7 +103,7 @@ RIGHT = {
     "height": 0.1, "high": 0.3, "interaction": "current", "inverse": "pseudo_inverse",
     "jacobian": lambda: np.eye(6), "joints": None, "K": lambda: CAMERA.K,
     "kind": lambda: rs.joints.JointKind, "lag": 0.1, "law": "joint", "length": 1.0,
-    "limits": limits, "link": None, "links": lambda: arm().links,
+    "lens": "fisheye", "limits": limits, "link": None, "links": lambda: arm().links,
     "low": 0.1, "margin": 0.1, "marks": lambda: MARKS, "mass": 1.0, "matrix": lambda: np.eye(4),
     "name": "puma560", "n": 16, "noise": 0.5, "now": None, "of": "points", "on": None,
     "other": "puma560.base", "one": "puma560.tool", "parts": None, "path": "none.file",

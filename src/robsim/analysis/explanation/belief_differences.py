@@ -50,7 +50,8 @@ def _compare_scenes(belief: Scene, truth: Scene) -> Iterator[Ablation]:
 def _compare_cameras(believed: MountedCamera, true: MountedCamera) -> Iterator[Ablation]:
     """Yield the differences of a camera's intrinsics and mounting pose."""
     mine, real = believed.camera, true.camera
-    if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
+    lenses = [(camera.lens, camera.distortion) for camera in (mine, real)]
+    if not np.array_equal(mine.K, real.K) or lenses[0] != lenses[1]:
         difference = _describe_intrinsics(mine, real)
         sentence = f"The believed intrinsics of '{true.name}' are wrong: {difference}."
         evidence = {"focal_ratio": float(mine.K[0, 0] / real.K[0, 0])}
@@ -79,6 +80,7 @@ def _format_intrinsics(camera: Camera) -> dict[str, str]:
         "focal length": f"{focal} px",
         "skew": f"{format_number(skew)} px",
         "centre": f"({format_number(x)}, {format_number(y)}) px",
+        "lens": camera.lens,
         "distortion": f"({bends})" if bends else "none",
     }
 

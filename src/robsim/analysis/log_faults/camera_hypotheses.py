@@ -17,7 +17,7 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 
 TWIST = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
-LENS = ("k1", "k2", "p1", "p2")
+FITTED = 4  # coefficients of the distortion that a hypothesis estimates
 ALL_ORDERS = 4  # marks of which every order is tried; of more, exchanged pairs only
 AXES = {  # exchanged axes, reversed columns, reversed rows: the fault
     (True, False, False): "has its columns and rows swapped",
@@ -100,20 +100,20 @@ def _list_focal_hypotheses(images: ImageComparison, camera: str) -> Iterator[Hyp
 def _make_distortion(images: ImageComparison, camera: str) -> Hypothesis:
     """Return the hypothesis that the first four coefficients of the distortion are wrong."""
     lens = images.find(camera).camera
-    known = np.zeros(max(len(lens.distortion), len(LENS)))
+    names, known = lens.model.names[:FITTED], np.zeros(max(len(lens.distortion), FITTED))
     known[: len(lens.distortion)] = lens.distortion
 
     def bend(one: ImageSeries, values: Array) -> Array:
-        changed = np.concatenate([values, known[len(LENS) :]])
+        changed = np.concatenate([values, known[FITTED:]])
         return one.predict(camera=replace(lens, distortion=tuple(changed.tolist())))
 
     def describe(values: Array, half: Array) -> str:
-        each = zip(LENS, values, half, strict=True)
+        each = zip(names, values, half, strict=True)
         numbers = ", ".join(f"{name} {format_interval(x, d)}" for name, x, d in each)
         return f"the distortion of '{camera}' is {numbers}"
 
-    starts, path = [tuple(known[: len(LENS)].tolist())], f"cameras.{camera}.distortion"
-    common = "distortion", bend, describe, camera, camera, LENS, starts
+    starts, path = [tuple(known[:FITTED].tolist())], f"cameras.{camera}.distortion"
+    common = "distortion", bend, describe, camera, camera, names, starts
     return images.make(*common, path=path)
 
 

@@ -2,15 +2,17 @@
 
 In camera axes x points to the right (columns), y down (rows) and z along the optical axis. `lens`
 holds (k1, k2, p1, p2, k3, k4, k5, k6) in the order of OpenCV. All coefficients of a pinhole camera
-are zero.
+are zero. Fisheye lenses are in `robsim.kernels.formulas.fisheye`.
 """
 
 import numpy as np
 
+from robsim.kernels.formulas.fisheye import distort_fisheye_jacobian
 from robsim.kernels.machine.jit import kernel, part
 
 LEAST_DEPTH = 1e-9  # metres; a point with less depth is behind the camera
 IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
+NO_LENS, BROWN, FISHEYE = 0, 1, 2  # kinds of lenses: no distortion, radial-tangential, fisheye
 
 
 @part
@@ -70,12 +72,18 @@ def pinhole_pixel(x, y, fu, skew, u0, fv, v0):
 
 
 @kernel
-def pixel_jacobian(x, K, lens, J):
-    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point at x[n, 2, b]."""
+def pixel_jacobian(x, K, kind, lens, J):
+    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point at x[n, 2, b].
+
+    `kind` is the kind of the lens, and `lens` holds its coefficients.
+    """
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
-            xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
+            if kind == FISHEYE:
+                xx, xy, yy = distort_fisheye_jacobian(x[n, 0, b], x[n, 1, b], k)
+            else:
+                xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
             J[n, 0, 0, b], J[n, 0, 1, b] = K[0, 0] * xx + K[0, 1] * xy, K[0, 0] * xy + K[0, 1] * yy
             J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
 

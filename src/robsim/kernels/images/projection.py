@@ -8,17 +8,21 @@ import math
 
 import numpy as np
 
+from robsim.kernels.formulas.fisheye import distort_fisheye, undistort_fisheye
 from robsim.kernels.formulas.perspective import (
     BEHIND_CAMERA,
+    BROWN,
+    FISHEYE,
     IN_IMAGE,
     LEAST_DEPTH,
+    NO_LENS,
     OUT_OF_IMAGE,
     distort,
     pinhole_pixel,
     undistort,
 )
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import WIDTH, get, put, where
+from robsim.kernels.machine.lanes import WIDTH, get, get_lane, put, replace_lane, where
 from robsim.kernels.machine.stages import stage
 
 LENS, BORDER, RADIUS = 9, 17, 21  # first rows of the parts of a camera after K
@@ -74,7 +78,7 @@ def project_to_pixels(
     T_w_c="3, 4",
     T_w_o="3, 4",
     camera="22",
-    has_distortion="whole",
+    lens="whole",
     pixels="N, 2",
     depth="N",
     status="S",
@@ -83,9 +87,9 @@ def project_to_pixels(
 ):
     """Compute the pixels, depths and status of N marks. Pixels behind the camera are NaN.
 
-    `has_distortion` is nonzero for a lens with distortion. `mode` selects the status:
-    WORST_STATUS is the worst status of the marks, CONTINUED_STATUS is the worst status of these
-    marks and of earlier calls, and EACH_STATUS is one status for each mark.
+    `lens` is NO_LENS, BROWN or FISHEYE. `mode` selects the status: WORST_STATUS is the worst
+    status of the marks, CONTINUED_STATUS is the worst status of these marks and of earlier calls,
+    and EACH_STATUS is one status for each mark.
     """
     C, O = T_w_c, T_w_o
     worst = get(w, status) if mode == CONTINUED_STATUS else 0.0 * get(w, camera)
@@ -100,8 +104,10 @@ def project_to_pixels(
         )
         behind, inverse = where(Z > LEAST_DEPTH, 0.0 * Z, np.nan), 1.0 / Z
         x, y = X * inverse + behind, Y * inverse + behind
-        if has_distortion:
+        if lens == BROWN:
             x, y = distort(x, y, _lens_coefficients(w, camera))
+        elif lens == FISHEYE:
+            x, y = _distort_fisheye_lanes(w, camera, x, y)
         u, v = _pixel_from_camera(w, camera, x, y)
         put(w, pixels + 2 * n, u)
         put(w, pixels + 2 * n + 1, v)
@@ -116,6 +122,25 @@ def project_to_pixels(
 
 
 @part
+def _distort_fisheye_lanes(w, camera, x, y):
+    """Return the images of normalised points by fisheye lenses, lane by lane."""
+    for i in range(WIDTH):
+        bent = distort_fisheye(get_lane(x, i), get_lane(y, i), _lane_coefficients(w, camera, i))
+        x, y = replace_lane(x, i, bent[0]), replace_lane(y, i, bent[1])
+    return x, y
+
+
+@part
+def _lane_coefficients(w, camera, i):
+    """Return the eight lens coefficients of the camera of one lane."""
+    k = (camera + LENS) * WIDTH + i
+    return (
+        w[k], w[k + WIDTH], w[k + 2 * WIDTH], w[k + 3 * WIDTH],
+        w[k + 4 * WIDTH], w[k + 5 * WIDTH], w[k + 6 * WIDTH], w[k + 7 * WIDTH],
+    )  # fmt: skip
+
+
+@part
 def _pixel_from_camera(w, K, x, y):
     """Return the pixel of a normalised image point."""
     return pinhole_pixel(
@@ -125,11 +150,12 @@ def _pixel_from_camera(w, K, x, y):
 
 @stage
 def normalise_mark_pixels(
-    w, step, camera="22", N="count", pixels="N, 2", points="N, 2", has_distortion="whole"
+    w, step, camera="22", N="count", pixels="N, 2", points="N, 2", lens="whole"
 ):
     """Compute normalised image points of pixels.
 
-    A distorted pixel without a point within the valid radius of the lens gives NaN.
+    `lens` is NO_LENS, BROWN or FISHEYE. A distorted pixel without a point within the valid radius
+    of the lens gives NaN.
     """
     K = camera
     for n in range(N):
@@ -137,25 +163,21 @@ def normalise_mark_pixels(
         x = (get(w, pixels + 2 * n) - get(w, K + 2) - get(w, K + 1) * y) / get(w, K)
         put(w, points + 2 * n, x)
         put(w, points + 2 * n + 1, y)
-    if has_distortion:
+    if lens != NO_LENS:
         for n in range(N):
             for i in range(WIDTH):
-                _undistort_lane(w, K, points + 2 * n, i)
+                _undistort_lane(w, K, lens, points + 2 * n, i)
 
 
 @part
-def _undistort_lane(w, camera, point, i):
+def _undistort_lane(w, camera, lens, point, i):
     """Replace the distorted point of one lane by the undistorted point, or by NaN."""
-    at, lens, radius = (
-        point * WIDTH + i,
-        (camera + LENS) * WIDTH + i,
-        w[(camera + RADIUS) * WIDTH + i],
-    )
-    k = (
-        w[lens], w[lens + WIDTH], w[lens + 2 * WIDTH], w[lens + 3 * WIDTH],
-        w[lens + 4 * WIDTH], w[lens + 5 * WIDTH], w[lens + 6 * WIDTH], w[lens + 7 * WIDTH],
-    )  # fmt: skip
-    x, y = undistort(w[at], w[at + WIDTH], k)
+    at, radius = point * WIDTH + i, w[(camera + RADIUS) * WIDTH + i]
+    k = _lane_coefficients(w, camera, i)
+    if lens == FISHEYE:
+        x, y = undistort_fisheye(w[at], w[at + WIDTH], k, radius)
+    else:
+        x, y = undistort(w[at], w[at + WIDTH], k)
     if not x * x + y * y <= radius * radius:
         x, y = math.nan, math.nan
     w[at], w[at + WIDTH] = x, y

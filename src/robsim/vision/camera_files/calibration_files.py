@@ -17,7 +17,13 @@ from robsim.base.errors import FileError, InputError, check_known, raise_file_er
 from robsim.base.file_content import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import camera_tables, colmap, kalibr, yaml_text
-from robsim.vision.camera_files.camera_tables import C, LensCoefficients, MakeCamera, OptionalSize
+from robsim.vision.camera_files.camera_tables import (
+    C,
+    LensCoefficients,
+    LensModelError,
+    MakeCamera,
+    OptionalSize,
+)
 from robsim.vision.camera_files.xml_text import parse_xml_table
 
 LARGEST_FILE = 1_000_000  # bytes
@@ -47,11 +53,11 @@ class CalibrationOrigin:
 
 
 def load_camera(
-    path: str | os.PathLike[str], name: str | None, make: MakeCamera[C]
+    path: str | os.PathLike[str], name: str | None, make: MakeCamera[C], lens: str | None = None
 ) -> tuple[C, CalibrationOrigin]:
     """Return the camera of a file with a name, or its only camera; see `Camera.from_file`."""
     data = read_bytes(path, EXPECTED, LARGEST_FILE)
-    cameras, _ = _parse_cameras(data, path, make)
+    cameras, _ = _parse_cameras(data, path, _expect_lens(make, lens))
     if name is None and len(cameras) > 1:
         raise FileError(
             f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one by name=, "
@@ -81,6 +87,20 @@ def load_rig(
             name: (_require_supported(each), _make_origin(data, path, name), poses[name])
             for name, each in cameras.items()
         }
+
+
+def _expect_lens(make: MakeCamera[C], expected: str | None) -> MakeCamera[C]:
+    """Return the class of cameras with an expected model of the lens, for files without one.
+
+    LensModelError is raised for files with another model.
+    """
+
+    def make_expected(*args: Any, **parts: Any) -> C:
+        if expected is not None and parts.setdefault("lens", expected) != expected:
+            raise LensModelError(f"lens='{expected}', but the file has a {parts['lens']} lens")
+        return make(*args, **parts)
+
+    return make_expected
 
 
 def _make_origin(data: bytes, path: str | os.PathLike[str], name: str | None) -> CalibrationOrigin:
@@ -125,7 +145,7 @@ def _decode_text(data: bytes, source: str) -> str:
 
 
 def save_camera(
-    path: str | os.PathLike[str], K: Array, size: OptionalSize, lens: LensCoefficients
+    path: str | os.PathLike[str], K: Array, size: OptionalSize, lens: LensCoefficients, model: str
 ) -> Path:
     """Write a camera in the format of the suffix, and return the path; see `Camera.to_file`."""
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
@@ -134,13 +154,14 @@ def save_camera(
     with raise_file_errors(path):
         if K[0, 1]:
             raise InputError(f"a skew of {K[0, 1]:g} px, which calibration files cannot store")
-        text = ENDINGS[ending](K, size, lens)
+        text = ENDINGS[ending](K, size, lens, model)
     return write_whole(path, text)
 
 
-def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
+def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients, model: str) -> str:
     """Return a YAML text for OpenCV, with all keys that ROS requires."""
-    lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _scalar_entries(size, lens))]
+    scalars = _scalar_entries(size, lens, model)
+    lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in scalars)]
     for key, values in _matrix_entries(K, lens):
         rows, cols = values.shape
         lines += [f"{key}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {cols}", "   dt: d"]
@@ -148,10 +169,11 @@ def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
+def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients, model: str) -> str:
     """Return an XML text for OpenCV."""
     lines = ['<?xml version="1.0"?>', "<opencv_storage>"]
-    lines += [f"<{key}>{value}</{key}>" for key, value in _scalar_entries(size, lens)]
+    scalars = _scalar_entries(size, lens, model)
+    lines += [f"<{key}>{value}</{key}>" for key, value in scalars]
     for key, values in _matrix_entries(K, lens):
         rows, cols = values.shape
         lines += [f'<{key} type_id="opencv-matrix">', f"  <rows>{rows}</rows>"]
@@ -160,12 +182,27 @@ def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
     return "\n".join([*lines, "</opencv_storage>"]) + "\n"
 
 
-def _scalar_entries(size: OptionalSize, lens: LensCoefficients) -> Iterator[tuple[str, object]]:
+def _scalar_entries(
+    size: OptionalSize, lens: LensCoefficients, model: str
+) -> Iterator[tuple[str, object]]:
     """Yield the keys and values that are not matrices."""
     if size is not None:
         yield from zip(("image_width", "image_height"), size, strict=True)
     yield "camera_name", "camera"
-    yield "distortion_model", "rational_polynomial" if len(lens) > 5 else "plumb_bob"
+    yield "distortion_model", name_ros_model(model, len(lens))
+    if model == "fisheye":
+        yield "fisheye_model", 1  # as OpenCV's calibration program writes it
+
+
+def name_ros_model(model: str, count: int) -> str:
+    """Return the name in ROS of the model of a lens with some number of coefficients.
+
+    >>> name_ros_model("fisheye", 4)
+    'equidistant'
+    """
+    if model == "fisheye":
+        return "equidistant"
+    return "rational_polynomial" if count > 5 else "plumb_bob"
 
 
 def _matrix_entries(K: Array, lens: LensCoefficients) -> Iterator[tuple[str, Array]]:
@@ -177,7 +214,7 @@ def _matrix_entries(K: Array, lens: LensCoefficients) -> Iterator[tuple[str, Arr
 
 
 EMPTY_MATRIX = np.empty((0, 0))
-ENDINGS: dict[str, Callable[[Array, OptionalSize, LensCoefficients], str]] = {
+ENDINGS: dict[str, Callable[[Array, OptionalSize, LensCoefficients, str], str]] = {
     ".yaml": _format_yaml,
     ".yml": _format_yaml,
     ".xml": _format_xml,

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, has_items
 from robsim.base.errors import InputError, format_value
+from robsim.vision.lens_models import find_lens_model
 
 C = TypeVar("C")  # the class of cameras
-MakeCamera = Callable[..., C]  # Make(K, size, distortion=lens) returns a camera
+MakeCamera = Callable[..., C]  # Make(K, size, distortion=..., lens=...) returns a camera
 OptionalSize = tuple[int, int] | None  # the width and height of the image in pixels
 LensCoefficients = tuple[float, ...]  # the distortion coefficients
 # keys of other programs for each part of a camera, reduced to letters and digits in lower case; a
@@ -27,13 +28,13 @@ WORDS = {
 SIZES = "size", "width", "height"  # parts that all cameras of a table may share
 PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
 EXPECTED = "camera_matrix, cameraMatrix or K"
-MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
 MODEL_KEYS = "distortion_model", "camera_model", "model"
-# keys of OpenCV for fisheye and omnidirectional lenses, if their values are not 0
-FISHEYE_KEYS = "fisheye_model", "fisheye", "xi"
-PERSPECTIVE = (
-    "expected a perspective camera with k1 k2 p1 p2 [k3 [k4 k5 k6]] "
-    "(plumb_bob, radtan, rational_polynomial)"
+NO_MODEL = "", "none", "pinhole"  # values that do not determine the model of the lens
+FISHEYE_KEYS = "fisheye_model", "fisheye"  # of OpenCV, for a fisheye lens if their values are not 0
+OMNIDIRECTIONAL_KEY = "xi"
+SUPPORTED = (
+    "expected a perspective lens with k1 k2 p1 p2 [k3 [k4 k5 k6]] "
+    "(plumb_bob, radtan, rational_polynomial) or a fisheye lens with k1 k2 k3 k4 (equidistant)"
 )
 
 
@@ -49,7 +50,7 @@ def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
     """
     if not isinstance(table, Mapping):
         raise InputError(f"expected keys such as {EXPECTED}, got {format_value(table)}")
-    check_camera_model(table)
+    model = read_lens_model(table)
     keys_of: dict[str, dict[str, str]] = {}  # key by part, of each camera
     for key in table:
         word, number = _split_key(str(key))
@@ -60,20 +61,37 @@ def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
     if not cameras:
         keys = format_value(", ".join(map(str, table)))
         raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {keys}")
-    return {name: _build_table_camera(table, keys, make) for name, keys in cameras.items()}
+    return {name: _build_table_camera(table, keys, make, model) for name, keys in cameras.items()}
 
 
-def check_camera_model(table: Mapping[str, Any]) -> None:
-    """Raise LensModelError for a camera or lens model that is not supported."""
+def read_lens_model(table: Mapping[str, Any]) -> dict[str, str]:
+    """Return the model of the lens as the argument `lens`, or nothing if the table has no model.
+
+    LensModelError is raised for a model that is not supported, and for two different models.
+    """
+    if table.get(OMNIDIRECTIONAL_KEY) not in (None, 0.0):
+        key = OMNIDIRECTIONAL_KEY
+        raise LensModelError(f"{key}: omnidirectional lenses are not supported: {SUPPORTED}")
+    key_of: dict[str, str] = {}
     for key in MODEL_KEYS:
-        model = table.get(key)
-        if model is not None and str(model).strip().lower() not in MODELLED:
-            raise LensModelError(f"{key} {format_value(model)} is not supported: {PERSPECTIVE}")
+        word = str("" if table.get(key) is None else table[key])
+        if word.strip().lower() not in NO_MODEL:
+            key_of[_require_lens_model(key, word)] = key
     for key in FISHEYE_KEYS:
         if table.get(key) not in (None, 0.0, "false", "False", False):
-            raise LensModelError(
-                f"{key}: fisheye and omnidirectional lenses are not supported: {PERSPECTIVE}"
-            )
+            key_of["fisheye"] = key
+    if len(key_of) > 1:
+        both = " and ".join(f"{key} {format_value(table[key])}" for key in key_of.values())
+        raise LensModelError(f"{both} are different models of a lens: give one")
+    return dict(zip(["lens"], key_of, strict=False))
+
+
+def _require_lens_model(key: str, word: str) -> str:
+    """Return the model that a word names; raise LensModelError if it is not supported."""
+    model = find_lens_model(word)
+    if model is None:
+        raise LensModelError(f"{key} {format_value(word)} is not supported: {SUPPORTED}")
+    return model
 
 
 def parse_matrix(value: Any, what: str) -> Array:
@@ -103,7 +121,7 @@ def parse_matrix(value: Any, what: str) -> Array:
 
 
 def _build_table_camera(
-    table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera[C]
+    table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera[C], model: Mapping[str, str]
 ) -> C:
     """Return the camera of a table from the keys of its parts."""
     K = parse_matrix(table[keys["K"]], keys["K"])
@@ -114,7 +132,7 @@ def _build_table_camera(
     lens = (
         parse_matrix(table[keys["distortion"]], keys["distortion"]) if "distortion" in keys else ()
     )
-    return make(K, _read_image_size(table, keys), distortion=lens)
+    return make(K, _read_image_size(table, keys), distortion=lens, **model)
 
 
 def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> ArrayLike | None:

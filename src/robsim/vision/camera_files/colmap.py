@@ -14,7 +14,7 @@ from decimal import Context, Decimal
 from robsim.base.arrays import Array, as_float
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.vision.camera_files.camera_tables import (
-    PERSPECTIVE,
+    SUPPORTED,
     C,
     LensCoefficients,
     LensModelError,
@@ -23,7 +23,7 @@ from robsim.vision.camera_files.camera_tables import (
 )
 
 # indices of (fx, fy, cx, cy), and of the distortion coefficients of OpenCV; None: zero
-MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
+PERSPECTIVE: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
     "SIMPLE_PINHOLE": ((0, 0, 1, 2), ()),
     "PINHOLE": ((0, 1, 2, 3), ()),
     "SIMPLE_RADIAL": ((0, 0, 1, 2), (3, None, None, None)),
@@ -31,6 +31,14 @@ MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
     "OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7)),
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
 }
+FISHEYE: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
+    "SIMPLE_FISHEYE": ((0, 0, 1, 2), ()),
+    "FISHEYE": ((0, 1, 2, 3), ()),
+    "SIMPLE_RADIAL_FISHEYE": ((0, 0, 1, 2), (3, None, None, None)),
+    "RADIAL_FISHEYE": ((0, 0, 1, 2), (3, 4, None, None)),
+    "OPENCV_FISHEYE": ((0, 1, 2, 3), (4, 5, 6, 7)),
+}
+MODELS = PERSPECTIVE | FISHEYE
 HALF = Decimal("0.5")
 EXACT = Context(prec=800)  # digits: enough for the exact sum of any float and a half
 HEAD = (
@@ -68,15 +76,16 @@ def read_colmap_cameras(text: str, source: str, make: MakeCamera[C]) -> dict[str
     return cameras
 
 
-def format_cameras_txt(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
+def format_cameras_txt(K: Array, size: OptionalSize, lens: LensCoefficients, model: str) -> str:
     """Return the text of a cameras.txt with one camera, number 1, and all of its coefficients."""
     if size is None:
         raise InputError("COLMAP needs the size of the image: give size=(width, height)")
-    model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
+    word = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
+    word = "OPENCV_FISHEYE" if model == "fisheye" else word
     lens = lens if len(lens) in (0, 4) else (*lens, *[0.0] * (8 - len(lens)))
     (fx, _, cx), (_, fy, cy), _ = K.tolist()
     centre = [str(_add_exactly(repr(c), HALF)) for c in (cx, cy)]
-    row = ["1", model, *map(str, size), repr(fx), repr(fy), *centre, *map(repr, lens)]
+    row = ["1", word, *map(str, size), repr(fx), repr(fy), *centre, *map(repr, lens)]
     return f"{HEAD}\n{' '.join(row)}\n"
 
 
@@ -89,9 +98,9 @@ def _split_lines(text: str) -> list[tuple[int, str]]:
 def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera[C]) -> C:
     """Return the camera of a model from the further words of its line: size and parameters."""
     if model not in MODELS:
-        kind = LensModelError if _MODEL.fullmatch(model) else InputError
-        raise kind(
-            f"{format_value(model)} is not supported; choose {', '.join(MODELS)}; {PERSPECTIVE}"
+        error = LensModelError if _MODEL.fullmatch(model) else InputError
+        raise error(
+            f"{format_value(model)} is not supported; choose {', '.join(MODELS)}; {SUPPORTED}"
         )
     places, lens = MODELS[model]
     count = max([*places, *(i for i in lens if i is not None)]) + 1
@@ -102,7 +111,8 @@ def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera[C]) 
     cx, cy = (float(_add_exactly(words[2 + i], -HALF)) for i in places[2:])
     K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
     distortion = tuple(0.0 if i is None else values[i] for i in lens)
-    return make(K, (int(size[0]), int(size[1])), distortion=distortion)
+    kind_of_lens = "fisheye" if model in FISHEYE else "perspective"
+    return make(K, (int(size[0]), int(size[1])), distortion=distortion, lens=kind_of_lens)
 
 
 def _add_exactly(word: str, by: Decimal) -> Decimal:

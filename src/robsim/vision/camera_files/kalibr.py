@@ -8,12 +8,7 @@ from typing import Any, TypeGuard
 from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.camera_tables import (
-    C,
-    LensModelError,
-    MakeCamera,
-    check_camera_model,
-)
+from robsim.vision.camera_files.camera_tables import C, LensModelError, MakeCamera, read_lens_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 
@@ -64,10 +59,11 @@ def _build_chain_camera(name: str, table: object, make: MakeCamera[C]) -> C:
     with prefix_errors(name):
         if missing := [key for key in KEYS if key not in table]:
             raise InputError(f"{missing[0]} is missing")
-        check_camera_model(table)
+        model = read_lens_model(table)
         fx, fy, cx, cy = as_floats(table["intrinsics"], "intrinsics", (4,))
         lens = as_floats(table["distortion_coeffs"], "distortion_coeffs", ())
-        return make([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], table["resolution"], distortion=lens)
+        K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+        return make(K, table["resolution"], distortion=lens, **model)
 
 
 def _read_relative_pose(name: str, table: Mapping[str, Any]) -> Pose:
