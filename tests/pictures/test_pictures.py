@@ -9,9 +9,10 @@ from robsim.shapes import Ball, Block, GreyPicture, Light, Poster, Wheel
 from robsim.vision import Board, Tag, render_targets
 
 LENSES = {
-    "pinhole": (),
-    "barrel": (-0.25, 0.06, 0.001, -0.002),
-    "rational": (0.1, 0.02, 0.0, 0.0, 0.01, 0.2, 0.05, 0.0),
+    "pinhole": {},
+    "barrel": {"distortion": (-0.25, 0.06, 0.001, -0.002)},
+    "rational": {"distortion": (0.1, 0.02, 0.0, 0.0, 0.01, 0.2, 0.05, 0.0)},
+    "fisheye": {"distortion": (-0.02, 0.01, 0.0, 0.0), "lens": "fisheye"},
 }
 K = np.array([[140.0, 3.0, 78.2], [0.0, 150.0, 61.1], [0.0, 0.0, 1.0]])  # with skew, off centre
 LIGHT = Light((0.3, 0.4, 0.87), ambient=0.4)
@@ -19,7 +20,7 @@ FULL = Light(ambient=1.0)
 
 
 def build_camera(lens="pinhole", size=(160, 120)):
-    return rs.MountedCamera("eye", rs.Camera(K, size, distortion=LENSES[lens]))
+    return rs.MountedCamera("eye", rs.Camera(K, size, **LENSES[lens]))
 
 
 def draw_waves(rows=360, columns=480):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.kernels.formulas.perspective import NO_LENS
 from robsim.kernels.raster.raster_arrays import ImagePlane
 from robsim.vision.camera import Camera
 
@@ -15,7 +16,7 @@ def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
     assert camera.size is not None
     width, height = camera.size
     fine = camera.resized(width * samples, height * samples) if samples > 1 else camera
-    if not camera.bends:
+    if camera.lens_kind == NO_LENS:
         empty, no_rays = np.zeros((2, 0)), np.zeros((2, 0, 0), dtype=np.float32)
         return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, no_rays, empty, empty)
     rays = _compute_rays(fine)
