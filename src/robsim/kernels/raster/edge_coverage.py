@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.pixel_shades import find_density
 from robsim.kernels.raster.texel_levels import find_level, find_texel, sample_picture
@@ -11,7 +11,7 @@ MOST = 9  # faces in the neighbourhood of a pixel
 SMOOTH = 2.0  # difference of grey values of a curved surface, between whose faces is no edge
 
 
-@kernel
+@part
 def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
     """Compute the pixels anew that have another face in their neighbourhood.
 
@@ -57,7 +57,7 @@ def _find_row_extremes(face, least, greatest):
         least[x], greatest[x] = min(face[x], face[other]), max(face[x], face[other])
 
 
-@kernel
+@part
 def _compare_rows(buffers, above, here, below):
     """Compute which pixels of a row have several faces near them; return whether there are any."""
     differs, any_differs = buffers.differs, 0
@@ -71,7 +71,7 @@ def _compare_rows(buffers, above, here, below):
     return any_differs != 0
 
 
-@kernel
+@part
 def _list_near_faces(face, x, y, near):
     """Enter the faces near a pixel; return their number, and whether the background is near."""
     count, has_background = 0, False
@@ -88,7 +88,7 @@ def _list_near_faces(face, x, y, near):
     return count, has_background
 
 
-@kernel
+@part
 def _is_smooth(faces, placed, near, count):
     """Return whether faces without pictures have nearly the same grey value."""
     low, high, is_plain = np.inf, -np.inf, True
@@ -98,7 +98,7 @@ def _is_smooth(faces, placed, near, count):
     return is_plain and high - low < SMOOTH
 
 
-@kernel
+@part
 def _find_pixel_axes(plane, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
     if not plane.bends:
@@ -116,7 +116,7 @@ def _find_pixel_axes(plane, x, y):
     )
 
 
-@kernel
+@part
 def _drop_distant_faces(faces, placed, axes, near, count):
     """Keep the faces that meet a pixel; return their number, and whether the last one fills it."""
     X, Y, right_x, right_y, down_x, down_y = axes
@@ -135,7 +135,7 @@ def _drop_distant_faces(faces, placed, axes, near, count):
     return kept, is_whole
 
 
-@kernel
+@part
 def _count_hits(faces, placed, pattern, axes, near, count, sums):
     """Compute for each near face the number of places that see it, and the sum of these places."""
     X0, Y0, right_x, right_y, down_x, down_y = axes
@@ -156,7 +156,7 @@ def _count_hits(faces, placed, pattern, axes, near, count, sums):
             sums[best, 2] += Y
 
 
-@kernel
+@part
 def _contains(faces, placed, f, X, Y):
     """Return whether a face contains a point of the image."""
     for i in range(faces.first[f], faces.first[f + 1]):
@@ -165,7 +165,7 @@ def _contains(faces, placed, f, X, Y):
     return True
 
 
-@kernel
+@part
 def _add_shares(faces, pictures, plane, placed, x, y, near, count, sums):
     """Return the sum of grey values over the places that see a face, and their number."""
     value, hits = 0.0, 0.0
@@ -180,7 +180,7 @@ def _add_shares(faces, pictures, plane, placed, x, y, near, count, sums):
     return value, hits
 
 
-@kernel
+@part
 def _find_grey(faces, pictures, plane, placed, f, x, y, X, Y):
     """Return the grey value of a face at a point of the image in the pixel (x, y)."""
     picture, shade = faces.picture[f], float(placed.shade[f])

@@ -2,12 +2,12 @@
 
 import math
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.jit import kernel, part
 
 NEAR = 1e-4  # depth in metres up to which a camera sees nothing
 
 
-@kernel
+@part
 def place_faces(faces, T_c_b, plane, light, width, height, placed):
     """Compute the faces of bodies at poses T_c_b (bodies, 3, 4), in the light of a direction.
 
@@ -43,7 +43,7 @@ def _rotate(T, x, y, z):
     )
 
 
-@kernel
+@part
 def _move_corners(faces, T_c_b, points):
     """Compute the corners of all faces in camera axes."""
     for i in range(points.shape[0]):
@@ -60,7 +60,7 @@ def _multiply_row(M, x, y, z, out):
     out[2] = x * M[0, 2] + y * M[1, 2] + z * M[2, 2]
 
 
-@kernel
+@part
 def _compute_sides(faces, inverse, f, placed):
     """Compute the planes through the eye and each side of a face; inside they are positive."""
     points, first, end = placed.points, faces.first[f], faces.first[f + 1]
@@ -72,7 +72,7 @@ def _compute_sides(faces, inverse, f, placed):
         _multiply_row(inverse, x, y, z, placed.sides[i])
 
 
-@kernel
+@part
 def _compute_texels(texel, T, inverse, f, placed):
     """Compute the column and row of a picture, both divided by the depth.
 
@@ -88,7 +88,7 @@ def _compute_texels(texel, T, inverse, f, placed):
             row[k] += offset * near[k]
 
 
-@kernel
+@part
 def _find_box(faces, plane, width, height, f, placed):
     """Compute the columns and rows that may see a face; return whether there are any.
 

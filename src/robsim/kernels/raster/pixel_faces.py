@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.jit import kernel, part
 
 NO_FACE = -1
 
 
-@kernel
+@part
 def find_pixel_faces(faces, plane, placed, buffers):
     """Compute the nearest face at the centre of each pixel (NO_FACE without one), and 1/Z."""
     buffers.face[:] = NO_FACE
@@ -24,7 +24,7 @@ def find_pixel_faces(faces, plane, placed, buffers):
             _cover_rows(sides, placed.plane[f, 2], placed.box[f], f, buffers)
 
 
-@kernel
+@part
 def _cover_rows(sides, near, box, f, buffers):
     """Enter a face into the rows of an image without distortion."""
     face = np.int32(f)
@@ -51,7 +51,7 @@ def _cover_rows(sides, near, box, f, buffers):
             nearness[i] = z if is_nearer else nearness[i]
 
 
-@kernel
+@part
 def _cover_rays(sides, near, box, f, rays, buffers):
     """Enter a face into the pixels whose rays meet it."""
     face, inside, left, right = np.int32(f), buffers.inside, box[0], box[1] + 1

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 
@@ -13,7 +13,7 @@ SHORT = 16  # pixels of a run that is not divided
 LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
-@kernel
+@part
 def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
     """Compute the grey value of the face at the centre of each pixel, or of the background."""
     seen = buffers.face
@@ -31,7 +31,7 @@ def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
             start = end
 
 
-@kernel
+@part
 def _find_run_end(seen, y, start):
     """Return the end of the pixels from `start` on in a row that see one face."""
     face, end, width = seen[y, start], start + 1, seen.shape[1]
@@ -47,7 +47,7 @@ def _find_run_end(seen, y, start):
     return end
 
 
-@kernel
+@part
 def _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image):
     """Compute the grey values of a run of pixels that see a picture.
 
@@ -82,7 +82,7 @@ def find_density(rays, x, y):
     return math.log2(abs(float(rays[0, y, at + 1]) - float(rays[0, y, at])))
 
 
-@kernel
+@part
 def _find_texels(bends, rays, planes, face, y, start, stop, buffers):
     """Compute the texel coordinates of the pixels from `start` to `stop` in a row."""
     u, v, one = buffers.u, buffers.v, np.float32(1.0)
@@ -105,31 +105,32 @@ def _find_texels(bends, rays, planes, face, y, start, stop, buffers):
         u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
 
 
-@kernel
+@part
 def _find_row_value(planes, face, k, x, y):
     """Return a number of a face, such as 1/Z, at a pixel."""
     return np.float32(planes[face, k, 0] * x + planes[face, k, 1] * y + planes[face, k, 2])
 
 
-@kernel
+@part
 def _round_row(planes, face, k):
     """Return three numbers of a face in single precision."""
     row = planes[face, k, 0], planes[face, k, 1], planes[face, k, 2]
     return np.float32(row[0]), np.float32(row[1]), np.float32(row[2])
 
 
-@kernel
+@part
 def _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image):
     """Compute grey values between the two levels around the levels at both ends of a run."""
     top, n = pictures.count[picture] - 1, stop - start
     lower = min(int(max(min(here, there), 0.0)), top)
     fine, coarse, out = buffers.fine, buffers.coarse, image[y, start:stop]
-    read_texels(pictures, picture, lower, n, buffers, fine)
-    if lower == top or max(here, there) <= lower:
+    is_between = lower < top and max(here, there) > lower
+    for k in range(2 if is_between else 1):
+        read_texels(pictures, picture, lower + k, n, buffers, coarse if k else fine)
+    if not is_between:
         for i in range(n):
             out[i] = shade * fine[i]
         return
-    read_texels(pictures, picture, lower + 1, n, buffers, coarse)
     first, step = np.float32(here - lower), np.float32((there - here) / max(n - 1, 1))
     for i in range(n):
         share = min(max(first + step * np.float32(i), np.float32(0.0)), np.float32(1.0))

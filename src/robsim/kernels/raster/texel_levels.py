@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.jit import kernel, part
 
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
@@ -74,7 +74,7 @@ def _mix_pair(pair, share):
     return left + share * (right - left)
 
 
-@kernel
+@part
 def read_texels(pictures, picture, level, n, buffers, out):
     """Compute the grey values out[:n] of one level at the texel coordinates of the buffers.
 
