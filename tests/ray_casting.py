@@ -68,4 +68,5 @@ def _read(values, poster, points):
 
 def find_psnr(image, exact):
     """Return the peak signal-to-noise ratio in dB."""
-    return float(10 * np.log10(255**2 / np.mean((np.asarray(image, float) - exact) ** 2)))
+    square = np.mean((np.asarray(image, float) - exact) ** 2)
+    return float(10 * np.log10(255**2 / square)) if square else np.inf
