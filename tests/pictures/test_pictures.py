@@ -32,7 +32,7 @@ def draw_waves(rows=360, columns=480):
 
 def build_wall(tilt, turn, depth=1.6, width=1.4):
     poster = Poster(draw_waves(), width)
-    pose = rs.Pose.at(0.05, -0.02, depth, rpy=(tilt, -0.6 * tilt, turn))
+    pose = rs.Pose.at(0.05, -0.02, depth, rpy=(tilt, 0, turn))
     return rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
 
 
