@@ -230,7 +230,13 @@ def test_robots_that_the_format_cannot_express_are_refused_by_name_all_at_once(t
     assert not path.exists()
 
 
-@pytest.mark.parametrize("color", [(1, 0, 0), [1, 0, 0], 3, "a\0"])
+@pytest.mark.parametrize("color", [3, "a\0"])
+def test_a_colour_that_is_none_is_refused(color):
+    with pytest.raises(rs.errors.InputError, match=r"Ball\.color: no colour"):
+        rs.shapes.Ball(1, color=color)
+
+
+@pytest.mark.parametrize("color", [(1, 0, 0), [1, 0, 0]])
 def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, color):
     robot = rs.Robot("r", [rs.joints.Link("base", shapes=(rs.shapes.Ball(1, color=color),))])
     for write in (robot.to_urdf, robot.to_mjcf):

@@ -34,7 +34,7 @@ def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
         wrong = misspelt(path, rng)
         if wrong in paths or find_path(experiment, wrong):
             continue
-        with pytest.raises(rs.errors.FileError) as error:
+        with pytest.raises(rs.errors.InputError) as error:
             experiment.at(wrong, 1.0)
         message = str(error.value)
         assert any(word in message for word in ("did you mean", "keys:", "kinds:", "names")), wrong
@@ -53,7 +53,7 @@ def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
     ],
 )
 def test_the_nearest_path_is_named(path, nearest):
-    with pytest.raises(rs.errors.FileError, match=nearest):
+    with pytest.raises(rs.errors.InputError, match=nearest):
         rs.load_scenario(examples.path("calibration_errors")).at(path, 1.0)
 
 

@@ -720,7 +720,7 @@ def test_what_is_no_run_is_refused(given):
         (lambda run: run.drop_vars("q0"), "it has no 'q0'"),
         (lambda run: run.drop_vars("outcome"), "no outcome and end_time"),
         (lambda run: run.drop_vars("end_time"), "no outcome and end_time"),
-        (lambda run: run.assign(outcome=99), "99 is not a valid Outcome"),
+        (lambda run: run.assign(outcome=99), "no number 99 in Outcome"),
         (lambda run: run.assign(end_time=np.nan), "its end_time is nan s"),
         (lambda run: run.assign(end_time=1e9), "at most 50000 can be simulated again"),
         (

@@ -1,7 +1,5 @@
 """The fisheye lens in every place that a lens touches: pixels, texts, beliefs, runs, messages."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -301,19 +299,6 @@ def test_a_belief_keeps_the_model_unless_another_is_given():
             scene.believe(lens=odd)
         with pytest.raises(rs.errors.InputError, match="lens: "):
             rs.calibration.calibrate_lens(np.eye(3), np.zeros((3, 3, 2)), (4, 4), lens=odd)
-
-
-# messages and files
-
-
-def test_the_camera_info_of_a_run_is_that_of_the_camera():
-    from robsim.logs.run_messages import _camera_info_message
-
-    info = _camera_info_message(make(), None)
-    assert info.distortion_model == "equidistant" and info.d.tolist() == list(LENSES[1])
-    fields = {"width": 640, "height": 480, "k": info.k, "d": info.d}
-    message = SimpleNamespace(**fields, distortion_model=info.distortion_model)
-    assert rs.Camera.from_ros(message) == make()
 
 
 # pictures

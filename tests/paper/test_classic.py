@@ -485,10 +485,9 @@ def test_a_size_or_an_intrinsic_parameter_out_of_range_is_an_error(make, message
         make()
 
 
-def test_an_unknown_colour_is_an_error_when_it_is_drawn():
-    with pytest.raises(InputError, match="expected a colour of Matplotlib such as 'r', got 'rot'"):
-        plot_block(init_block(1, 1, 1, "rot"))
-    assert plt.get_fignums() == []
+def test_an_unknown_colour_is_an_error():
+    with pytest.raises(InputError, match=r"Block\.color: no colour 'rot'; colours: k r g b c m y w"):
+        init_block(1, 1, 1, "rot")
 
 
 # values

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.ray_casting import cast_picture, find_psnr
+from ray_casting import cast_picture, find_psnr
 
 import robsim as rs
 from robsim.shapes import Ball, Block, GreyPicture, Light, Poster, Wheel
-from robsim.vision import Board, Tag, render_targets
 
 LENSES = {
     "pinhole": {},
@@ -97,25 +96,6 @@ def test_the_middle_of_a_spot_is_where_the_camera_projects_it(lens):
         by_rays = find_centroid(cast_picture(scene, "eye", [], FULL), expected)
         assert np.linalg.norm(middle - by_rays) < 0.003
         assert np.linalg.norm(middle - expected) < 0.12  # a lens moves the middle of a wide spot
-
-
-@pytest.mark.parametrize("lens", LENSES)
-def test_tags_and_boards_are_as_by_their_rays(lens):
-    targets = {
-        Tag("tag36h11", 7, size=0.3): rs.Pose.at(-0.25, -0.1, 1.0, rpy=(0.5, 0.3, 0.1)),
-        Board("DICT_4X4_50", 5, 4, 0.06, 0.04): rs.Pose.at(0.1, 0.0, 0.9, rpy=(-0.4, 0.2, 0.3)),
-    }
-    camera = build_camera(lens, (160, 120))
-    camera = rs.MountedCamera("eye", camera.camera.revised(focal=150, center=(80, 60)))
-    things = [
-        rs.Object(f"thing{k}", pose=pose, **{type(target).__name__.lower(): target})
-        for k, (target, pose) in enumerate(targets.items())
-    ]
-    scene = rs.Scene(objects=things, cameras=camera)
-    exact = render_targets(camera.camera, targets, samples=6).astype(float)
-    fine = scene.picture(samples=2, light=FULL, exact=True)
-    assert find_psnr(fine, exact) > 40
-    assert np.median(abs(fine - exact)) == 0.0
 
 
 def test_a_single_picture_has_the_bits_of_a_batch():

@@ -67,7 +67,7 @@ class Role(Enum):
 
     RUN = "run"
     LABEL = "label"  # texts for people: titles, sources, colours
-    FIGURE = "figure"  # content of figures: housings, solids of links
+    FIGURE = "figure"  # content of figures and pictures: housings, solids of links
     ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
     FILE = "file"  # content of files for other simulators: masses, limits of drives
 

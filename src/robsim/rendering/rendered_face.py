@@ -42,6 +42,11 @@ class RenderedFace:
     nearer: float = 1.0
 
 
+def find_shape_grey(shape: Primitive) -> float:
+    """Return the grey value of a shape in full light, from 0 to 255."""
+    return WHITE * shape.albedo
+
+
 def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
     """Return the faces of a solid, of a poster, or of the content of a mesh file.
 
@@ -53,7 +58,7 @@ def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
     faces = []
     for solid in shape.shown():
         points, polygons = solid.skin
-        faces += [RenderedFace(points[list(each)], WHITE * shape.albedo) for each in polygons]
+        faces += [RenderedFace(points[list(each)], find_shape_grey(shape)) for each in polygons]
     if isinstance(shape, Poster):
         front = faces[0]
         faces[0] = RenderedFace(front.corners, 1.0, shape.picture.grey, shape.texel)

@@ -22,7 +22,7 @@ def encode_recording_parts(kind: str, recording: str) -> list[str]:
     """Return the messages of a type with consecutive parts of a recording, as "part" of "parts".
 
     >>> [len(each) for each in encode_recording_parts("replay", "A" * 100_000)]
-    [60063, 40063]
+    [60058, 40058]
     """
     pieces = [recording[i : i + PART] for i in range(0, len(recording), PART)]
     return [
