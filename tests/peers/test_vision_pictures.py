@@ -30,6 +30,6 @@ def test_tags_and_boards_are_as_by_their_rays(lens):
     ]
     scene = rs.Scene(objects=things, cameras=camera)
     exact = render_targets(camera.camera, targets, samples=6).astype(float)
-    fine = scene.picture(samples=2, light=FULL, exact=True)
+    fine = scene.picture(samples=2, light=FULL, background=128, exact=True)
     assert find_psnr(fine, exact) > 40
     assert np.median(abs(fine - exact)) == 0.0

@@ -31,17 +31,17 @@ def draw_clouds(rows=360, columns=480):
     return np.rint(np.clip(127.5 + 50 * values / values.std(), 0, 255)).astype(np.uint8)
 
 
-def build_wall(tilt, turn, depth=1.6, width=1.4):
+def build_wall(tilt, turn, depth=1.6, width=5.0):
     poster = Poster(draw_clouds(), width)
     pose = rs.Pose.at(0.05, -0.02, depth, rpy=(tilt, 0, turn))
     return rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.4, np.pi / 4])
-@pytest.mark.parametrize(("samples", "least"), [(1, 44.0), (2, 50.0)])
+@pytest.mark.parametrize(("samples", "least"), [(1, 46.0), (2, 55.0)])
 def test_a_poster_is_as_by_144_rays(tilt, samples, least):
     scene = build_wall(tilt, turn=0.2)
-    exact = cast_picture(scene, "eye", [], FULL)
+    exact = cast_picture(scene, "eye", [], FULL, background=50.0)
     assert find_psnr(scene.picture(samples=samples, light=FULL, exact=True), exact) > least
 
 
@@ -67,7 +67,7 @@ def test_solids_hide_each_other_as_by_rays(lens):
         rs.Object("wall", Poster(draw_clouds(), 1.2), pose=rs.Pose.at(0, 0, 2, rpy=(0.2, 0.1, 0))),
     ]
     scene = rs.Scene(objects=solids, cameras=build_camera(lens))
-    exact = cast_picture(scene, "eye", [], LIGHT)
+    exact = cast_picture(scene, "eye", [], LIGHT, background=50.0)
     coarse = scene.picture(light=LIGHT, exact=True)
     fine = scene.picture(light=LIGHT, samples=2, exact=True)
     assert find_psnr(coarse, exact) > 36  # faces of which no pixel sees the centre are missing
@@ -93,7 +93,7 @@ def test_the_middle_of_a_spot_is_where_the_camera_projects_it(lens):
         image = scene.picture(samples=2, light=FULL, exact=True)
         expected = camera.camera.project([place], rs.Pose.at())[0]
         middle = find_centroid(image, expected)
-        by_rays = find_centroid(cast_picture(scene, "eye", [], FULL), expected)
+        by_rays = find_centroid(cast_picture(scene, "eye", [], FULL, background=50.0), expected)
         assert np.linalg.norm(middle - by_rays) < 0.003
         assert np.linalg.norm(middle - expected) < 0.12  # a lens moves the middle of a wide spot
 
@@ -117,7 +117,7 @@ def test_light_follows_the_law_of_lambert():
 
 def test_the_back_of_a_poster_is_plain_and_a_poster_behind_the_camera_unseen():
     poster = Poster(draw_clouds(), 1.0, albedo=0.4)
-    for pose, grey in ((rs.Pose.at(0, 0, 1, rpy=(0, np.pi, 0)), 102), (rs.Pose.at(0, 0, -1), 128)):
+    for pose, grey in ((rs.Pose.at(0, 0, 1, rpy=(0, np.pi, 0)), 102), (rs.Pose.at(0, 0, -1), 50)):
         scene = rs.Scene(objects=rs.Object("wall", poster, pose=pose), cameras=build_camera())
         assert scene.picture(light=FULL)[36, 48] == grey
 
@@ -125,13 +125,13 @@ def test_the_back_of_a_poster_is_plain_and_a_poster_behind_the_camera_unseen():
 def test_a_face_reaches_behind_the_camera():
     floor = rs.Object("floor", Block(20, 0.1, 20, albedo=0.4), pose=rs.Pose.at(0, 1, 0))
     scene = rs.Scene(objects=floor, cameras=build_camera())
-    exact = cast_picture(scene, "eye", [], FULL)
+    exact = cast_picture(scene, "eye", [], FULL, background=50.0)
     assert find_psnr(scene.picture(light=FULL, exact=True), exact) > 50
 
 
 def test_a_camera_inside_a_body_does_not_see_it():
     scene = rs.Scene(objects=rs.Object("ball", Ball(0.5)), cameras=build_camera())
-    assert (scene.picture() == 128).all()
+    assert (scene.picture(background=7) == 7).all()
 
 
 @pytest.mark.parametrize(
@@ -179,6 +179,14 @@ def test_requests_that_cannot_be_drawn():
     for given in (0, 9, 1.5, "2"):
         with pytest.raises(rs.errors.InputError, match="samples"):
             scene.picture(samples=given)
+    for given in (-1, 256, np.nan, "black"):
+        with pytest.raises(rs.errors.InputError, match="background"):
+            scene.picture(background=given)
+    with pytest.raises(rs.errors.InputError, match="light: expected a Light, got"):
+        scene.picture(light=(0, 0, 1))
+    for given in ({"ambient": 2}, {"direction": "up"}, {"direction": (0, 0, 0)}):
+        with pytest.raises(rs.errors.InputError, match=next(iter(given))):
+            Light(**given)
     with pytest.raises(rs.errors.InputError, match="no camera 'ey'"):
         scene.picture(camera="ey")
     boundless = rs.Scene(cameras=rs.MountedCamera("eye", rs.Camera(K)))

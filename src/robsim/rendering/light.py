@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import ListOf, Number, described
+from robsim.declare import ListOf, Number, check_fields, described
 
 
 @described
@@ -44,6 +44,7 @@ class Light:
     ] = 0.4
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not any(self.direction):
             raise InputError("direction of a light: expected a direction, got zero")
 

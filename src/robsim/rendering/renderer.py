@@ -31,14 +31,20 @@ class Renderer:
         Faces of each body, in its axes.
     samples : int, default 1
         Divisions along each side of a pixel.
+    background : float, default 128
+        Grey value of pixels without a body.
     """
 
     def __init__(
-        self, camera: Camera, bodies: Sequence[Iterable[RenderedFace]], samples: int = 1
+        self,
+        camera: Camera,
+        bodies: Sequence[Iterable[RenderedFace]],
+        samples: int = 1,
+        background: float = BACKGROUND,
     ) -> None:
         assert camera.size is not None
         width, height = camera.size
-        self._samples = samples
+        self._samples, self._background = samples, float(background)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
         self._pattern = spread_places(PLACES)
@@ -59,7 +65,7 @@ class Renderer:
             self._plane,
             poses,
             np.array(light, dtype=float),
-            BACKGROUND,
+            self._background,
             self._pattern,
             self._placed,
             self._buffers,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from robsim.base.arrays import Array, as_bool, as_floats, as_integer, has_items, move_runs_last
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name
 from robsim.base.value import copy_cached, replace_unchecked
-from robsim.declare import ListOf, Role, Table, described
+from robsim.declare import ListOf, Number, Role, Table, described
 from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
 from robsim.declare.tables import PartTable
@@ -51,6 +51,7 @@ class View(NamedTuple):
     visibility: NDArray[np.int8]
 
 
+GREY = Number(least=0, most=255)
 # cached properties that stay the same in a revised scene
 KEPT_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
@@ -515,12 +516,13 @@ class Scene(SceneCoordinates):
         *,
         samples: int = 1,
         light: Light = Light(),  # noqa: B008 - frozen
+        background: float = 50.0,
         exact: bool = False,
     ) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the grey picture that a camera sees.
 
         The picture shows the shapes of robots, objects and other cameras, tags, boards and posters,
-        through the lens of the camera. The background is 128. Ink of tags and boards has 30 and
+        through the lens of the camera. Ink of tags and boards has 30 and
         their paper 225 in full light. A pixel at an edge is the mean over its area; elsewhere it is
         the value at its centre, of a picture from copies of falling size. There are no colours,
         shadows, reflections and transparent bodies, and a camera inside a body does not see it.
@@ -536,6 +538,8 @@ class Scene(SceneCoordinates):
             the error and takes four times as long.
         light : Light, optional
             Light of the scene.
+        background : float, default 50
+            Grey value of pixels without a body, from 0 to 255.
         exact : bool, default False
             Whether to return grey values that are not rounded.
 
@@ -547,23 +551,27 @@ class Scene(SceneCoordinates):
         Raises
         ------
         InputError
-            If the camera has no size, `samples` is out of its range, or the pictures are too large.
+            If the camera has no size, an argument is out of its range, or the pictures are too
+            large.
 
         Examples
         --------
         >>> from robsim import Camera
         >>> from robsim.shapes import Block
         >>> eye = MountedCamera("eye", Camera([[2, 0, 1], [0, 2, 1], [0, 0, 1]], size=(3, 3)))
-        >>> cube = Object("cube", Block(1, 1, 1, albedo=0.2), pose=Pose.at(0, 0, 2))
+        >>> cube = Object("cube", Block(1, 1, 1, albedo=0.8), pose=Pose.at(0, 0, 2))
         >>> Scene(objects=cube, cameras=eye).picture(samples=8, light=Light(ambient=1.0))
-        array([[126, 115, 126],
-               [115,  51, 115],
-               [126, 115, 126]], dtype=uint8)
+        array([[ 54,  75,  54],
+               [ 75, 204,  75],
+               [ 54,  75,  54]], dtype=uint8)
         """
         count = as_integer(samples, "samples", 1, MOST_SAMPLES + 1)
         values = self.coordinates(self.home if q is None else q, limits=False)
         bodies = PictureBodies(self.robots, self.objects, self.cameras, self.tree)
-        images = draw_bodies(bodies, values, self.camera(camera), count, light)
+        if not isinstance(light, Light):
+            raise InputError(f"light: expected a Light, got {format_value(light)}")
+        grey = GREY.check(background, "background")
+        images = draw_bodies(bodies, values, self.camera(camera), count, light, grey)
         if as_bool(exact, "exact"):
             return images
         return np.clip(np.rint(images), 0, 255).astype(np.uint8)

@@ -43,7 +43,12 @@ class PictureBodies:
 
 
 def draw_bodies(
-    bodies: PictureBodies, q: Array, eye: MountedCamera, samples: int, light: Light
+    bodies: PictureBodies,
+    q: Array,
+    eye: MountedCamera,
+    samples: int,
+    light: Light,
+    background: float,
 ) -> NDArray[np.float32]:
     """Return the grey values (..., h, w) of bodies at coordinates q (..., nq)."""
     if eye.camera.size is None:
@@ -60,7 +65,7 @@ def draw_bodies(
     T_c_w = find_pose(eye.name).inv()
     T_c_b = [(T_c_w @ find_pose(name)).matrix.reshape(-1, 4, 4) for name in frames]
     direction = (T_c_w.rotation @ light.unit_direction).reshape(-1, 3)
-    renderer = Renderer(eye.camera, list(frames.values()), samples)
+    renderer = Renderer(eye.camera, list(frames.values()), samples, background)
     images = np.empty((len(direction), height, width), dtype=np.float32)
     for k, toward in enumerate(direction):
         T_here = np.array([T[k] for T in T_c_b]).reshape(-1, 4, 4)
