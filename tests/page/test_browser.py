@@ -19,6 +19,8 @@ def picture(page, of="#space"):
     from matplotlib.image import imread
 
     page.wait_for_timeout(150)
+    if of == "#space":
+        until(page, "!robsim.space.dirty && robsim.space.sharpness === 1")
     return imread(io.BytesIO(page.locator(of).screenshot()), format="png")[..., :3]
 
 

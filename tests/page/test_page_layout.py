@@ -51,7 +51,7 @@ def test_the_phases_of_a_mission_are_whole_in_a_narrow_window(chromium):
     with open_example(chromium, "inspection_a") as desk:
         page = desk.page(viewport=NARROW)
         rows = page.locator(".phases tr").all_text_contents()
-        assert len(rows) == 14 and rows[1] == "6.76 sapproach by sightconverged"
+        assert len(rows) == 14 and rows[1] == "6.76 to 15.76 sapproach by sightconverged"
         side, table = (page.locator(each).bounding_box() for each in ("#side", ".phases"))
         assert table["x"] + table["width"] <= side["x"] + side["width"]
 

@@ -25,6 +25,7 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         page.evaluate("robsim.link.ask({ speed: 0 })")
         page.evaluate("robsim.link.ask({ play: true })")
         until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
+        page.wait_for_timeout(200)  # until the last instant has been placed
         goal = np.array(page.evaluate(AT, "camera"))
         assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-6)
         page.evaluate("robsim.link.ask({ play: false })")
@@ -40,6 +41,7 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         assert pushed - goal == pytest.approx([0.03, 0.0, 0.0], abs=1e-5)
         page.evaluate("robsim.link.ask({ play: true })")
         until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
+        page.wait_for_timeout(200)
         assert page.evaluate(AT, "camera") == pytest.approx(goal, abs=1e-5)
         assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-5)
         context.close()
