@@ -281,6 +281,7 @@ def test_buttons_are_large_enough_and_nothing_is_cut(desk, width, least):
         assert box["x"] >= 0 and box["x"] + box["width"] <= width
     for name in ("changes", "save"):
         page.locator("#bar summary", has_text=name).click()
+        page.wait_for_timeout(200)  # until the panel has moved into the window
         box = page.locator("#bar .menu[open] .panel").bounding_box()
         assert box["x"] >= 0 and box["x"] + box["width"] <= width
     page.locator("h1").click()
