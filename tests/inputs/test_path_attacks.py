@@ -36,6 +36,7 @@ def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
             continue
         with pytest.raises(rs.errors.InputError) as error:
             experiment.at(wrong, 1.0)
+        assert type(error.value) is rs.errors.InputError  # the file is not to blame
         message = str(error.value)
         assert any(word in message for word in ("did you mean", "keys:", "kinds:", "names")), wrong
 
@@ -53,8 +54,9 @@ def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
     ],
 )
 def test_the_nearest_path_is_named(path, nearest):
-    with pytest.raises(rs.errors.InputError, match=nearest):
+    with pytest.raises(rs.errors.InputError, match=nearest) as error:
         rs.load_scenario(examples.path("calibration_errors")).at(path, 1.0)
+    assert type(error.value) is rs.errors.InputError  # the file is not to blame
 
 
 @pytest.mark.parametrize("path", ["", ".", "task.", ".gain", "task..gain", "a" * 5000, "task\x00"])

@@ -6,6 +6,14 @@ from page.waiting import until
 
 from robsim.studio.studio import studio
 
+# where the ball of a handle is in the window, in pixels
+BALL = """(name) => {
+  const { space } = robsim.view;
+  const p = robsim.handles.balls.get(name).position.clone().project(space.camera);
+  const box = space.renderer.domElement.getBoundingClientRect();
+  return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
+}"""
+
 
 class Desk:
     """Pages of a studio, which may send requests to their server alone, and complain of nothing."""

@@ -1,19 +1,13 @@
 """Texts of the studio's page: whole in every window, and in one colour for one fact."""
 
 import pytest
-from page.desk import open_desk
+from page.desk import BALL, open_desk
 from page.waiting import until
 
 import robsim as rs
 
 pytestmark = pytest.mark.browser
 NARROW = {"width": 900, "height": 900}
-BALL = """(name) => {
-  const { space } = robsim.view;
-  const p = robsim.handles.balls.get(name).position.clone().project(space.camera);
-  const box = space.renderer.domElement.getBoundingClientRect();
-  return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
-}"""
 CUT = """(selector) => [...document.querySelectorAll(selector)]
   .filter((e) => e.scrollWidth > e.clientWidth || e.scrollHeight > e.clientHeight + 1)
   .map((each) => each.textContent)"""

@@ -325,12 +325,14 @@ def test_a_stroke_with_pauses_is_one_change_and_the_next_stroke_another(desk):
         page.keyboard.press("Control+z")
         until(page, f"{GAIN} === {value}")
     until(page, "!robsim.state.undo")  # the state follows the value
+    assert page.get_by_role("button", name="undo", exact=True).is_disabled()
 
 
 def test_a_shared_page_names_what_was_changed(desk, tmp_path):
     page = desk.page()
     enter(page, "gain (1/s)", "0.8")
     until(page, f"{GAIN} === 0.8")
+    until(page, "document.querySelector('#why summary')?.textContent.includes('original')")
     assert page.locator("#why summary").inner_text() == "Watch for, in the original"
     with page.expect_download() as download:
         page.get_by_role("button", name="share", exact=True).click()

@@ -5,21 +5,13 @@ import re
 import numpy as np
 import pytest
 from page.conftest import launched, until
-from page.desk import Desk
+from page.desk import BALL, Desk
 
 import robsim as rs
 from robsim.studio.studio import studio
 
 pytestmark = pytest.mark.browser
 FRAME = "robsim.view.space.frames.find((f) => f.name === '{}').position.toArray()"
-
-
-ON_SCREEN = """(name) => {
-  const { space } = robsim.view;
-  const p = robsim.handles.balls.get(name).position.clone().project(space.camera);
-  const box = space.renderer.domElement.getBoundingClientRect();
-  return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
-}"""
 
 
 def row(page, name):
@@ -97,7 +89,7 @@ def test_another_and_a_second_scheme_are_chosen_and_echoed_to_other_pages(desk):
 
 def test_the_camera_follows_the_dragged_target(desk):
     page = desk.page()
-    x, y = page.evaluate(ON_SCREEN, "objects.square")
+    x, y = page.evaluate(BALL, "objects.square")
     page.mouse.click(x, y)
     until(page, "robsim.handles.choice.held === 'objects.square'")
     page.wait_for_timeout(300)

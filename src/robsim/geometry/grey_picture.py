@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, UnidentifiedImageError
 
 from robsim.base.arrays import make_read_only
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.base.file_content import check_regular_file
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as OpenedImage
 
 MOST_PIXELS = 50_000_000
 FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "PPM", "WEBP")  # decoders that only decode
@@ -98,6 +100,8 @@ def _check_grey(values: Any) -> NDArray[np.uint8]:
 
 def _read_grey(path: Path) -> NDArray[np.uint8]:
     """Return the grey values of a file."""
+    from PIL import Image, UnidentifiedImageError  # only for files
+
     check_regular_file(path, "a picture")
     try:
         with _refuse_bombs(), Image.open(path, formats=FORMATS) as image:
@@ -116,12 +120,14 @@ def _read_grey(path: Path) -> NDArray[np.uint8]:
 @contextmanager
 def _refuse_bombs() -> Iterator[None]:
     """Turn Pillow's warning of a huge picture into its error."""
+    from PIL import Image
+
     with warnings.catch_warnings():
         warnings.simplefilter("error", Image.DecompressionBombWarning)
         yield
 
 
-def _convert_to_grey(image: Image.Image, path: Path) -> NDArray[np.uint8]:
+def _convert_to_grey(image: OpenedImage, path: Path) -> NDArray[np.uint8]:
     """Return the luminance of an opened picture."""
     if image.mode not in (*GREY_MODES, *COLOR_MODES) or "transparency" in image.info:
         known = "8 bits, without an alpha channel"

@@ -51,7 +51,7 @@ def _compute_normals(faces: list[Array]) -> Array:
 
 
 def _list_pictures(pictures: Iterable[NDArray[np.uint8] | None]) -> list[NDArray[np.uint8]]:
-    """Return each picture once."""
+    """Return the different pictures of faces."""
     return list({id(each): each for each in pictures if each is not None}.values())
 
 

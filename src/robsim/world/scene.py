@@ -40,7 +40,6 @@ from robsim.world.scene_parts import (
     parse_coordinates,
     replace_part,
 )
-from robsim.world.scene_picture import MOST_SAMPLES, PictureBodies, draw_bodies
 
 
 class View(NamedTuple):
@@ -565,6 +564,8 @@ class Scene(SceneCoordinates):
                [ 75, 204,  75],
                [ 54,  75,  54]], dtype=uint8)
         """
+        from robsim.world.scene_picture import MOST_SAMPLES, PictureBodies, draw_bodies
+
         count = as_integer(samples, "samples", 1, MOST_SAMPLES + 1)
         values = self.coordinates(self.home if q is None else q, limits=False)
         bodies = PictureBodies(self.robots, self.objects, self.cameras, self.tree)
