@@ -27,7 +27,8 @@ def page(chromium):
 
 
 def pull_up(page, pixels):
-    """Pull the tool up by its arrow, and wait until the server has answered."""
+    """Pull the tool up by its arrow, and wait until the server has answered each message."""
+    start = page.evaluate(FLANGE)
     x, y = page.evaluate(ON_SCREEN)
     page.mouse.move(x, y)
     page.mouse.move(x + 3, y - 45, steps=3)
@@ -35,7 +36,16 @@ def pull_up(page, pixels):
     page.mouse.down()
     page.mouse.move(x + 5, y - 45 - pixels, steps=8)
     page.mouse.up()
-    until(page, "Math.abs(robsim.now.handle[2] - robsim.hand.hand.position.z) < 1e-4")
+    wait_for_rest(page, start[2] + 0.03)
+
+
+def wait_for_rest(page, least):
+    """Wait until the flange is above a height and rests: each message of a pull has its answer."""
+    until(page, f"{FLANGE}[2] > {least}")
+    height = None
+    while (now := page.evaluate(FLANGE)[2]) != height:
+        height = now
+        page.wait_for_timeout(500)
 
 
 def joint(page, number):
