@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 
 import numpy as np
@@ -21,7 +21,14 @@ from robsim.kernels.machine.program import Program
 from robsim.robot.fk_stages import FKStages
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.controller_rows import ControllerInputs, ViewRows, add_image
-from robsim.world.imperfections.image_effect import ImageEffectStage, ImageRows, MarkGroup
+from robsim.vision.detectors.mark_detector import MarkDetector
+from robsim.world.imperfections.image_effect import (
+    ImageEffect,
+    ImageEffectStage,
+    ImageRows,
+    MarkGroup,
+)
+from robsim.world.imperfections.imperfection import ActiveImperfection
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # periods; times that differ by less are equal
@@ -35,7 +42,8 @@ class ImageStream:
     image, `seen` is the true image without these marks; else it equals `true`. After `measure`,
     `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
     is None, and `age` is the age of that image in periods, rounded up. `add_image_stages` sets
-    `views` and `status`.
+    `views` and `status`. If the task detects marks in pictures, an image also has the coordinates
+    of the scene at its exposure: its picture is drawn when it arrives.
     """
 
     def __init__(
@@ -46,8 +54,10 @@ class ImageStream:
         sensing: Sensing,
         steps: int,
         optional_pairs: frozenset[PairKey],
+        detectors: Mapping[PairKey, MarkDetector],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
+        self.detectors = detectors
         self.key, self.groups = (plant.seed, program.whole(plant.numbers)), group_marks(sights)
         self.N = sum(group.size for group in self.groups)
         acting = [
@@ -56,9 +66,10 @@ class ImageStream:
         self.effects = sorted(acting, key=lambda each: each.effect.place)
         self.every, latency, _ = sensing.timing(plant.seconds)
         self.latency = program.number(latency)
-        self.optional_pairs, self.true = optional_pairs, program.rows(3 * self.N)
-        self.seen = program.rows(3 * self.N) if optional_pairs else self.true
-        self.pixels, self.depth = split_image_rows(self.seen)
+        self.width = 3 * self.N + (plant.scene.nq if detectors else 0)
+        self.optional_pairs, self.true = optional_pairs, program.rows(self.width)
+        self.seen = program.rows(self.width) if optional_pairs else self.true
+        self.pixels, self.depth, self.exposed = self._split_image(self.seen)
         self.hidden: BlockRows | None = None
         self.age = program.constant(0.0)
         self.delays, shares = split_latency(latency, plant.seconds, steps)
@@ -81,9 +92,19 @@ class ImageStream:
     @property
     def _reuses_images(self) -> bool:
         """Whether an image, or some of its marks, may be used more than once."""
-        return self.every > 1 or any(
+        return self.every > 1 or self._hides
+
+    @property
+    def _hides(self) -> bool:
+        """Whether an image may be lost, or lack some of its marks."""
+        return bool(self.detectors) or any(
             each.effect.place >= ImageEffectStage.HIDDEN for each in self.effects
         )
+
+    def _split_image(self, image: BlockRows) -> tuple[BlockRows, BlockRows, BlockRows]:
+        """Return the rows of pixels (N, 2), of depths (N,) and of coordinates of an image."""
+        N = self.N
+        return BlockRows(image, (N, 2)), BlockRows(image + 2 * N, (N,)), image[3 * N :]
 
     def add_image_stages(self) -> None:
         """Add the stages that project the marks into the images."""
@@ -107,15 +128,15 @@ class ImageStream:
         """Add the stages that store the image of the past period, before the joints move."""
         if not self.late:
             return
-        self.ring = self.program.rows(self.length, 3 * self.N)
+        self.ring = self.program.rows(self.length, self.width)
         between = self._add_intermediate_image() if self._passes else self.seen
         images = {"start_image": self.seen, "later_image": between, "share": self.share}
         self.program.add(image_delay.store_image, **images, ring=self.ring)
 
     def _add_intermediate_image(self) -> BlockRows:
         """Add the stages of an image within the past period, and return its rows."""
-        image = self.program.rows(3 * self.N)
-        seen = self.program.rows(3 * self.N) if self.optional_pairs else image
+        image = self.program.rows(self.width)
+        seen = self.program.rows(self.width) if self.optional_pairs else image
         self.add_projections(
             self.plant.place_within_period(self.ahead), image, seen, self.program.rows()
         )
@@ -129,8 +150,11 @@ class ImageStream:
         `seen` gets the image, without the marks of optional pairs that are outside of it. `status`
         gets the worst status of the marks of all other pairs. Return the views.
         """
-        views, of, taken = [], WORST_STATUS, split_image_rows(image)
-        shown = taken if seen is image else split_image_rows(seen)
+        views, of, (*taken, _) = [], WORST_STATUS, self._split_image(image)
+        *shown, exposed = self._split_image(seen)
+        shown = taken if seen is image else shown
+        if self.detectors:
+            self.program.add(copy_rows, rows=placed.q, to=exposed)
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
             rows = [part[some] for part in taken]
@@ -166,7 +190,7 @@ class ImageStream:
 
     def _add_delay(self) -> None:
         """Add the stages that replace the image by an older one."""
-        program, count = self.program, 3 * self.N
+        program, count = self.program, self.width
         first, out = program.rows(count), program.rows(count)
         program.add(
             image_delay.recall_image,
@@ -177,17 +201,30 @@ class ImageStream:
             delays=self.delay,
             out=out,
         )
-        (self.pixels, self.depth), self.age = split_image_rows(out), self.delay
+        (self.pixels, self.depth, self.exposed), self.age = self._split_image(out), self.delay
 
     def _add_effects(self) -> ImageRows:
         """Add the stages of all imperfections, in their order from the camera to the controller."""
         program, zeros = self.program, self.program.rows(self.N + 1)  # initially zero
         rows = self.pixels, zeros[: self.N], zeros[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
-        for each in self.effects:
-            image.stream = each.stream
-            each.effect.add_stages(image)
+        effects = self.effects
+        if self.detectors:  # a lost image need not be drawn
+            lost = [each for each in effects if each.effect.place is ImageEffectStage.LOST]
+            _add_effects_to(image, lost)
+            self._add_detection(image)
+            effects = [each for each in effects if each not in lost]
+        _add_effects_to(image, effects)
         return image
+
+    def _add_detection(self, image: ImageRows) -> None:
+        """Add the stage that draws the pictures and detects the marks in them."""
+        from robsim.engine.mark_detection import DetectionRows, MarkDetection
+
+        image.own_pixels()
+        rows = DetectionRows(image, self.exposed, self.program.rows(self.N, 2), self.status)
+        pairs = self.detectors, self.optional_pairs
+        self.program.call(MarkDetection(self.sights, self.groups, *pairs, rows))
 
     def _add_reuse(self, image: ImageRows) -> None:
         """Add the stage that keeps old pixels for lost images, hidden marks and between frames."""
@@ -207,14 +244,18 @@ class ImageStream:
             age=age,
         )
         self.pixels, self.depth, self.age = taken, depth, age
-        if any(each.effect.place is ImageEffectStage.HIDDEN for each in self.effects):
+        hiding = [each.effect.place is ImageEffectStage.HIDDEN for each in self.effects]
+        if self.detectors or any(hiding):
             self.hidden = hidden
 
 
-def split_image_rows(image: BlockRows) -> tuple[BlockRows, BlockRows]:
-    """Return the rows of the pixels (N, 2) and of the depths (N,) of an image."""
-    N = image.size // 3
-    return BlockRows(image, (N, 2)), BlockRows(image + 2 * N, (N,))
+def _add_effects_to(
+    image: ImageRows, effects: Iterable[ActiveImperfection[ImageEffect]]
+) -> None:
+    """Add the stages of effects on an image, in their order."""
+    for each in effects:
+        image.stream = each.stream
+        each.effect.add_stages(image)
 
 
 def group_marks(sights: Sequence[CameraTarget]) -> list[MarkGroup]:

@@ -37,11 +37,13 @@ class Outcome(NamedInteger):
         The duration ended.
     ENDED
         An ending of the experiment holds.
+    UNDETECTED
+        The detector of the task does not find every mark in the first picture.
 
     Notes
     -----
     If several conditions hold at one instant, the first of this order counts: NOT_FINITE of the
-    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED,
+    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOT_FINITE of a feature, CONVERGED, DIVERGED,
     NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT.
 
     Examples
@@ -63,6 +65,7 @@ class Outcome(NamedInteger):
     NOT_FINITE = outcome_codes.NOT_FINITE
     TIME_LIMIT = outcome_codes.TIME_LIMIT
     ENDED = outcome_codes.ENDED
+    UNDETECTED = outcome_codes.UNDETECTED
 
     @property
     def words(self) -> str:
@@ -100,4 +103,8 @@ _MESSAGES = {
         "tolerance where there is noise"
     ),
     Outcome.ENDED: "an ending of the experiment holds; see `ending` of the run",
+    Outcome.UNDETECTED: (
+        "the detector does not find a mark in the first picture; try a nearer start, a larger "
+        "image, better optics, or another detector"
+    ),
 }

@@ -69,7 +69,7 @@ class TerminationChecks:
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack).T),
             status=self._worse_status(images.status, command.status),
-            depth=images.true[2 * images.N :].column,
+            depth=images.true[2 * images.N : 3 * images.N].column,
             qd=command.qd,
             size=size,
             norm=norm,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,6 +31,7 @@ from robsim.servo.shaping.command_shaper import CommandShaper
 from robsim.servo.task_controller import TaskController
 from robsim.servo.user_return import check_returned_array
 from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
+from robsim.vision.detectors.mark_detector import MarkDetector
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +46,7 @@ class ServoController(TaskController):
     broyden: Broyden | None
     shaping: CommandShaper
     weighting: tuple[Weighting | MarkWeighting, ...] = ()
+    detector: MarkDetector | None = None
 
     @property
     def has_weights(self) -> bool:
@@ -55,6 +58,12 @@ class ServoController(TaskController):
         """Camera-target pairs with marks that may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
         return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
+
+    @property
+    def detectors(self) -> Mapping[PairKey, MarkDetector]:
+        """Detector of each camera-target pair, if the task has one."""
+        detector = self.detector
+        return {} if detector is None else {sight.key: detector for sight in self.sights}
 
     @property
     def whole(self) -> frozenset[PairKey]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,6 +15,7 @@ from robsim.base.arrays import Array
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.command import Decision
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.scene import Scene
 
 
@@ -73,6 +75,11 @@ class TaskController(ABC):
     def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image."""
         return frozenset()
+
+    @property
+    def detectors(self) -> Mapping[PairKey, MarkDetector]:
+        """Detectors of the camera-target pairs with marks that are detected in pictures."""
+        return {}
 
     @property
     def whole(self) -> frozenset[PairKey]:

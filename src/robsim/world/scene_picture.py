@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,14 @@ from robsim.rendering.light import Light
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
 from robsim.robot.robot import Robot
-from robsim.robot.tree import Tree
+from robsim.robot.tree import RunNumbers, Tree
+from robsim.vision.tags.tag import Tag
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
 MOST_SAMPLES = 8
+KEPT_RENDERERS = 64  # of runs with different cameras or tags
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,66 @@ class PictureBodies:
     tree: Tree
 
 
+class CameraPictures:
+    """Pictures of one camera at many coordinates of its scene.
+
+    The memory of a renderer belongs to one thread.
+    """
+
+    def __init__(
+        self,
+        bodies: PictureBodies,
+        eye: MountedCamera,
+        samples: int = 1,
+        light: Light = Light(),  # noqa: B008 - frozen
+        background: float = 50.0,
+    ) -> None:
+        self.bodies, self.eye, self.samples = bodies, eye, samples
+        self.light, self.background = light, background
+        self.frames = list(_list_faces(bodies, eye, 0))
+        self._differ = eye.camera.rows.shape[1] > 1 or any(map(_has_sizes, bodies.objects))
+        self._renderer = lru_cache(KEPT_RENDERERS)(self._make_renderer)
+
+    def draw(self, q: Array, runs: RunNumbers = None) -> NDArray[np.float32]:
+        """Return the grey values (B, h, w) at coordinates q (nq, B).
+
+        `runs` (B,) are the indices of the runs, used if numbers of the scene differ from run to
+        run. By default the runs come in order.
+        """
+        assert self.eye.camera.size is not None
+        width, height = self.eye.camera.size
+        T_c_b, light = self.place(q, runs)
+        images = np.empty((len(light), height, width), dtype=np.float32)
+        for b, image in enumerate(images):
+            run = int(b if runs is None else runs[b])
+            image[:] = self._renderer(run if self._differ else 0).draw(T_c_b[b], light[b])
+        return images
+
+    def place(self, q: Array, runs: RunNumbers = None) -> tuple[Array, Array]:
+        """Return the poses (B, bodies, 4, 4) in camera axes, and the light (B, 4), at q (nq, B)."""
+        tree = self.bodies.tree
+        poses = tree.bodies(q, runs)
+
+        def find_pose(name: str) -> Pose:
+            return Pose(homogeneous_matrix(tree.frame(poses, name, runs), (q.shape[1],)))
+
+        T_c_w = find_pose(self.eye.name).inv()
+        T_c_b = [(T_c_w @ find_pose(name)).matrix for name, _ in self.frames]
+        toward = T_c_w.rotation @ self.light.unit_direction
+        light = np.column_stack([toward, np.full(len(toward), self.light.ambient)])
+        return np.stack([*T_c_b, np.empty((q.shape[1], 4, 4))], axis=1)[:, :-1], light
+
+    def _make_renderer(self, run: int) -> Renderer:
+        """Return the renderer of a run."""
+        camera = self.eye.camera.of_runs(np.array([run]))
+        if self.eye.camera.rows.shape[1] > 1:
+            K, distortion = (np.array(v)[..., 0] if np.ndim(v) > n else v for v, n in (
+                (camera.K, 2), (camera.distortion, 1)))
+            camera = replace(camera, K=K, distortion=tuple(distortion))
+        faces = [faces for _, faces in _list_faces(self.bodies, self.eye, run)]
+        return Renderer(camera, faces, self.samples, self.background)
+
+
 def draw_bodies(
     bodies: PictureBodies,
     q: Array,
@@ -56,32 +119,27 @@ def draw_bodies(
     lead, (width, height) = q.shape[:-1], eye.camera.size
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
-    frames = dict(_list_faces(bodies, eye))
-    poses = bodies.tree.bodies(move_runs_last(q, 1))
+    pictures = CameraPictures(bodies, eye, samples, light, background)
+    return pictures.draw(move_runs_last(q, 1)).reshape(*lead, height, width)
 
-    def find_pose(name: str) -> Pose:
-        return Pose(homogeneous_matrix(bodies.tree.frame(poses, name), lead))
 
-    T_c_w = find_pose(eye.name).inv()
-    T_c_b = [(T_c_w @ find_pose(name)).matrix.reshape(-1, 4, 4) for name in frames]
-    direction = (T_c_w.rotation @ light.unit_direction).reshape(-1, 3)
-    renderer = Renderer(eye.camera, list(frames.values()), samples, background)
-    images = np.empty((len(direction), height, width), dtype=np.float32)
-    for k, toward in enumerate(direction):
-        T_here = np.array([T[k] for T in T_c_b]).reshape(-1, 4, 4)
-        images[k] = renderer.draw(T_here, (*toward, light.ambient))
-    return images.reshape(*lead, height, width)
+def _has_sizes(thing: Object) -> bool:
+    """Return whether an object has a tag whose size differs from run to run."""
+    return thing.tag is not None and np.ndim(thing.tag.size) > 0
 
 
 def _list_faces(
-    bodies: PictureBodies, eye: MountedCamera
+    bodies: PictureBodies, eye: MountedCamera, run: int
 ) -> Iterator[tuple[str, list[RenderedFace]]]:
     """Yield the frames that have faces, and these faces, but not the body of the camera."""
     for robot in bodies.robots:
         for link in robot.links:
             yield from _list_frame_faces(f"{robot.name}.{link.name}", link.shapes)
     for thing in bodies.objects:
-        printed = [] if thing.target is None else list_target_faces(thing.target)
+        target = thing.target
+        if isinstance(target, Tag) and _has_sizes(thing):
+            target = replace(target, size=float(np.asarray(target.size)[run]))
+        printed = [] if target is None else list_target_faces(target)
         yield from _list_frame_faces(thing.name, thing.shapes, printed)
     for other in bodies.cameras:
         body = other.camera.drawn(Pose.at())

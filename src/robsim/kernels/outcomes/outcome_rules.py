@@ -1,7 +1,8 @@
 """Stages that determine whether a run ends at an instant, and its outcome.
 
 If several conditions hold, the first of this order is the outcome: a state that is not finite, a
-joint limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command
+joint limit, a mark behind the camera, a mark out of the image, a mark that is not detected at the
+start, convergence, divergence, a command
 that is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of
 the simulated time.
 """
@@ -27,6 +28,7 @@ from robsim.kernels.outcomes.outcome_codes import (
     STALL,
     STALL_PERIODS,
     TIME_LIMIT,
+    UNDETECTED,
 )
 
 
@@ -157,6 +159,7 @@ def judge_outcome(
     code = where(diverged, 1.0 * DIVERGED, code)
     code = where((size < tolerance) & may_end, 1.0 * CONVERGED, code)
     code = where(~(size < np.inf), 1.0 * NOT_FINITE, code)
+    code = where(get(w, status) == 1.0 * perspective.UNDETECTED, 1.0 * UNDETECTED, code)
     code = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, code)
     code = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, code)
     for i in range(nq):

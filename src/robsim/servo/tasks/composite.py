@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, Self, cast
@@ -25,6 +25,7 @@ from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.task import Task, TaskLike
 from robsim.servo.tasks.task_choice import check_nesting
+from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.scene import Scene
 
 MAX_FEATURES = 40_000
@@ -53,6 +54,14 @@ class CompositeController(TaskController):
             if sight.key not in one.optional_pairs
         }
         return frozenset(key for one in parts for key in one.optional_pairs if key not in required)
+
+    @property
+    def detectors(self) -> Mapping[PairKey, MarkDetector]:
+        """Detectors of the camera-target pairs of all tasks."""
+        merged: dict[PairKey, MarkDetector] = {}
+        for part in self.parts:
+            merged.update(part.detectors)
+        return merged
 
     @property
     def whole(self) -> frozenset[PairKey]:

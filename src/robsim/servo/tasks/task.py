@@ -46,6 +46,7 @@ from robsim.servo.tasks.feature_binder import (
 )
 from robsim.servo.tasks.task_checks import (
     check_bound_law,
+    check_detector,
     check_feature_tolerance,
     check_goal_interaction,
     check_servo_fields,
@@ -53,6 +54,7 @@ from robsim.servo.tasks.task_checks import (
     warn_of_wheels,
 )
 from robsim.servo.weightings.mark_dependencies import check_weighting
+from robsim.vision.detectors.mark_detector import MARK_DETECTOR, Detector
 from robsim.world.scene import Scene
 
 
@@ -173,6 +175,11 @@ class ServoTask(CommandFields):
     ] = None
     belief: Annotated[
         Scene | None, BeliefSpec(), "Scene as the controller models it; None: the true scene."
+    ] = None
+    detector: Annotated[
+        Detector | None,
+        MARK_DETECTOR,
+        "Detector of the marks in rendered pictures; None: exact image coordinates.",
     ] = None
     # defaults of tasks without these fields; Any: the classes of `task_fields` declare their types
     interaction = cast(Any, "current")
@@ -301,6 +308,7 @@ class ServoTask(CommandFields):
         regulated, truths = self.bind_features(sights, columns), deduplicate_targets(sights)
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
+        check_detector(self.detector, truths)
         s_goal = regulated.s_goal
         check_goal_interaction(cast(GoalKind, self.goal), regulated)
         own = regulated.tolerances
@@ -326,6 +334,7 @@ class ServoTask(CommandFields):
             self.interaction if isinstance(self.interaction, Broyden) else None,
             self.shaping(scene, columns),
             self.weighting,
+            self.detector,
         )
 
     def sights(self, scene: Scene) -> BlockTargets:

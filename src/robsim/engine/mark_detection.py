@@ -1,0 +1,147 @@
+"""Marks that detectors find in rendered pictures, as a stage of the image stream."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import attrgetter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.kernels.formulas.perspective import IN_IMAGE, UNDETECTED
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Blocks
+from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
+from robsim.world.imperfections.image_effect import ImageRows, MarkGroup
+from robsim.world.scene_picture import CameraPictures, PictureBodies
+
+MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
+
+
+class DetectedPair(NamedTuple):
+    """A camera and its target, the marks of the pair, and their detector."""
+
+    camera: str
+    sight: CameraTarget
+    group: MarkGroup
+    detector: MarkDetector
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionRows:
+    """The rows that detection reads and writes.
+
+    Attributes
+    ----------
+    image : ImageRows
+        Pixels (N, 2) of the marks, hidden marks (N,), and whether the image is lost.
+    exposed : Rows
+        Coordinates (nq,) of the scene at the exposure of the image.
+    last : Rows
+        Pixels (N, 2) at which the marks were found last.
+    status : Rows
+        Status of the image, which becomes UNDETECTED if a start lacks marks.
+    """
+
+    image: ImageRows
+    exposed: BlockRows
+    last: BlockRows
+    status: BlockRows
+
+
+class MarkDetection:
+    """The Python stage that draws the pictures of an instant and detects the marks in them.
+
+    Each camera draws one picture for all of its targets. Lost images are not drawn. Marks that are
+    not found are hidden; at the first instant they end the run unless their pair is optional.
+    """
+
+    def __init__(
+        self,
+        sights: Sequence[CameraTarget],
+        groups: Sequence[MarkGroup],
+        detectors: Mapping[PairKey, MarkDetector],
+        optional: frozenset[PairKey],
+        rows: DetectionRows,
+    ) -> None:
+        self.optional, self.rows = optional, rows
+        self._of_thread = threading.local()
+        each = zip(sights, groups, strict=True)
+        pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
+        named = [DetectedPair(s.eye.name, s, g, d) for s, g, d in pairs]
+        self.pairs = sorted(named, key=attrgetter("camera"))
+
+    def __call__(self, blocks: Blocks, step: int) -> None:
+        """Replace the pixels of the marks of all runs by the detected ones."""
+        rows, image = self.rows, self.rows.image
+        if step % image.every:
+            return
+        pixels, last = blocks.get(image.pixels), blocks.get(rows.last)
+        hidden, status = blocks.get(image.hidden), blocks.get(rows.status)
+        if step == 0:
+            last = np.rint(pixels)
+        arrived = (blocks.get(image.lost) == 0.0) | (step == 0)
+        for pair, some, found in self._find_marks(blocks, arrived, last):
+            marks, missing = pair.group.rows, np.isnan(found)
+            pixels[marks, :, some] = found
+            last[marks, :, some] = np.where(missing, last[marks][..., some], found)
+            lacking = missing.any(axis=1)
+            hidden[marks, some] = np.maximum(hidden[marks, some], lacking)
+            if step == 0 and pair.sight.key not in self.optional:
+                ends = lacking.any(axis=0) & (status[some] == IN_IMAGE)
+                status[some] = np.where(ends, UNDETECTED, status[some])
+        for row, values in (
+            (image.pixels, pixels),
+            (rows.last, last),
+            (image.hidden, hidden),
+            (rows.status, status),
+        ):
+            blocks.put(row, values)
+
+    def _find_marks(
+        self, blocks: Blocks, arrived: NDArray[np.bool_], last: Array
+    ) -> Iterator[tuple[DetectedPair, NDArray[np.int64], Array]]:
+        """Yield each pair with some runs and its pixels (N, 2, runs), NaN for marks not found."""
+        q = blocks.get(self.rows.exposed)
+        drawn = np.flatnonzero(arrived & np.isfinite(q).all(axis=0))
+        pictures, detectors = self._tools
+        for camera, pairs in groupby(self.pairs, key=attrgetter("camera")):
+            of_camera, source = list(pairs), pictures[camera]
+            width, height = of_camera[0].sight.eye.camera.size
+            count = max(MOST_BYTES // (width * height), 1)
+            for some in np.split(drawn, range(count, len(drawn), count)):
+                shot = source.draw(np.ascontiguousarray(q[:, some]), blocks.rows[some])
+                grey = np.clip(np.rint(shot), 0, 255).astype(np.uint8)
+                for pair in of_camera:
+                    search = self._make_search(pair, last[pair.group.rows][..., some])
+                    found = detectors[pair.sight.key].find(grey, search)
+                    yield pair, some, np.moveaxis(found, 0, -1)
+
+    def _make_search(self, pair: DetectedPair, last: Array) -> MarkSearch:
+        thing, camera = pair.sight.target, pair.sight.eye.camera
+        return MarkSearch(thing.target, np.asarray(thing.marks), camera, np.moveaxis(last, -1, 0))
+
+    @property
+    def _tools(self) -> tuple[dict[str, CameraPictures], dict[PairKey, MarkDetector]]:
+        """The pictures by camera and the detectors by pair; each thread has its own."""
+        if not hasattr(self._of_thread, "tools"):
+            scenes = {pair.camera: pair.sight for pair in self.pairs}
+            pictures = {name: _make_pictures(sight) for name, sight in scenes.items()}
+            detectors = {pair.sight.key: replace(pair.detector) for pair in self.pairs}
+            self._of_thread.tools = pictures, detectors
+        tools: tuple[dict[str, CameraPictures], dict[PairKey, MarkDetector]]
+        tools = self._of_thread.tools
+        return tools
+
+
+def _make_pictures(sight: CameraTarget) -> CameraPictures:
+    """Return the pictures of the camera of a pair."""
+    scene = sight.scene
+    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
+    return CameraPictures(bodies, sight.eye)
