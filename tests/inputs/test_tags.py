@@ -75,7 +75,9 @@ def test_possible_millimetres_are_warned_of():
 
 
 def test_wrong_targets_to_render_are_refused(camera):
-    with pytest.raises(rs.errors.InputError, match="targets: expected poses by Tag or Board, got"):
+    with pytest.raises(
+        rs.errors.InputError, match="targets: expected poses by Tag, Board or DotPattern, got"
+    ):
         rs.vision.render_targets(camera, {"tag": rs.Pose.at()})
     with pytest.raises(rs.errors.InputError, match="pose of tag36h11_7"):
         rs.vision.render_targets(camera, {TAG: 3})

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.geometry.primitives import Poster, Primitive
 from robsim.vision.tags.board import Board
+from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
 from robsim.vision.tags.target_renderer import INK, PAPER
 
@@ -65,16 +66,24 @@ def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
     return faces
 
 
-def list_target_faces(target: Tag | Board) -> list[RenderedFace]:
+def list_target_faces(target: Tag | Board | DotPattern) -> list[RenderedFace]:
     """Return the faces of a printed target: both sides of its paper, and its ink."""
     (left, top), (right, bottom) = target.paper
-    paper = _build_rectangle(left, top, right, bottom)
-    ink = [_build_rectangle(*each) for each in target.ink]
+    sheet = _build_rectangle(left, top, right, bottom)
+    is_bright = isinstance(target, DotPattern) and target.bright
+    paper, ink = (INK, PAPER) if is_bright else (PAPER, INK)
     return [
-        RenderedFace(paper, PAPER),
-        RenderedFace(paper[::-1], PAPER),
-        *(RenderedFace(each, INK, nearer=INK_NEARNESS) for each in ink),
+        RenderedFace(sheet, paper),
+        RenderedFace(sheet[::-1], PAPER),
+        *(RenderedFace(each, ink, nearer=INK_NEARNESS) for each in _list_outlines(target)),
     ]
+
+
+def _list_outlines(target: Tag | Board | DotPattern) -> list[Array]:
+    """Return the outlines (n, 3) of the ink, which are seen from -z."""
+    if isinstance(target, DotPattern):
+        return [np.column_stack([each, np.zeros(len(each))])[::-1] for each in target.discs]
+    return [_build_rectangle(*each) for each in target.ink]
 
 
 def _build_rectangle(left: float, top: float, right: float, bottom: float) -> Array:

@@ -1,5 +1,8 @@
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
+from robsim.vision.detectors.dot_detector import DotDetector as DotDetector
+from robsim.vision.detectors.mark_detector import MarkDetector as MarkDetector
+from robsim.vision.detectors.mark_detector import MarkSearch as MarkSearch
 from robsim.vision.plane import HomographyMotions as HomographyMotions
 from robsim.vision.plane import decompose_homography as decompose_homography
 from robsim.vision.plane import estimate_homography as estimate_homography
@@ -9,5 +12,6 @@ from robsim.vision.stereo import Triangulation as Triangulation
 from robsim.vision.stereo import triangulate as triangulate
 from robsim.vision.tags.board import Board as Board
 from robsim.vision.tags.detector import TagDetector as TagDetector
+from robsim.vision.tags.dot_pattern import DotPattern as DotPattern
 from robsim.vision.tags.tag import Tag as Tag
 from robsim.vision.tags.target_renderer import render_targets as render_targets

@@ -24,11 +24,14 @@ from robsim.geometry.primitives import Primitive
 from robsim.robot.link import check_shapes
 from robsim.robot.link_table import SHAPE_LIST
 from robsim.vision.tags.board import Board
+from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
 
 MOST_MARKS = 10_000
 POSITION = Vector("length")
-RIVALS = "tag", "board", "marks"
+TARGETS = {"tag": Tag, "board": Board, "dots": DotPattern}
+RIVALS = *TARGETS, "marks"
+PrintedTarget = Tag | Board | DotPattern
 
 
 @dataclass(frozen=True)
@@ -62,14 +65,14 @@ class Object(Value):
 
     The object stands at `pose` on the frame `on`: "world", another object, or a link such as
     "rhino_xr4.tool". Its `marks` (N, 3) are points in its own axes, in metres; features of a task
-    are measured from their images. The default marks are the points of its `tag` or `board` (with x
-    to the right, y down and z into the paper), or else the vertices of the shapes.
+    are measured from their images. The default marks are the points of its `tag`, `board` or
+    `dots` (with x to the right, y down and z into the paper), or else the vertices of the shapes.
 
     Raises
     ------
     InputError
-        If the name is not valid, the marks do not have the shape (N, 3), or two of marks, tag and
-        board are given.
+        If the name is not valid, the marks do not have the shape (N, 3), or two of marks, tag,
+        board and dots are given.
 
     Examples
     --------
@@ -103,6 +106,11 @@ class Object(Value):
     board: Annotated[
         Board | None, Table(Board), "Board in the plane z = 0 of the object, instead of `marks`."
     ] = None
+    dots: Annotated[
+        DotPattern | None,
+        Table(DotPattern),
+        "Dots in the plane z = 0 of the object, instead of `marks`.",
+    ] = None
     text_form: ClassVar[type[Object]]
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
@@ -116,6 +124,7 @@ class Object(Value):
             on: str = "world",
             tag: Tag | None = None,
             board: Board | None = None,
+            dots: DotPattern | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -133,29 +142,30 @@ class Object(Value):
         object.__setattr__(self, "marks", make_read_only(marks))
         object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))
 
-    def _check_target(self) -> Tag | Board | None:
-        """Return the tag or board of the object; raise InputError if there are both."""
-        for name, kind in (("tag", Tag), ("board", Board)):
+    def _check_target(self) -> PrintedTarget | None:
+        """Return the printed target of the object; raise InputError if there are several."""
+        for name, kind in TARGETS.items():
             value = getattr(self, name)
             if not isinstance(value, kind | None):
                 what = f"{name} of '{self.name}'"
                 raise InputError(f"{what}: expected a {kind.__name__}, got {format_value(value)}")
-        if self.tag is not None and self.board is not None:
-            raise InputError(f"object '{self.name}': give one of tag and board only")
+        given = [name for name in TARGETS if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise InputError(f"object '{self.name}': give one of {' and '.join(given)} only")
         return self.target
 
     @property
-    def target(self) -> Tag | Board | None:
-        """The tag or board of the object, which a `TagDetector` takes; None without one."""
-        return self.board if self.tag is None else self.tag
+    def target(self) -> PrintedTarget | None:
+        """The tag, board or dots of the object, which a detector takes; None without one."""
+        return next((each for name in TARGETS if (each := getattr(self, name)) is not None), None)
 
     @cached_property
     def solids(self) -> tuple[Primitive, ...]:
-        """The shapes of the object and of its tag or board."""
+        """The shapes of the object and of its printed target."""
         return self.shapes if self.target is None else (*self.shapes, *self.target.shapes)
 
     def revised(self, **changes: Any) -> Object:  # Any: values of the fields named
-        """Return a copy with other fields; marks, a tag and a board replace each other.
+        """Return a copy with other fields; marks, a tag, a board and dots replace each other.
 
         Examples
         --------
@@ -173,7 +183,7 @@ class Object(Value):
         return replace_unchecked(self, **changes)
 
 
-def _check_target_marks(marks: ArrayLike | None, target: Tag | Board) -> Array:
+def _check_target_marks(marks: ArrayLike | None, target: PrintedTarget) -> Array:
     """Return the marks of a target; raise InputError if other marks are given."""
     if marks is not None and not np.array_equal(marks, target.marks):
         raise InputError(f"marks and {target.name}, which has other marks: give one of them only")
@@ -182,7 +192,7 @@ def _check_target_marks(marks: ArrayLike | None, target: Tag | Board) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ObjectText(Object):
-    """The text form of an object: marks, a tag or a board."""
+    """The text form of an object: marks, a tag, a board or dots."""
 
     rivals: ClassVar[Any] = (tuple((name,) for name in RIVALS),)
     stands: ClassVar[Mapping[str, str]] = {name: name for name in ("shapes", "pose", "on", *RIVALS)}
@@ -196,7 +206,7 @@ class ObjectText(Object):
 
     @classmethod
     def of(cls, value: Object, c: Context) -> ObjectText:
-        """Return the text form of an object; its tag or board determines its marks."""
+        """Return the text form of an object; its printed target determines its marks."""
         own = {each.name: getattr(value, each.name) for each in fields_of(Object)}
         return cls(**(own if value.target is None else {**own, "marks": None}))
 

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from threading import Lock
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, has_items
 from robsim.base.errors import InputError, format_value
+from robsim.declare import ListOf, OneOf, Table, register
+from robsim.vision.camera import Camera
+from robsim.vision.detectors.mark_detector import (
+    LEAST_SIDE,
+    MarkDetector,
+    MarkSearch,
+    MarkTarget,
+    Picture,
+    require_kind,
+)
 from robsim.vision.tags.board import Board
 from robsim.vision.tags.detection_checks import cell_width, find_doubts
 from robsim.vision.tags.detector_backends import make_board_finder, make_tag_finder
 from robsim.vision.tags.edges import refine_corners
 from robsim.vision.tags.tag import Tag
 
-LEAST_SIDE = 16  # pixels: the smallest image; AprilTag aborts the process for images below 3
 MOST_PIXELS = 200_000_000
 FEW = 4  # corners that a pose needs
+DEVIATION = 0.007  # pixels: tags with sides of 28 to 110 pixels, noise of 2 grey values
+TARGETS = ListOf(OneOf(Table(Tag), Table(Board)), 1)
 
 
 class Detections(dict[str, Array]):
@@ -53,22 +68,28 @@ class Detections(dict[str, Array]):
         return np.concatenate([self.get(name, gap) for name, gap in gaps])
 
 
-class TagDetector:
+@register("mark detector", "tags")
+@dataclass(frozen=True, eq=False)
+class TagDetector(MarkDetector):
     """A detector of tags and boards in grey images, called as `detector(image)`.
 
     AprilTags are detected by pyapriltags, ArUco tags and ChArUco boards by OpenCV. The corners of
     tags are then refined from the edges of their black squares. The call returns `Detections`:
     marks by the name of their target. The detector needs the extra `vision`.
 
+    As the detector of a servo task it searches each picture for the tag or the board of the object,
+    without its last place.
+
     Parameters
     ----------
-    targets : iterable of Tag or Board
-        Targets to detect. No tag may belong to two targets.
+    targets : iterable of Tag or Board, optional
+        Targets to detect. No tag may belong to two targets. None, in a servo task: the target of
+        the object.
 
     Raises
     ------
     InputError
-        If a target is not a Tag or Board, or two targets have the same tag.
+        If a target is not a Tag or Board, two targets have the same tag, or a library is missing.
 
     Examples
     --------
@@ -77,13 +98,25 @@ class TagDetector:
     robsim.base.errors.InputError: targets: tag36h11_0 and tag36h11_0 both have tag 0 of tag36h11
     """
 
-    def __init__(self, targets: Iterable[Tag | Board]):
-        self.targets = _check_targets(targets)
-        self._tags = {(t.family, t.id): t for t in self.targets if isinstance(t, Tag)}
-        self._boards = {t: make_board_finder(t) for t in self.targets if isinstance(t, Board)}
-        self._finders = {
-            name: make_tag_finder(name) for name in sorted({name for name, _ in self._tags})
-        }
+    targets: Annotated[
+        tuple[Tag | Board, ...] | None,
+        TARGETS,
+        "Targets to detect. None, in a servo task: the target of the object.",
+    ] = None
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(self, targets: Iterable[Tag | Board] | None = None) -> None: ...
+
+    def __post_init__(self) -> None:
+        if self.targets is not None:
+            object.__setattr__(self, "targets", _check_targets(self.targets))
+            _ = self._finder
+
+    @cached_property
+    def _finder(self) -> TargetFinder:
+        """The libraries' detectors of the targets."""
+        return TargetFinder(self.targets or ())
 
     def __call__(self, image: NDArray[np.generic]) -> Detections:
         """Return the marks in a grey image, in pixels (column, row).
@@ -103,10 +136,60 @@ class TagDetector:
         InputError
             If the image has another type or shape, or fewer than 16 pixels on a side.
         """
-        grey = _check_grey_image(image)
-        tags, boards = self._detect_tags(grey).items(), self._boards.items()
+        if self.targets is None:
+            raise InputError("a TagDetector without targets has no image of its own: name targets")
+        return self._finder.detect(_check_grey_image(image))
+
+    def check(self, target: MarkTarget | None, marks: Array, camera: Camera) -> None:
+        super().check(target, marks, camera)
+        require_kind(self, target, Tag, Board)
+        assert isinstance(target, Tag | Board)
+        if self.targets is not None and target not in self.targets:
+            raise InputError(f"TagDetector: {target.name} is not one of its targets")
+        _find_target_finder(target)
+
+    def find(self, pictures: Picture, search: MarkSearch) -> Array:
+        assert isinstance(search.target, Tag | Board)
+        finder = _find_target_finder(search.target)
+        found = np.full((len(pictures), len(search.marks), 2), np.nan)
+        for each, picture in zip(found, pictures, strict=True):
+            seen = finder.detect(np.ascontiguousarray(picture))
+            each[:] = seen.get(search.target.name, np.nan)
+        return found
+
+    @property
+    def deviation(self) -> float:
+        """Typical standard deviation of a corner of a tag, in pixels.
+
+        It is the value for sharp pictures with noise of 2 grey values.
+        """
+        return DEVIATION
+
+
+class TargetFinder:
+    """The detectors of libraries for several targets.
+
+    Parameters
+    ----------
+    targets : sequence of Tag or Board
+        Targets to detect.
+    """
+
+    def __init__(self, targets: Sequence[Tag | Board]):
+        self._tags = {(t.family, t.id): t for t in targets if isinstance(t, Tag)}
+        self._boards = {t: make_board_finder(t) for t in targets if isinstance(t, Board)}
+        self._finders = {
+            name: make_tag_finder(name) for name in sorted({name for name, _ in self._tags})
+        }
+        self._lock = Lock()  # the libraries keep buffers between images
+
+    def detect(self, grey: NDArray[np.uint8]) -> Detections:
+        """Return the marks in a contiguous grey image."""
+        with self._lock:
+            tags = self._detect_tags(grey).items()
+            boards = [(board, find(grey)) for board, find in self._boards.items()]
         results = [(tag.name, *_select_tag_corners(grey, tag, seen)) for tag, seen in tags]
-        results += [(board.name, *_check_board_corners(*find(grey))) for board, find in boards]
+        results += [(board.name, *_check_board_corners(*seen)) for board, seen in boards]
         marks = {name: points for name, points, _ in results if points is not None}
         return Detections(marks, {name: "; ".join(why) for name, _, why in results if why})
 
@@ -118,6 +201,12 @@ class TagDetector:
                 if tag := self._tags.get((name, number)):
                     corners_of.setdefault(tag, []).append(corners)
         return corners_of
+
+
+@lru_cache(16)
+def _find_target_finder(target: Tag | Board) -> TargetFinder:
+    """Return the detector of one target; InputError if its library is not installed."""
+    return TargetFinder((target,))
 
 
 def _select_tag_corners(

@@ -1,4 +1,4 @@
-"""Rendered images of tags and boards."""
+"""Rendered images of tags, boards and dots."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from robsim.base.errors import InputError, format_value
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose
 from robsim.vision.camera import Camera
 from robsim.vision.tags.board import Board
+from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
 
-TagOrBoard = Tag | Board
+PrintedTarget = Tag | Board | DotPattern
 INK, PAPER, BACKGROUND = 30.0, 225.0, 128.0  # grey values
 MOST_PIXELS = 50_000_000
 ROWS = 64  # image rows rendered at a time
 
 
 def render_targets(
-    camera: Camera, targets: Mapping[TagOrBoard, PoseLike], samples: int = 4
+    camera: Camera, targets: Mapping[PrintedTarget, PoseLike], samples: int = 4
 ) -> NDArray[np.uint8]:
     """Return the grey image (h, w) of targets at poses in camera axes.
 
@@ -33,7 +34,7 @@ def render_targets(
     ----------
     camera : Camera
         Camera with a size.
-    targets : mapping from Tag or Board to pose_like
+    targets : mapping from Tag, Board or DotPattern to pose_like
         Poses T_c_o of the targets in camera axes.
     samples : int, default 4
         Rays along each side of a pixel.
@@ -57,8 +58,10 @@ def render_targets(
     count = as_integer(samples, "samples", 1, 33)
     if not isinstance(camera, Camera) or camera.size is None:
         raise InputError(f"camera: expected a Camera with a size, got {format_value(camera)}")
-    if not isinstance(targets, Mapping) or not all(isinstance(t, Tag | Board) for t in targets):
-        raise InputError(f"targets: expected poses by Tag or Board, got {format_value(targets)}")
+    if not isinstance(targets, Mapping) or not all(isinstance(t, PrintedTarget) for t in targets):
+        raise InputError(
+            f"targets: expected poses by Tag, Board or DotPattern, got {format_value(targets)}"
+        )
     width, height = camera.size
     if width * height > MOST_PIXELS:
         raise InputError(f"an image of {width} x {height} pixels is too large to render")
@@ -73,7 +76,7 @@ def render_targets(
     return np.clip(np.round(image), 0, 255).astype(np.uint8)
 
 
-def _render_rows(camera: Camera, posed: list[tuple[TagOrBoard, Pose]], pixels: Array) -> Array:
+def _render_rows(camera: Camera, posed: list[tuple[PrintedTarget, Pose]], pixels: Array) -> Array:
     """Return the grey values (h, w) of pixels, each sampled at several positions (h, w, n, 2)."""
     rays = camera.normalise(pixels.reshape(-1, 2))
     grey, near = np.full(len(rays), BACKGROUND), np.full(len(rays), np.inf)
@@ -93,7 +96,7 @@ def spread_places(count: int) -> Array:
     return np.ascontiguousarray(inner)
 
 
-def _paint_target(target: TagOrBoard, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
+def _paint_target(target: PrintedTarget, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
     """Write the grey values of a target in place, for rays that meet its paper first."""
     R, t = pose.rotation, pose.position
     slope = rays @ R[:2, 2] + R[2, 2]  # component of a ray (x, y, 1) along the normal

@@ -1,0 +1,1 @@
+"""Kernels that detect marks in pictures."""

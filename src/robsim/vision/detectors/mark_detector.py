@@ -1,0 +1,115 @@
+"""Detectors of marks: what they receive, and what they return."""
+
+from __future__ import annotations
+
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.declare import DeclaredValue, KindOf, family
+from robsim.declare.spec import add_article
+from robsim.geometry.primitives import Poster
+from robsim.vision.camera import Camera
+from robsim.vision.tags.board import Board
+from robsim.vision.tags.dot_pattern import DotPattern
+from robsim.vision.tags.tag import Tag
+
+MARK_DETECTORS = family("mark detector")
+DETECTOR = KindOf(MARK_DETECTORS)
+Picture = NDArray[np.uint8]
+MarkTarget = Tag | Board | DotPattern | Poster
+LEAST_SIDE = 16  # pixels of the smallest picture; AprilTag aborts the process for pictures below 3
+
+
+class MarkSearch(NamedTuple):
+    """The marks that a detector searches in pictures.
+
+    Attributes
+    ----------
+    target : Tag, Board, DotPattern, Poster or None
+        Printed target of the object, None without one.
+    marks : ndarray of shape (N, 3)
+        Marks in axes of the object, in metres.
+    camera : Camera
+        Believed camera.
+    last : ndarray of shape (B, N, 2)
+        Pixels of each mark in the picture before, or where it was found last.
+    number : int
+        Number of the picture in its run, from 0.
+
+    Examples
+    --------
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+    >>> MarkSearch(None, np.zeros((1, 3)), camera, np.full((1, 1, 2), 300.0)).number
+    0
+    """
+
+    target: MarkTarget | None
+    marks: Array
+    camera: Camera
+    last: Array
+    number: int = 0
+
+
+class MarkDetector(DeclaredValue):
+    """Base of detectors, which measure the marks of an object in pictures.
+
+    A detector has no memory: a detector that follows marks takes their last places from
+    `MarkSearch`. The result for a picture does not depend on the other pictures of a call.
+
+    Attributes
+    ----------
+    follows : bool
+        Whether the result depends on the last places of the marks.
+    """
+
+    follows: ClassVar[bool] = False
+
+    def check(self, target: MarkTarget | None, marks: Array, camera: Camera) -> None:
+        """Raise InputError unless the detector can detect these marks.
+
+        Parameters
+        ----------
+        target : Tag, Board, DotPattern, Poster or None
+            Printed target of the object.
+        marks : ndarray of shape (N, 3)
+            Marks in axes of the object, in metres.
+        camera : Camera
+            Camera that takes the pictures.
+        """
+        name = type(self).__name__
+        if camera.size is None:
+            raise InputError(f"{name} needs the size of the camera")
+        if min(camera.size) < LEAST_SIDE:
+            raise InputError(f"{name} needs pictures of {LEAST_SIDE} pixels on a side or more")
+
+    def find(self, pictures: Picture, search: MarkSearch) -> Array:
+        """Return the marks (B, N, 2) in pictures, in pixels; NaN for marks that are not found.
+
+        Parameters
+        ----------
+        pictures : ndarray of uint8, shape (B, h, w)
+            Grey pictures; pixel centres are whole numbers.
+        search : MarkSearch
+            Marks to detect.
+        """
+        raise NotImplementedError
+
+    @property
+    def deviation(self) -> float:
+        """Typical standard deviation of a detected mark, in pixels.
+
+        It is the value for a sharp picture with noise of 2 grey values, for `advise`.
+        """
+        raise NotImplementedError
+
+
+def require_kind(detector: MarkDetector, target: object, *kinds: type) -> None:
+    """Raise InputError unless the printed target of an object is of one of some kinds."""
+    if not isinstance(target, kinds):
+        words = " or ".join(kind.__name__ for kind in kinds)
+        own = "no printed target" if target is None else add_article(type(target).__name__)
+        raise InputError(f"{type(detector).__name__} needs a {words}, and the object has {own}")

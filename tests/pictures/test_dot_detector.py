@@ -1,0 +1,177 @@
+"""Centroids of dots against the exact centroids of their projected rims."""
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.vision import DotDetector, DotPattern, MarkSearch
+
+LENSES = {
+    "pinhole": {},
+    "barrel": {"distortion": (-0.25, 0.06, 0.001, -0.002)},
+    "fisheye": {"distortion": (-0.02, 0.01, 0.0, 0.0), "lens": "fisheye"},
+}
+K = np.array([[410.0, 1.8, 150.0], [0.0, 395.0, 126.0], [0.0, 0.0, 1.0]])  # skew, off centre
+RADIUS, SIZE = 0.012, (320, 240)
+FULL = rs.shapes.Light(ambient=1.0)
+
+
+def build_camera(lens="pinhole"):
+    return rs.Camera(K, SIZE, **LENSES[lens])
+
+
+def take_picture(camera, thing, samples=2):
+    """Return the picture of an object; the camera is at the origin."""
+    scene = rs.Scene(objects=thing, cameras=rs.MountedCamera("eye", camera))
+    return scene.picture(samples=samples, light=FULL)
+
+
+def find_rim_centroids(camera, T_c_o, points, radius=RADIUS):
+    """Return the centroids (N, 2) of dots whose rims are sampled densely and projected."""
+    angle = 2 * np.pi * np.arange(1000) / 1000
+    found = []
+    for x, y in points:
+        rim = np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle), 0 * angle])
+        u, v = camera.project(T_c_o @ rim, rs.Pose.at()).T
+        cross = u * np.roll(v, -1) - np.roll(u, -1) * v
+        sums = [((w + np.roll(w, -1)) * cross).sum() for w in (u, v)]
+        found.append(np.array(sums) / (3 * cross.sum()))
+    return np.array(found)
+
+
+def take_pictures(camera, dots, seed=0, count=12):
+    """Return pictures (B, h, w) of dots at random poses, and the exact centroids (B, N, 2)."""
+    rng, pictures, exact = np.random.default_rng(seed), [], []
+    while len(pictures) < count:
+        turn = (*rng.uniform(-0.6, 0.6, 2), rng.uniform(-3, 3))
+        T_c_o = rs.Pose.at(*rng.uniform(-0.03, 0.03, 2), rng.uniform(0.45, 0.8), rpy=turn)
+        centres = find_rim_centroids(camera, T_c_o, dots.points)
+        if (centres > 14).all() and (centres < np.array(SIZE) - 15).all():
+            pictures.append(take_picture(camera, rs.Object("plate", dots=dots, pose=T_c_o)))
+            exact.append(centres)
+    return np.array(pictures), np.array(exact)
+
+
+def search(dots, camera, last):
+    return MarkSearch(dots, dots.marks, camera, np.asarray(last, dtype=float))
+
+
+@pytest.mark.parametrize("bright", [False, True])
+@pytest.mark.parametrize("lens", LENSES)
+def test_centroids_are_exact_to_a_few_thousandths_of_a_pixel(lens, bright):
+    camera, dots = build_camera(lens), DotPattern.grid(4, 3, 0.06, RADIUS, bright)
+    pictures, exact = take_pictures(camera, dots)
+    shifts = np.random.default_rng(1).uniform(-8, 8, exact.shape)
+    detector = DotDetector(bright=bright)
+    found = detector.find(pictures, search(dots, camera, np.round(exact + shifts)))
+    error = found - exact
+    assert np.sqrt(np.mean(error**2)) < 0.005
+    assert (abs(error.mean(axis=(0, 1))) < 5e-4).all()
+
+
+def test_a_batch_has_the_bits_of_each_picture_alone():
+    camera, dots = build_camera(), DotPattern.grid(4, 3, 0.06, RADIUS)
+    pictures, exact = take_pictures(camera, dots, count=4)
+    noise = np.random.default_rng(2).normal(0, 3, pictures.shape)
+    pictures = np.clip(np.rint(pictures + noise), 0, 255).astype(np.uint8)
+    last, detector = np.round(exact) + 4, DotDetector()
+    batch = detector.find(pictures, search(dots, camera, last))
+    assert np.sqrt(np.mean((batch - exact) ** 2)) < 0.02
+    for picture, places, found in zip(pictures, last, batch, strict=True):
+        alone = detector.find(picture[None], search(dots, camera, places[None]))
+        np.testing.assert_array_equal(alone[0], found)
+
+
+def draw_dots(*dots, size=(140, 100), fine=8):
+    """Return a picture with dots (x, y, radius), the mean over places in each pixel."""
+    y, x = (np.mgrid[: size[1] * fine, : size[0] * fine] + 0.5) / fine - 0.5
+    ink = np.zeros(x.shape, dtype=bool)
+    for column, row, radius in dots:
+        ink |= np.hypot(x - column, y - row) < radius
+    share = ink.reshape(size[1], fine, size[0], fine).mean(axis=(1, 3))
+    return np.rint(225 - 195 * share).astype(np.uint8)
+
+
+def find_places(picture, *last, **options):
+    camera = rs.Camera(K, picture.shape[::-1])
+    marks = MarkSearch(None, np.zeros((len(last), 3)), camera, np.array([last], dtype=float))
+    return DotDetector(**options).find(picture[None], marks)[0]
+
+
+@pytest.mark.parametrize("radius", [3, 5, 8, 15])
+def test_a_dot_that_is_not_whole_is_not_found(radius):
+    two = draw_dots((60, 50, radius), (60 + 2 * radius, 50, radius))
+    assert np.isnan(find_places(two, (60, 50), (60 + 2 * radius, 50))).all()  # merged
+    assert np.isnan(find_places(draw_dots((radius - 1, 50, radius)), (3, 50))).all()  # cut
+    hidden = draw_dots((60, 50, radius))
+    hidden[:, 60 + radius // 3 :] = 225
+    if radius > 5:
+        assert np.isnan(find_places(hidden, (60, 50))).all()
+
+
+def test_a_small_far_or_faint_dot_is_not_found():
+    assert np.isfinite(find_places(draw_dots((60, 50, 3)), (60, 50))).all()
+    assert np.isnan(find_places(draw_dots((60, 50, 1.5)), (60, 50))).all()
+    assert np.isnan(find_places(draw_dots((60, 50, 3)), (60, 50), least_area=60.0)).all()
+    assert np.isnan(find_places(draw_dots((60, 50, 3)), (90, 50))).all()
+    assert np.isfinite(find_places(draw_dots((60, 50, 3)), (90, 50), reach=35.0)).all()
+    faint = (225 - (225 - draw_dots((60, 50, 8)).astype(int)) // 13).astype(np.uint8)
+    assert np.isnan(find_places(faint, (60, 50))).all()
+    assert np.isfinite(find_places(faint, (60, 50), least_contrast=10.0)).all()
+    assert np.isnan(find_places(draw_dots((60, 50, 8)), (np.nan, 50))).all()
+    assert np.isnan(find_places(draw_dots((60, 50, 8)), (-1e9, 1e300))).all()
+
+
+def test_the_window_grows_in_a_large_dot():
+    found = find_places(draw_dots((70, 50, 29.5)), (75, 48), reach=6.0)
+    np.testing.assert_allclose(found, [[70, 50]], atol=0.002)
+
+
+def test_a_dot_belongs_to_the_nearest_mark():
+    found = find_places(draw_dots((60, 50, 6)), (68, 50), (57, 50))
+    assert np.isnan(found[0]).all() and np.isfinite(found[1]).all()
+
+
+def test_the_polygons_of_dots_have_the_area_and_the_centroid_of_discs():
+    camera, dots = build_camera("barrel"), DotPattern([(0.01, -0.02)], 0.02)
+    T_c_o = rs.Pose.at(0.02, 0.01, 0.3, rpy=(0.7, 0.3, 0.4))
+    x, y = dots.discs[0].T
+    area = 0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum()
+    assert abs(area / (np.pi * 0.02**2) - 1) < 1e-12
+    whole = find_rim_centroids(camera, T_c_o, dots.points, 0.02)[0]
+    fine = [
+        np.linspace(a, b, 30, endpoint=False)
+        for a, b in zip(dots.discs[0], np.roll(dots.discs[0], -1, axis=0), strict=True)
+    ]
+    u, v = camera.project(T_c_o @ np.insert(np.concatenate(fine), 2, 0.0, axis=1), rs.Pose.at()).T
+    cross = u * np.roll(v, -1) - np.roll(u, -1) * v
+    middle = [((w + np.roll(w, -1)) * cross).sum() / (3 * cross.sum()) for w in (u, v)]
+    assert np.linalg.norm(middle - whole) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: DotPattern([(0, 0, 0)], 0.01), "points of a dot pattern"),
+        (lambda: DotPattern([], 0.01), "points of a dot pattern: expected shape"),
+        (lambda: DotPattern([(0, 0), (0.01, 0)], 0.01), "points 0 and 1 .* dots overlap"),
+        (lambda: DotPattern([(0, 0)], 0.0), "radius of a dot in metres"),
+        (lambda: DotPattern.grid(0, 2, 0.1, 0.01), "columns of a dot pattern"),
+        (lambda: DotDetector(reach=0), "DotDetector.reach"),
+        (
+            lambda: DotDetector().check(DotPattern([(0, 0)], 0.01, bright=True), None, CAMERA),
+            "DotDetector with bright=False, and the object has bright dots",
+        ),
+        (lambda: DotDetector().check(None, None, rs.Camera(K)), "needs the size of the camera"),
+        (
+            lambda: DotDetector().check(None, None, rs.Camera(K, (12, 12))),
+            "pictures of 16 pixels on a side or more",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(make, told):
+    with pytest.raises(rs.errors.InputError, match=told):
+        make()
+
+
+CAMERA = build_camera()
