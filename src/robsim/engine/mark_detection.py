@@ -87,7 +87,7 @@ class MarkDetection:
         if step == 0:
             last = np.rint(pixels)
         arrived = (blocks.get(image.lost) == 0.0) | (step == 0)
-        for pair, some, found in self._find_marks(blocks, arrived, last):
+        for pair, some, found in self._find_marks(blocks, step, arrived, last):
             marks, missing = pair.group.rows, np.isnan(found)
             pixels[marks, :, some] = found
             last[marks, :, some] = np.where(missing, last[marks][..., some], found)
@@ -105,7 +105,7 @@ class MarkDetection:
             blocks.put(row, values)
 
     def _find_marks(
-        self, blocks: Blocks, arrived: NDArray[np.bool_], last: Array
+        self, blocks: Blocks, step: int, arrived: NDArray[np.bool_], last: Array
     ) -> Iterator[tuple[DetectedPair, NDArray[np.int64], Array]]:
         """Yield each pair with some runs and its pixels (N, 2, runs), NaN for marks not found."""
         q = blocks.get(self.rows.exposed)
@@ -119,13 +119,14 @@ class MarkDetection:
                 shot = source.draw(np.ascontiguousarray(q[:, some]), blocks.rows[some])
                 grey = np.clip(np.rint(shot), 0, 255).astype(np.uint8)
                 for pair in of_camera:
-                    search = self._make_search(pair, last[pair.group.rows][..., some])
+                    places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
+                    search = self._make_search(pair, places, step // self.rows.image.every)
                     found = detectors[pair.sight.key].find(grey, search)
                     yield pair, some, np.moveaxis(found, 0, -1)
 
-    def _make_search(self, pair: DetectedPair, last: Array) -> MarkSearch:
+    def _make_search(self, pair: DetectedPair, last: Array, number: int) -> MarkSearch:
         thing, camera = pair.sight.target, pair.sight.eye.camera
-        return MarkSearch(thing.target, np.asarray(thing.marks), camera, np.moveaxis(last, -1, 0))
+        return MarkSearch(thing.target, np.asarray(thing.marks), camera, last, number)
 
     @property
     def _tools(self) -> tuple[dict[str, CameraPictures], dict[PairKey, MarkDetector]]:

@@ -54,7 +54,7 @@ from robsim.servo.tasks.task_checks import (
     warn_of_wheels,
 )
 from robsim.servo.weightings.mark_dependencies import check_weighting
-from robsim.vision.detectors.mark_detector import MARK_DETECTOR, Detector
+from robsim.vision.detectors.mark_detector import DETECTOR, MarkDetector
 from robsim.world.scene import Scene
 
 
@@ -177,8 +177,8 @@ class ServoTask(CommandFields):
         Scene | None, BeliefSpec(), "Scene as the controller models it; None: the true scene."
     ] = None
     detector: Annotated[
-        Detector | None,
-        MARK_DETECTOR,
+        MarkDetector | str | None,
+        DETECTOR,
         "Detector of the marks in rendered pictures; None: exact image coordinates.",
     ] = None
     # defaults of tasks without these fields; Any: the classes of `task_fields` declare their types
