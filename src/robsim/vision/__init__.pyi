@@ -1,5 +1,6 @@
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
+from robsim.vision.optics import Optics as Optics
 from robsim.vision.plane import HomographyMotions as HomographyMotions
 from robsim.vision.plane import decompose_homography as decompose_homography
 from robsim.vision.plane import estimate_homography as estimate_homography

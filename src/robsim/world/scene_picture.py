@@ -15,6 +15,7 @@ from robsim.geometry.primitives import Primitive
 from robsim.rendering.light import Light
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
+from robsim.rendering.sensor import Sensor
 from robsim.robot.robot import Robot
 from robsim.robot.tree import Tree
 from robsim.world.mounted_camera import MountedCamera
@@ -71,6 +72,18 @@ def draw_bodies(
         T_here = np.array([T[k] for T in T_c_b]).reshape(-1, 4, 4)
         images[k] = renderer.draw(T_here, (*toward, light.ambient))
     return images.reshape(*lead, height, width)
+
+
+def develop_pictures(
+    images: NDArray[np.float32], eye: MountedCamera, seed: int
+) -> NDArray[np.uint8]:
+    """Return the grey values of light (..., h, w); the run of a picture is its number."""
+    if eye.optics is None:
+        return np.clip(np.rint(images), 0, 255).astype(np.uint8)
+    sensor = Sensor(eye.optics, eye.camera)
+    pictures = images.reshape(-1, *images.shape[-2:])
+    developed = [sensor.develop(each, seed, run) for run, each in enumerate(pictures)]
+    return np.array(developed, dtype=np.uint8).reshape(images.shape)
 
 
 def _list_faces(
