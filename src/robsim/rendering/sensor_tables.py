@@ -62,8 +62,9 @@ def _build_factors(optics: Optics, camera: Camera) -> NDArray[np.float32]:
 def _build_quantiles() -> NDArray[np.float32]:
     """Return the table of which the sum of two entries is a normal number.
 
-    The entries are the means of equal parts of the normal distribution. Their sum has the variance
-    1, and its largest value is 5.4.
+    The entries are the means of equal parts of the normal distribution. The sum has the variance 1,
+    an excess kurtosis of -0.001 and the largest value 5.29; it exceeds 4 in 93 % of the cases in
+    which a normal number does.
     """
     size, normal = 2**TABLE_BITS, NormalDist()
     inner = [normal.inv_cdf(k / size) for k in range(1, size)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.base.value import replace_unchecked
-from robsim.declare import DeclaredValue, Integer, Number, PerRun, Time, described
+from robsim.declare import DeclaredValue, Integer, Number, PerRun, Role, Time, described
 
 
 @described
@@ -50,33 +50,38 @@ class Optics(DeclaredValue):
         float | None,
         Number(above=0, unit="electrons"),
         PerRun(()),
+        Role.FIGURE,
         "Electrons of a pixel at the grey value 255, at a gain of 1. None: no shot noise.",
     ] = None
     read_noise: Annotated[
         float,
         Number(least=0, most=255, unit="grey values"),
         PerRun(()),
+        Role.FIGURE,
         "Standard deviation of the noise in the dark, at a gain of 1.",
     ] = 0.0
     defocus: Annotated[
         float,
         Number(least=0, most=100, unit="px"),
         PerRun(()),
+        Role.FIGURE,
         "Standard deviation of the blur of the lens.",
     ] = 0.0
     vignetting: Annotated[
         float,
         Number(least=0, most=100),
         PerRun(()),
+        Role.FIGURE,
         "Exponent of the cosine of the angle to the optical axis. 4 for a plain lens.",
     ] = 0.0
     exposure: Annotated[
-        float, Time(least=0), PerRun(()), "Time during which a pixel gathers light."
+        float, Time(least=0), PerRun(()), Role.FIGURE, "Time during which a pixel gathers light."
     ] = 0.0
     readout: Annotated[
         float,
         Time(least=0),
         PerRun(()),
+        Role.FIGURE,
         "Time from the first row to the end of the last row of a rolling shutter. 0: all rows at "
         "the same time.",
     ] = 0.0
@@ -84,15 +89,19 @@ class Optics(DeclaredValue):
         float,
         Number(above=0, most=1000),
         PerRun(()),
+        Role.FIGURE,
         "Factor of the light and of its noise. Values above 255 are saturated.",
     ] = 1.0
     gamma: Annotated[
         float,
         Number(least=0.2, most=5),
         PerRun(()),
+        Role.FIGURE,
         "Gamma of the grey values; above 1 dark values are brighter. 2.2 is near to sRGB.",
     ] = 1.0
-    bits: Annotated[int, Integer(1, 8), "Bits of a grey value; white is 255 with any number."] = 8
+    bits: Annotated[
+        int, Integer(1, 8), Role.FIGURE, "Bits of a grey value; white is 255 with any number."
+    ] = 8
 
     def __post_init__(self) -> None:
         super().__post_init__()
