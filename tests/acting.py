@@ -19,8 +19,11 @@ from robsim.declare.schema import SchemaDefinitions
 from robsim.declare.spec import MISSING, Context
 from robsim.files.toml import write_toml
 from robsim.plot.scene_content import build_scene_content
-from robsim.rendering.rendered_face import find_shape_grey
+from robsim.rendering.development import Development
+from robsim.rendering.rendered_face import find_shape_grey, list_shape_faces
+from robsim.rendering.renderer import FULL_LIGHT, Renderer
 from robsim.run.experiment import Experiment
+from robsim.shapes import Block
 
 NUMBER = re.compile(r"(?<![\w^.])-?\d+(\.\d+)?([eE][-+]?\d+)?")
 
@@ -163,8 +166,8 @@ def same(one, other) -> bool:
 
 
 def pictures(tables) -> dict:
-    """Return all points of a figure of the scene, its frame, its tags and boards, and the grey
-    values of shapes in pictures."""
+    """Return all points of a figure of the scene, its frame, its tags and boards, the grey
+    values of shapes in pictures, and pictures of cameras with optics."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
     targets = {each.name: np.array(repr(each.target)) for each in scene.objects}
@@ -172,7 +175,17 @@ def pictures(tables) -> dict:
     parts += [each.shapes for each in scene.objects]
     parts += [(each.camera.body,) for each in scene.cameras if each.camera.body]
     greys = np.array([find_shape_grey(shape) for shapes in parts for shape in shapes])
-    return {**found, **targets, "display": scene.display.matrix, "greys": greys}
+    developed = {("eye", eye.name): draw_moving_shape(eye) for eye in scene.cameras if eye.optics}
+    return {**found, **targets, **developed, "display": scene.display.matrix, "greys": greys}
+
+
+def draw_moving_shape(eye) -> np.ndarray:
+    """Return the picture of a block that moves before a camera with optics."""
+    renderer = Renderer(eye.camera, [list_shape_faces(Block(0.2, 0.2, 0.1))])
+    development = Development(renderer, eye.optics, eye.camera)
+    poses = [rs.Pose.at(0.1 - 3.0 * each, 0, 1).matrix[None] for each in development.offsets]
+    light = [FULL_LIGHT] * len(poses)
+    return development.draw(np.array(poses), light, seed=0, run=0, step=0)
 
 
 def files(tables) -> dict:

@@ -455,7 +455,12 @@ OF_CAMERA = {
     "distortion": [[0.1, 0.0, 0.0, 0.0]],
     "lens": ["fisheye"],
     "body": [{"length": "1 cm", "width": "1 cm", "height": "1 cm"}],
+    "optics": [{"gain": 0.5}],
 }
+BAD_OPTICS = {"full_well": 9000, "read_noise": 2.0, "defocus": 1.5, "vignetting": 4.0}
+BAD_OPTICS |= {"exposure": "5 ms", "readout": "20 ms", "gain": 1.2, "gamma": 2.2, "bits": 7}
+DEVELOPED = deepcopy(WHOLE)
+DEVELOPED["cameras"][0] |= {"size": [160, 120], "focal": [200, 200], "optics": BAD_OPTICS}
 BY_MATRIX = deepcopy(WHOLE)
 del BY_MATRIX["cameras"][0]["focal"]
 BY_MATRIX["cameras"][0]["K"] = [[800, 0, 320], [0, 790, 240], [0, 0, 1]]
@@ -729,6 +734,7 @@ RECIPES = {
         (BY_MATRIX, ("cameras", 0), OTHER_K),
         (calibrated({"file": f"{LENSES}/a.xml"})[0], ("cameras", 0), OTHER_FILE),
     ],
+    "Optics": [(DEVELOPED, ("cameras", 0, "optics"))],
     "Motion": [(WHOLE, ("motions", 0), {"robot": ["drone"]})],
     "Sensing": [(*top("sensing", {"outliers": 0.3}), OF_SENSING)],
     "Occlusion": [

@@ -43,7 +43,7 @@ class ImageStream:
     `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
     is None, and `age` is the age of that image in periods, rounded up. `add_image_stages` sets
     `views` and `status`. If the task detects marks in pictures, an image also has the coordinates
-    of the scene at its exposure: its picture is drawn when it arrives.
+    of the scene at its time and before: its picture is drawn when it arrives.
     """
 
     def __init__(
@@ -66,7 +66,8 @@ class ImageStream:
         self.effects = sorted(acting, key=lambda each: each.effect.place)
         self.every, latency, _ = sensing.timing(plant.seconds)
         self.latency = program.number(latency)
-        self.width = 3 * self.N + (plant.scene.nq if detectors else 0)
+        self.width = 3 * self.N + (2 * plant.scene.nq + 1 if detectors else 0)
+        self.before = program.each(plant.start.T) if detectors else plant.q
         self.optional_pairs, self.true = optional_pairs, program.rows(self.width)
         self.seen = program.rows(self.width) if optional_pairs else self.true
         self.pixels, self.depth, self.exposed = self._split_image(self.seen)
@@ -108,7 +109,8 @@ class ImageStream:
 
     def add_image_stages(self) -> None:
         """Add the stages that project the marks into the images."""
-        self.views = self.add_projections(self.plant.placed, self.true, self.seen, self.status)
+        rows = self.true, self.seen, self.status, self.plant.dt
+        self.views = self.add_projections(self.plant.placed, *rows)
 
     def measure(self) -> ControllerInputs:
         """Add the stages that measure, and return the input of the controller."""
@@ -126,6 +128,8 @@ class ImageStream:
 
     def remember(self) -> None:
         """Add the stages that store the image of the past period, before the joints move."""
+        if self.detectors:
+            self.program.add(copy_rows, rows=self.plant.q, to=self.before)
         if not self.late:
             return
         self.ring = self.program.rows(self.length, self.width)
@@ -137,24 +141,35 @@ class ImageStream:
         """Add the stages of an image within the past period, and return its rows."""
         image = self.program.rows(self.width)
         seen = self.program.rows(self.width) if self.optional_pairs else image
-        self.add_projections(
-            self.plant.place_within_period(self.ahead), image, seen, self.program.rows()
-        )
+        placed = self.plant.place_within_period(self.ahead)
+        self.add_projections(placed, image, seen, self.program.rows(), self.ahead)
         return seen
 
     def add_projections(
-        self, placed: FKStages, image: BlockRows, seen: BlockRows, status: BlockRows
+        self,
+        placed: FKStages,
+        image: BlockRows,
+        seen: BlockRows,
+        status: BlockRows,
+        seconds: BlockRows,
     ) -> list[ViewRows]:
         """Add the stages that project the marks of placed bodies into an image.
 
         `seen` gets the image, without the marks of optional pairs that are outside of it. `status`
-        gets the worst status of the marks of all other pairs. Return the views.
+        gets the worst status of the marks of all other pairs. `seconds` is the time since the start
+        of the period. Return the views.
         """
         views, of, (*taken, _) = [], WORST_STATUS, self._split_image(image)
         *shown, exposed = self._split_image(seen)
         shown = taken if seen is image else shown
         if self.detectors:
-            self.program.add(copy_rows, rows=placed.q, to=exposed)
+            nq = placed.q.size
+            for part, to in (
+                (placed.q, exposed[:nq]),
+                (self.before, exposed[nq : 2 * nq]),
+                (seconds.reshape(1), exposed[2 * nq :]),
+            ):
+                self.program.add(copy_rows, rows=part, to=to)
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
             rows = [part[some] for part in taken]

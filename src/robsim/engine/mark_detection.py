@@ -19,7 +19,7 @@ from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup
-from robsim.world.scene_picture import CameraPictures, PictureBodies
+from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
 
 MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
@@ -42,7 +42,8 @@ class DetectionRows:
     image : ImageRows
         Pixels (N, 2) of the marks, hidden marks (N,), and whether the image is lost.
     exposed : Rows
-        Coordinates (nq,) of the scene at the exposure of the image.
+        Coordinates of the scene at the time of the image (nq,) and earlier (nq,), and the seconds
+        between them.
     last : Rows
         Pixels (N, 2) at which the marks were found last.
     status : Rows
@@ -70,7 +71,7 @@ class MarkDetection:
         optional: frozenset[PairKey],
         rows: DetectionRows,
     ) -> None:
-        self.optional, self.rows = optional, rows
+        self.optional, self.rows, self.seed = optional, rows, int(rows.image.seed)
         self._of_thread = threading.local()
         each = zip(sights, groups, strict=True)
         pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
@@ -108,7 +109,8 @@ class MarkDetection:
         self, blocks: Blocks, step: int, arrived: NDArray[np.bool_], last: Array
     ) -> Iterator[tuple[DetectedPair, NDArray[np.int64], Array]]:
         """Yield each pair with some runs and its pixels (N, 2, runs), NaN for marks not found."""
-        q = blocks.get(self.rows.exposed)
+        q, rates = self._find_motion(blocks)
+        numbers = blocks.get(self.rows.image.run).view(np.uint64)
         drawn = np.flatnonzero(arrived & np.isfinite(q).all(axis=0))
         pictures, detectors = self._tools
         for camera, pairs in groupby(self.pairs, key=attrgetter("camera")):
@@ -116,13 +118,20 @@ class MarkDetection:
             width, height = of_camera[0].sight.eye.camera.size
             count = max(MOST_BYTES // (width * height), 1)
             for some in np.split(drawn, range(count, len(drawn), count)):
-                shot = source.draw(np.ascontiguousarray(q[:, some]), blocks.rows[some])
-                grey = np.clip(np.rint(shot), 0, 255).astype(np.uint8)
+                key = NoiseKey(self.seed, numbers[some], step)
+                grey = source.take(q[:, some], rates[:, some], key, blocks.rows[some])
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
                     search = self._make_search(pair, places, step // self.rows.image.every)
                     found = detectors[pair.sight.key].find(grey, search)
                     yield pair, some, np.moveaxis(found, 0, -1)
+
+    def _find_motion(self, blocks: Blocks) -> tuple[Array, Array]:
+        """Return the coordinates (nq, B) at the exposure, and their velocities (nq, B)."""
+        exposed = blocks.get(self.rows.exposed)
+        q, before = np.split(exposed[:-1], 2)
+        with np.errstate(all="ignore"):  # a run may contain NaN, and the first image no motion
+            return q, np.where(q == before, 0.0, (q - before) / exposed[-1])
 
     def _make_search(self, pair: DetectedPair, last: Array, number: int) -> MarkSearch:
         thing, camera = pair.sight.target, pair.sight.eye.camera

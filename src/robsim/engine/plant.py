@@ -44,7 +44,7 @@ class Plant:
         self.program, self.actuation, self.scene, self.columns = program, actuation, scene, columns
         self.moves = has_actuation_dynamics(actuation, scene)
         self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
-        self.q = program.each(q0.T)
+        self.start, self.q = q0, program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
         acting = actuation.list_active()
         self.changes = any(each.effect.place is JointEffectStage.COMMANDED for each in acting)

@@ -24,6 +24,17 @@ def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
     return ImagePlane(unit, unit, True, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
 
 
+def crop_image_plane(plane: ImagePlane, top: int, end: int) -> ImagePlane:
+    """Return the image plane of the rows from `top` to `end` of an image."""
+    if plane.bends:
+        rays = np.ascontiguousarray(plane.rays[:, top:end])
+        ends = _find_line_ends(rays[1]), _find_line_ends(rays[0].T)
+        return plane._replace(rays=rays, row_ends=ends[0], column_ends=ends[1])
+    down, up = np.eye(3), np.eye(3)
+    down[1, 2], up[1, 2] = -top, top
+    return plane._replace(matrix=down @ plane.matrix, inverse=plane.inverse @ up)
+
+
 def _compute_rays(camera: Camera) -> NDArray[np.float32]:
     """Return the normalised coordinates (2, h, w) of all pixels, NaN beyond the valid radius."""
     assert camera.size is not None

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.raster.picture import average_blocks, draw_picture
-from robsim.kernels.raster.raster_arrays import PixelBuffers, PlacedFaces
+from robsim.kernels.raster.raster_arrays import ImagePlane, PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
-from robsim.rendering.image_plane import build_image_plane
+from robsim.rendering.image_plane import build_image_plane, crop_image_plane
 from robsim.rendering.rendered_face import RenderedFace
 from robsim.vision.camera import Camera
 from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
@@ -47,6 +47,7 @@ class Renderer:
         self._samples, self._background = samples, float(background)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
+        self._windows: dict[tuple[int, int], ImagePlane] = {}  # by first row and end of samples
         self._pattern = spread_places(PLACES)
         self._placed = _allocate_placed(len(self._faces.body), len(self._faces.corners))
         self._buffers = _allocate_buffers(width * samples, height * samples)
@@ -58,23 +59,52 @@ class Renderer:
         `light` is (lx, ly, lz, ambient): the unit direction of the rays in camera axes, and the
         share of light from everywhere.
         """
+        return self._draw_window(T_c_b, light, self._plane, self._buffers, self._fine)
+
+    def draw_rows(
+        self, T_c_b: Array, light: Sequence[float], top: int, end: int
+    ) -> NDArray[np.float32]:
+        """Return the rows from `top` to `end` of the picture that `draw` returns.
+
+        The values differ from those of `draw` by rounding errors.
+        """
+        n, height = self._samples, len(self._fine) // self._samples
+        first, last = max(top - 1, 0), min(end + 1, height)  # rows to find edges at the border
+        window = (first * n, last * n)
+        if window not in self._windows:
+            self._windows[window] = crop_image_plane(self._plane, *window)
+        rows, all_rows = (last - first) * n, self._buffers
+        buffers = all_rows._replace(face=all_rows.face[:rows], nearness=all_rows.nearness[:rows])
+        fine = self._fine[:rows]
+        image = self._draw_window(T_c_b, light, self._windows[window], buffers, fine)
+        return image[top - first : end - first]
+
+    def _draw_window(
+        self,
+        T_c_b: Array,
+        light: Sequence[float],
+        plane: ImagePlane,
+        buffers: PixelBuffers,
+        fine: NDArray[np.float32],
+    ) -> NDArray[np.float32]:
+        """Return the grey values of the pixels of an image plane; `fine` has all their samples."""
         poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :3])
         draw_picture(
             self._faces,
             self._pictures,
-            self._plane,
+            plane,
             poses,
             np.array(light, dtype=float),
             self._background,
             self._pattern,
             self._placed,
-            self._buffers,
-            self._fine,
+            buffers,
+            fine,
         )
         if self._samples == 1:
-            return self._fine.copy()
-        image = np.empty([n // self._samples for n in self._fine.shape], dtype=np.float32)
-        average_blocks(self._fine, self._samples, image)
+            return fine.copy()
+        image = np.empty([n // self._samples for n in fine.shape], dtype=np.float32)
+        average_blocks(fine, self._samples, image)
         return image
 
 

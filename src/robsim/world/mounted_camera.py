@@ -20,6 +20,7 @@ from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import load_rig
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, FocalLengths
+from robsim.vision.optics import Optics
 from robsim.world.calibrated_camera import (
     CALIBRATION,
     COEFFICIENTS,
@@ -35,6 +36,7 @@ class CameraTable:
 
     stands: ClassVar[Mapping[str, str]] = {
         "pose": "pose",
+        "optics": "optics",
         **{key: f"camera.{key}" for key in ("size", "distortion", "lens", "body")},
         **{key: f"camera.{key}" for key in ("K", "focal", "center", "skew")},
     }
@@ -75,13 +77,16 @@ class CameraTable:
     body: Annotated[
         Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
     ] = None
+    optics: Annotated[
+        Optics | None, Table(Optics), Role.FIGURE, "Errors of the pictures of the camera."
+    ] = None
     calibration: Annotated[
         Any, CALIBRATION, "Calibration file of the camera, instead of K and distortion."
     ] = None
 
     def build_value(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""
-        return MountedCamera(self.name, build_camera(self, c), self.on, self.pose)
+        return MountedCamera(self.name, build_camera(self, c), self.on, self.pose, self.optics)
 
     @classmethod
     def of(cls, value: MountedCamera, c: Context) -> CameraTable:
@@ -89,7 +94,8 @@ class CameraTable:
         lens = value.camera
         if type(lens) is not Camera:
             raise NoTextError(f"{type(lens).__name__} is Python code")
-        return cls(value.name, value.on, value.pose, body=lens.body, **describe_lens(lens, c))
+        own: dict[str, Any] = {"body": lens.body, "optics": value.optics}
+        return cls(value.name, value.on, value.pose, **own, **describe_lens(lens, c))
 
 
 @name_parameters
@@ -108,6 +114,9 @@ class MountedCamera:
     pose : pose_like, default the identity
         Pose of the camera axes in the frame `on`. For a camera on a robot, this is the hand-eye
         pose.
+    optics : Optics, optional
+        Errors of the pictures of the camera. The belief of a controller has the same optics or
+        none, because a controller does not use them.
 
     Raises
     ------
@@ -124,12 +133,18 @@ class MountedCamera:
     camera: Camera
     on: str = "world"
     pose: Pose = IDENTITY
+    optics: Optics | None = None
     text_form: ClassVar[type[Any]] = CameraTable
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
         def __init__(
-            self, name: str, camera: Camera, on: str = "world", pose: PoseLike = IDENTITY
+            self,
+            name: str,
+            camera: Camera,
+            on: str = "world",
+            pose: PoseLike = IDENTITY,
+            optics: Optics | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -138,6 +153,9 @@ class MountedCamera:
             raise InputError(
                 f"camera '{self.name}' needs a Camera, got {format_value(self.camera)}"
             )
+        if not isinstance(self.optics, Optics | None):
+            given = format_value(self.optics)
+            raise InputError(f"optics of '{self.name}': expected Optics, got {given}")
         object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))
 
     @classmethod

@@ -517,6 +517,7 @@ class Scene(SceneCoordinates):
         light: Light = Light(),  # noqa: B008 - frozen
         background: float = 50.0,
         exact: bool = False,
+        seed: int = 0,
     ) -> NDArray[np.uint8] | NDArray[np.float32]:
         """Return the grey picture that a camera sees.
 
@@ -525,6 +526,10 @@ class Scene(SceneCoordinates):
         their paper 225 in full light. A pixel at an edge is the mean over its area; elsewhere it is
         the value at its centre, of a picture from copies of falling size. There are no colours,
         shadows, reflections and transparent bodies, and a camera inside a body does not see it.
+
+        A camera with `optics` has the errors that need no motion: the blur of its lens, vignetting,
+        gain, noise, gamma and bits. Several pictures have different noise: the first one of them
+        has the noise that it has alone.
 
         Parameters
         ----------
@@ -540,7 +545,10 @@ class Scene(SceneCoordinates):
         background : float, default 50
             Grey value of pixels without a body, from 0 to 255.
         exact : bool, default False
-            Whether to return grey values that are not rounded.
+            Whether to return grey values that are not rounded and without the errors of `optics`:
+            the light of an ideal camera.
+        seed : int, default 0
+            Seed of the noise.
 
         Returns
         -------
@@ -564,18 +572,17 @@ class Scene(SceneCoordinates):
                [ 75, 204,  75],
                [ 54,  75,  54]], dtype=uint8)
         """
-        from robsim.world.scene_picture import MOST_SAMPLES, PictureBodies, draw_bodies
+        from robsim.world import scene_picture as pictures
 
-        count = as_integer(samples, "samples", 1, MOST_SAMPLES + 1)
+        count = as_integer(samples, "samples", 1, pictures.MOST_SAMPLES + 1)
         values = self.coordinates(self.home if q is None else q, limits=False)
-        bodies = PictureBodies(self.robots, self.objects, self.cameras, self.tree)
+        bodies = pictures.PictureBodies(self.robots, self.objects, self.cameras, self.tree)
         if not isinstance(light, Light):
             raise InputError(f"light: expected a Light, got {format_value(light)}")
         grey = GREY.check(background, "background")
-        images = draw_bodies(bodies, values, self.camera(camera), count, light, grey)
-        if as_bool(exact, "exact"):
-            return images
-        return np.clip(np.rint(images), 0, 255).astype(np.uint8)
+        key, eye = as_integer(seed, "seed", 0, 2**64), self.camera(camera)
+        images = pictures.draw_bodies(bodies, values, eye, count, light, grey)
+        return images if as_bool(exact, "exact") else pictures.develop_pictures(images, eye, key)
 
     def interaction(
         self,

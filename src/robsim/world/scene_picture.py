@@ -5,25 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, move_runs_last
 from robsim.base.errors import InputError
+from robsim.declare import fields_of
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.geometry.primitives import Primitive
+from robsim.rendering.development import Development
 from robsim.rendering.light import Light
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
+from robsim.rendering.sensor import Sensor
 from robsim.robot.robot import Robot
 from robsim.robot.tree import RunNumbers, Tree
+from robsim.vision.camera import Camera
+from robsim.vision.optics import Optics
 from robsim.vision.tags.tag import Tag
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
 MOST_SAMPLES = 8
+CAMERA_AXES = {"K": 2, "distortion": 1}  # of one camera
+P = TypeVar("P", Tag, Optics, Camera)
 KEPT_RENDERERS = 64  # of runs with different cameras or tags
 
 
@@ -45,6 +53,14 @@ class PictureBodies:
     tree: Tree
 
 
+class NoiseKey(NamedTuple):
+    """The key of the noise in pictures: a seed, the number (B,) of each run, and the step."""
+
+    seed: int
+    runs: NDArray[np.uint64]
+    step: int
+
+
 class CameraPictures:
     """Pictures of one camera at many coordinates of its scene.
 
@@ -62,8 +78,13 @@ class CameraPictures:
         self.bodies, self.eye, self.samples = bodies, eye, samples
         self.light, self.background = light, background
         self.frames = list(_list_faces(bodies, eye, 0))
-        self._differ = eye.camera.rows.shape[1] > 1 or any(map(_has_sizes, bodies.objects))
+        self._differ = (
+            eye.camera.rows.shape[1] > 1
+            or any(_has_arrays(thing.tag) for thing in bodies.objects if thing.tag)
+            or (eye.optics is not None and _has_arrays(eye.optics))
+        )
         self._renderer = lru_cache(KEPT_RENDERERS)(self._make_renderer)
+        self._development = lru_cache(KEPT_RENDERERS)(self._make_development)
 
     def draw(self, q: Array, runs: RunNumbers = None) -> NDArray[np.float32]:
         """Return the grey values (B, h, w) at coordinates q (nq, B).
@@ -80,6 +101,28 @@ class CameraPictures:
             image[:] = self._renderer(run if self._differ else 0).draw(T_c_b[b], light[b])
         return images
 
+    def take(
+        self, q: Array, rates: Array, key: NoiseKey, runs: RunNumbers = None
+    ) -> NDArray[np.uint8]:
+        """Return the grey values (B, h, w) at coordinates q (nq, B), with the errors of optics.
+
+        `rates` (nq, B) are the velocities of the coordinates during the exposure.
+        """
+        if self.eye.optics is None:
+            return round_greys(self.draw(q, runs))
+        return np.array([self._take_one(q, rates, key, runs, b) for b in range(q.shape[1])])
+
+    def _take_one(
+        self, q: Array, rates: Array, key: NoiseKey, runs: RunNumbers, b: int
+    ) -> NDArray[np.uint8]:
+        """Return the grey values (h, w) of one run of several."""
+        run = b if runs is None else int(runs[b])
+        development = self._development(run if self._differ else 0)
+        back = development.offsets
+        before = np.ascontiguousarray(q[:, b, None] - rates[:, b, None] * back)
+        T_c_b, light = self.place(before, np.full(len(back), run))
+        return development.draw(T_c_b, light, key.seed, int(key.runs[b]), key.step)
+
     def place(self, q: Array, runs: RunNumbers = None) -> tuple[Array, Array]:
         """Return the poses (B, bodies, 4, 4) in camera axes, and the light (B, 4), at q (nq, B)."""
         tree = self.bodies.tree
@@ -94,13 +137,15 @@ class CameraPictures:
         light = np.column_stack([toward, np.full(len(toward), self.light.ambient)])
         return np.stack([*T_c_b, np.empty((q.shape[1], 4, 4))], axis=1)[:, :-1], light
 
+    def _make_development(self, run: int) -> Development:
+        """Return the development of the pictures of a run."""
+        assert self.eye.optics is not None
+        optics, camera = take_run(self.eye.optics, run), take_run(self.eye.camera, run)
+        return Development(self._renderer(run), optics, camera)
+
     def _make_renderer(self, run: int) -> Renderer:
         """Return the renderer of a run."""
-        camera = self.eye.camera.of_runs(np.array([run]))
-        if self.eye.camera.rows.shape[1] > 1:
-            K, distortion = (np.array(v)[..., 0] if np.ndim(v) > n else v for v, n in (
-                (camera.K, 2), (camera.distortion, 1)))
-            camera = replace(camera, K=K, distortion=tuple(distortion))
+        camera = take_run(self.eye.camera, run)
         faces = [faces for _, faces in _list_faces(self.bodies, self.eye, run)]
         return Renderer(camera, faces, self.samples, self.background)
 
@@ -123,9 +168,34 @@ def draw_bodies(
     return pictures.draw(move_runs_last(q, 1)).reshape(*lead, height, width)
 
 
-def _has_sizes(thing: Object) -> bool:
-    """Return whether an object has a tag whose size differs from run to run."""
-    return thing.tag is not None and np.ndim(thing.tag.size) > 0
+def _has_arrays(value: Tag | Optics) -> bool:
+    """Return whether a number of a tag or of optics differs from run to run."""
+    return any(np.ndim(vars(value)[each.name]) for each in fields_of(type(value)))
+
+
+def take_run(value: P, run: int) -> P:
+    """Return a tag, optics or a camera with the numbers of one run."""
+    numbers = {each.name: np.array(vars(value)[each.name]) for each in fields_of(type(value))}
+    axes = CAMERA_AXES if isinstance(value, Camera) else {}
+    differ = {name: x[..., run] for name, x in numbers.items() if x.ndim > axes.get(name, 0)}
+    return replace(value, **differ) if differ else value
+
+
+def round_greys(images: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return whole grey values from 0 to 255."""
+    return np.clip(np.rint(images), 0, 255).astype(np.uint8)
+
+
+def develop_pictures(
+    images: NDArray[np.float32], eye: MountedCamera, seed: int
+) -> NDArray[np.uint8]:
+    """Return the grey values of light (..., h, w); the run of a picture is its number."""
+    if eye.optics is None:
+        return round_greys(images)
+    sensor = Sensor(eye.optics, eye.camera)
+    pictures = images.reshape(-1, *images.shape[-2:])
+    developed = [sensor.develop(each, seed, run) for run, each in enumerate(pictures)]
+    return np.array(developed, dtype=np.uint8).reshape(images.shape)
 
 
 def _list_faces(
@@ -137,8 +207,8 @@ def _list_faces(
             yield from _list_frame_faces(f"{robot.name}.{link.name}", link.shapes)
     for thing in bodies.objects:
         target = thing.target
-        if isinstance(target, Tag) and _has_sizes(thing):
-            target = replace(target, size=float(np.asarray(target.size)[run]))
+        if isinstance(target, Tag):
+            target = take_run(target, run)
         printed = [] if target is None else list_target_faces(target)
         yield from _list_frame_faces(thing.name, thing.shapes, printed)
     for other in bodies.cameras:

@@ -133,6 +133,7 @@ def _find_believed_targets(belief: Any, scene: Scene, truth: BlockTargets) -> Bl
     believed_joints, joints = _list_coordinates(belief), _list_coordinates(scene)
     if believed_joints != joints:
         raise InputError(f"the belief has the joints {believed_joints}, the scene {joints}")
+    _check_believed_optics(belief, scene)
     by_key: dict[PairKey, CameraTarget] = {}
     for true in deduplicate_targets(truth):
         target = true.target.name
@@ -141,6 +142,17 @@ def _find_believed_targets(belief: Any, scene: Scene, truth: BlockTargets) -> Bl
         if marks[0] != marks[1]:
             raise InputError(f"the belief has {marks[0]} marks on '{target}', the scene {marks[1]}")
     return [tuple(by_key[sight.key] for sight in sights) for sights in truth]
+
+
+def _check_believed_optics(belief: Scene, scene: Scene) -> None:
+    """Raise InputError if a camera of the belief has optics of its own."""
+    true_optics = {eye.name: eye.optics for eye in scene.cameras}
+    for eye in belief.cameras:
+        if eye.optics is not None and eye.optics != true_optics.get(eye.name):
+            raise InputError(
+                f"optics of camera '{eye.name}': a controller does not use them; change the optics "
+                "of the true scene"
+            )
 
 
 def _list_coordinates(scene: Scene) -> list[str]:
