@@ -228,7 +228,8 @@ def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
     joint_deviation = reduce(np.hypot, deviations, np.zeros(field.scene.nq))
     rows = field.scene.tree.alone(field.controller.columns)
     encoder = np.where(rows >= 0, joint_deviation[rows], 0.0)
-    pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task))
+    detectors = field.controller.detectors.values()
+    pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task), detectors)
     return compute_noise_floor(
         linear.response, linear.gain_dependence, linear.timing, pixel, encoder
     )

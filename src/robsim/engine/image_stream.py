@@ -78,6 +78,7 @@ class ImageStream:
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
         self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
         self.status = program.rows()
+        self.hashes = program.rows(len({camera for camera, _ in detectors}))
         self.views: list[ViewRows] = []
 
     @property
@@ -237,7 +238,8 @@ class ImageStream:
         from robsim.engine.mark_detection import DetectionRows, MarkDetection
 
         image.own_pixels()
-        rows = DetectionRows(image, self.exposed, self.program.rows(self.N, 2), self.status)
+        last = self.program.rows(self.N, 2)
+        rows = DetectionRows(image, self.exposed, last, self.status, self.hashes)
         pairs = self.detectors, self.optional_pairs
         self.program.call(MarkDetection(self.sights, self.groups, *pairs, rows))
 

@@ -66,9 +66,17 @@ class Loop:
         with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
+        if controller.detectors:
+            from robsim.engine.mark_detection import check_detection  # late: it imports renderers
+
+            with prefix_path("task", "detector"):
+                check_detection(controller.sights, controller.detectors, self.dt)
         rates = scene.nv if has_actuation_dynamics(self.actuation, scene) else 0
         weights = controller.k if controller.has_weights else 0
-        widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
+        widths = (
+            *(scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights),
+            len(controller.detecting_cameras),
+        )
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
@@ -178,7 +186,10 @@ class Steps:
         plant.command(self.command.qd)
         judge.judge(plant, images, self.command, loop.hold, loop.limited)
         true, command = images.true[: 2 * images.N], self.command
-        self.recorded_rows = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
+        self.recorded_rows = [
+            *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
+            images.hashes,
+        ]
         loop.recorder.keep(program, row, self.alive, self.recorded_rows)
         loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)
         stages = program.stages

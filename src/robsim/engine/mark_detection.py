@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from hashlib import blake2b
 from itertools import groupby
 from operator import attrgetter
 from typing import NamedTuple
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.kernels.formulas.perspective import IN_IMAGE, UNDETECTED
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
@@ -48,12 +50,15 @@ class DetectionRows:
         Pixels (N, 2) at which the marks were found last.
     status : Rows
         Status of the image, which becomes UNDETECTED if a start lacks marks.
+    hashes : Rows
+        Hash of the newest picture of each camera, in the order of their names.
     """
 
     image: ImageRows
     exposed: BlockRows
     last: BlockRows
     status: BlockRows
+    hashes: BlockRows
 
 
 class MarkDetection:
@@ -113,18 +118,22 @@ class MarkDetection:
         numbers = blocks.get(self.rows.image.run).view(np.uint64)
         drawn = np.flatnonzero(arrived & np.isfinite(q).all(axis=0))
         pictures, detectors = self._tools
-        for camera, pairs in groupby(self.pairs, key=attrgetter("camera")):
+        hashes = blocks.get(self.rows.hashes)
+        each = groupby(self.pairs, key=attrgetter("camera"))
+        for number, (camera, pairs) in enumerate(each):
             of_camera, source = list(pairs), pictures[camera]
             width, height = of_camera[0].sight.eye.camera.size
             count = max(MOST_BYTES // (width * height), 1)
             for some in np.split(drawn, range(count, len(drawn), count)):
                 key = NoiseKey(self.seed, numbers[some], step)
                 grey = source.take(q[:, some], rates[:, some], key, blocks.rows[some])
+                hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
                     search = self._make_search(pair, places, step // self.rows.image.every)
                     found = detectors[pair.sight.key].find(grey, search)
                     yield pair, some, np.moveaxis(found, 0, -1)
+        blocks.put(self.rows.hashes, hashes)
 
     def _find_motion(self, blocks: Blocks) -> tuple[Array, Array]:
         """Return the coordinates (nq, B) at the exposure, and their velocities (nq, B)."""
@@ -150,8 +159,35 @@ class MarkDetection:
         return tools
 
 
+def check_detection(
+    sights: Sequence[CameraTarget], detectors: Mapping[PairKey, MarkDetector], dt: float
+) -> None:
+    """Raise InputError if a detector cannot detect its marks, or an exposure is too long."""
+    for sight in (each for each in sights if each.key in detectors):
+        thing, eye = sight.target, sight.eye
+        if eye.camera.size is None:
+            raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
+        detectors[sight.key].check(thing.target, np.asarray(thing.marks), eye.camera)
+        seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))
+        if seconds > dt:
+            raise InputError(
+                f"the exposure and readout of camera '{eye.name}' take {seconds:g} s; at most the "
+                f"control period, {dt:g} s"
+            )
+
+
 def _make_pictures(sight: CameraTarget) -> CameraPictures:
     """Return the pictures of the camera of a pair."""
     scene = sight.scene
     bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
     return CameraPictures(bodies, sight.eye)
+
+
+def compute_picture_hash(picture: NDArray[np.uint8]) -> float:
+    """Return 52 bits of the BLAKE2b hash of a picture, which a float stores exactly.
+
+    >>> compute_picture_hash(np.zeros((2, 3), dtype=np.uint8))
+    3049190214384.0
+    """
+    words = blake2b(picture.tobytes(), digest_size=8).digest()
+    return float(int.from_bytes(words, "little") >> 12)

@@ -36,6 +36,7 @@ class RecordedSeries(NamedTuple):
     s: Array
     pixels: Array
     weights: Array
+    hashes: Array
 
 
 COPIES = 3  # simultaneous copies of the results: in memory, in the file, and a temporary one
@@ -59,7 +60,7 @@ class Recorder:
     """Arrays of the recorded instants and of the end of each run.
 
     Each chunk writes to its own rows. `widths` are the numbers of columns of q, qd, rates, s,
-    pixels and weights.
+    pixels, weights and hashes of pictures.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):

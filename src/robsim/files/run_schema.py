@@ -32,6 +32,7 @@ INSTANTS = {
     "error_norm": (),
     "lyapunov": (),
     "pixels": ("mark", "axis"),
+    "picture_hash": ("picture",),
 }
 ENDS = {
     "pixels_goal": ("mark", "axis"),
@@ -57,11 +58,12 @@ NAMES = {
     "feature_unit": ("feature",),
     "mark_camera": ("mark",),
     "mark_target": ("mark",),
+    "picture_camera": ("picture",),
 }
 FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # with an attribute `frame`
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
-OPTIONAL = {"qd_actual", "weight", "ending"}
+OPTIONAL = {"qd_actual", "weight", "ending", "picture_hash", "picture_camera"}
 MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")

@@ -39,6 +39,7 @@ UNITS = {
     "frame_velocity": "m/s, rad/s",
     "pixels": "px",
     "pixels_goal": "px",
+    "picture_hash": "1",
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
@@ -63,6 +64,7 @@ DESCRIPTIONS = {
     "lyapunov": "half the square of error_norm (chapter, eq. 16)",
     "pixels": "image coordinates of the marks, without noise",
     "pixels_goal": "image coordinates of the marks at the goal",
+    "picture_hash": "52 bits of the BLAKE2b hash of the newest picture of a camera",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
     "end_time": "time at the end of the run",
@@ -105,6 +107,7 @@ def _make_recorded_variables(
             **_compute_motion(controller, series),
             **make_error_variables(series, s_goal[:, None]),
             "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
+            **({"picture_hash": series.hashes} if controller.detectors else {}),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -190,6 +193,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
+    cameras = loop.controller.detecting_cameras
     return {
         "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),
@@ -201,6 +205,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
         "feature_unit": (["feature"], list(loop.controller.units)),
         "mark_camera": (["mark"], np.array([camera for camera, _ in keys], dtype=str)),
         "mark_target": (["mark"], np.array([target for _, target in keys], dtype=str)),
+        **({"picture_camera": (["picture"], np.array(cameras, dtype=str))} if cameras else {}),
     }
 
 

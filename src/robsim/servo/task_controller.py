@@ -82,6 +82,11 @@ class TaskController(ABC):
         return {}
 
     @property
+    def detecting_cameras(self) -> list[str]:
+        """Names of the cameras whose pictures are drawn."""
+        return sorted({camera for camera, _ in self.detectors})
+
+    @property
     def whole(self) -> frozenset[PairKey]:
         """Camera-target pairs with a feature that needs all marks, such as an unweighted pose."""
         return frozenset()

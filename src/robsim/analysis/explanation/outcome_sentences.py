@@ -187,6 +187,11 @@ def _describe_reached_ending(analysis: RunAnalysis) -> str:
     return _describe_final_error(analysis, f"the run ended because {ending!r} held")
 
 
+def _describe_undetected_start(analysis: RunAnalysis) -> str:
+    names = {type(each).__name__ for each in analysis.controller.detectors.values()}
+    return f"{' and '.join(sorted(names))} did not find every mark in the first picture."
+
+
 _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.RUNNING: _describe_stop,
     Outcome.CONVERGED: _describe_convergence,
@@ -199,4 +204,5 @@ _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.NOT_FINITE: _describe_not_finite,
     Outcome.TIME_LIMIT: _describe_time_limit,
     Outcome.ENDED: _describe_reached_ending,
+    Outcome.UNDETECTED: _describe_undetected_start,
 }

@@ -23,6 +23,7 @@ from robsim.analysis.explanation.lost_targets import (
     report_roll,
     report_visibility,
 )
+from robsim.analysis.explanation.missed_marks import report_missed_marks
 from robsim.analysis.explanation.numeric_goals import report_unreachable_goal, report_unseen_goal
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.slow_convergence import (
@@ -45,6 +46,9 @@ ReasonReporter = Callable[[RunAnalysis], Finding | None]
 
 def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
     """Yield the findings for the run's outcome, most important first."""
+    missed = report_missed_marks(analysis)
+    if missed:
+        yield missed
     start = report_blind_start(analysis) if analysis.outcome in _TARGET_LOST else None
     if start:
         yield start
@@ -84,6 +88,7 @@ _COMMON_REASONS = (
 _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
+    Outcome.UNDETECTED: (),
     Outcome.CONVERGED: (report_visibility, report_retreat, report_near_border),
     Outcome.LOCAL_MINIMUM: (
         report_camera_law,

@@ -190,6 +190,7 @@ def propose_tolerance(analysis: RunAnalysis) -> Iterator[Proposal]:
 _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
+    Outcome.UNDETECTED: (),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (propose_interaction, propose_law, propose_scheme),
     Outcome.OUT_OF_IMAGE: (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from robsim.analysis.linearisation.linear_response import LinearResponse
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.analysis.linearisation.stability_limit import is_stable
 from robsim.base.arrays import Array
+from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.sensing import Sensing
 
 DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12  # of the sums of covariances
@@ -42,9 +44,15 @@ class NoiseFloor:
     radians: float
 
 
-def pixel_deviation(sensing: Sensing, robust: bool) -> float:
-    """Return the standard deviation of a pixel coordinate, with or without robust weights."""
-    return math.hypot(*(each.effect.deviation(robust) for each in sensing.list_active()))
+def pixel_deviation(
+    sensing: Sensing, robust: bool, detectors: Iterable[MarkDetector] = ()
+) -> float:
+    """Return the standard deviation of a pixel coordinate, with or without robust weights.
+
+    The largest deviation of the detectors counts.
+    """
+    effects = (each.effect.deviation(robust) for each in sensing.list_active())
+    return math.hypot(*effects, max((each.deviation for each in detectors), default=0.0))
 
 
 def compute_noise_floor(

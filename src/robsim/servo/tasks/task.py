@@ -46,7 +46,6 @@ from robsim.servo.tasks.feature_binder import (
 )
 from robsim.servo.tasks.task_checks import (
     check_bound_law,
-    check_detector,
     check_feature_tolerance,
     check_goal_interaction,
     check_servo_fields,
@@ -308,7 +307,6 @@ class ServoTask(CommandFields):
         regulated, truths = self.bind_features(sights, columns), deduplicate_targets(sights)
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
-        check_detector(self.detector, truths)
         s_goal = regulated.s_goal
         check_goal_interaction(cast(GoalKind, self.goal), regulated)
         own = regulated.tolerances

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from robsim.declare.problems import prefix_path
 from robsim.features.feature import Feature
 from robsim.features.points import PixelPoints, Points
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.camera_target import CameraTarget
 from robsim.servo.goals.goal import GoalFeatures, GoalKind
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
@@ -23,7 +21,6 @@ from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.laws.inverse import CAMERA_TWIST, JacobianTranspose, compute_rank
 from robsim.servo.servo_controller import ServoController
 from robsim.vision.camera import Camera
-from robsim.vision.detectors.mark_detector import MarkDetector
 
 
 def check_servo_fields(task: Any) -> None:
@@ -221,15 +218,3 @@ def is_collinear(marks: Array) -> bool:
     """Return whether marks (N, 3) lie on one line, or marks (N, 3, B) in any run."""
     each = np.moveaxis(marks, (0, 1), (-2, -1))
     return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())
-
-
-def check_detector(detector: MarkDetector | None, sights: Sequence[CameraTarget]) -> None:
-    """Raise InputError for a detector that cannot detect the marks of a task."""
-    if detector is None:
-        return
-    with prefix_path("detector"):
-        for sight in sights:
-            thing, eye = sight.target, sight.eye
-            if eye.camera.size is None:
-                raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
-            detector.check(thing.target, np.asarray(thing.marks), eye.camera)
