@@ -70,7 +70,10 @@ class ImageStream:
         self.before = program.each(plant.start.T) if detectors else plant.q
         self.optional_pairs, self.true = optional_pairs, program.rows(self.width)
         self.seen = program.rows(self.width) if optional_pairs else self.true
-        self.pixels, self.depth, self.exposed = self._split_image(self.seen)
+        (self.pixels, self.depth), self.exposed = (
+            self._split_image(self.seen),
+            self.seen[3 * self.N :],
+        )
         self.hidden: BlockRows | None = None
         self.age = program.constant(0.0)
         self.delays, shares = split_latency(latency, plant.seconds, steps)
@@ -103,10 +106,9 @@ class ImageStream:
             each.effect.place >= ImageEffectStage.HIDDEN for each in self.effects
         )
 
-    def _split_image(self, image: BlockRows) -> tuple[BlockRows, BlockRows, BlockRows]:
-        """Return the rows of pixels (N, 2), of depths (N,) and of coordinates of an image."""
-        N = self.N
-        return BlockRows(image, (N, 2)), BlockRows(image + 2 * N, (N,)), image[3 * N :]
+    def _split_image(self, image: BlockRows) -> tuple[BlockRows, BlockRows]:
+        """Return the rows of the pixels (N, 2) and of the depths (N,) of an image."""
+        return BlockRows(image, (self.N, 2)), BlockRows(image + 2 * self.N, (self.N,))
 
     def add_image_stages(self) -> None:
         """Add the stages that project the marks into the images."""
@@ -160,17 +162,10 @@ class ImageStream:
         gets the worst status of the marks of all other pairs. `seconds` is the time since the start
         of the period. Return the views.
         """
-        views, of, (*taken, _) = [], WORST_STATUS, self._split_image(image)
-        *shown, exposed = self._split_image(seen)
-        shown = taken if seen is image else shown
+        views, of, taken = [], WORST_STATUS, self._split_image(image)
+        shown = taken if seen is image else self._split_image(seen)
         if self.detectors:
-            nq = placed.q.size
-            for part, to in (
-                (placed.q, exposed[:nq]),
-                (self.before, exposed[nq : 2 * nq]),
-                (seconds.reshape(1), exposed[2 * nq :]),
-            ):
-                self.program.add(copy_rows, rows=part, to=to)
+            self._add_exposure(placed, seconds, seen[3 * self.N :])
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
             rows = [part[some] for part in taken]
@@ -189,6 +184,14 @@ class ImageStream:
                 for part, other in zip(rows, to, strict=True):
                     self.program.add(copy_rows, rows=part.flat, to=other.flat)
         return views
+
+    def _add_exposure(self, placed: FKStages, seconds: BlockRows, exposed: BlockRows) -> None:
+        """Add the stages that store the coordinates of an image and those before, with the time."""
+        nq = placed.q.size
+        parts = placed.q, self.before, seconds.reshape(1)
+        places = exposed[:nq], exposed[nq : 2 * nq], exposed[2 * nq :]
+        for part, to in zip(parts, places, strict=True):
+            self.program.add(copy_rows, rows=part, to=to)
 
     def rows(self, group: MarkGroup) -> tuple[BlockRows, BlockRows, BlockRows | None]:
         """Return the rows of pixels, depths and occlusion of a group of marks."""
@@ -217,7 +220,8 @@ class ImageStream:
             delays=self.delay,
             out=out,
         )
-        (self.pixels, self.depth, self.exposed), self.age = self._split_image(out), self.delay
+        (self.pixels, self.depth), self.exposed = self._split_image(out), out[3 * self.N :]
+        self.age = self.delay
 
     def _add_effects(self) -> ImageRows:
         """Add the stages of all imperfections, in their order from the camera to the controller."""
@@ -266,9 +270,7 @@ class ImageStream:
             self.hidden = hidden
 
 
-def _add_effects_to(
-    image: ImageRows, effects: Iterable[ActiveImperfection[ImageEffect]]
-) -> None:
+def _add_effects_to(image: ImageRows, effects: Iterable[ActiveImperfection[ImageEffect]]) -> None:
     """Add the stages of effects on an image, in their order."""
     for each in effects:
         image.stream = each.stream

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from hashlib import blake2b
 from itertools import groupby
 from operator import attrgetter
@@ -117,21 +117,22 @@ class MarkDetection:
         q, rates = self._find_motion(blocks)
         numbers = blocks.get(self.rows.image.run).view(np.uint64)
         drawn = np.flatnonzero(arrived & np.isfinite(q).all(axis=0))
-        pictures, detectors = self._tools
+        sources = self._pictures
         hashes = blocks.get(self.rows.hashes)
         each = groupby(self.pairs, key=attrgetter("camera"))
         for number, (camera, pairs) in enumerate(each):
-            of_camera, source = list(pairs), pictures[camera]
-            width, height = of_camera[0].sight.eye.camera.size
-            count = max(MOST_BYTES // (width * height), 1)
-            for some in np.split(drawn, range(count, len(drawn), count)):
+            of_camera, source = list(pairs), sources[camera]
+            size = of_camera[0].sight.eye.camera.size or (1, 1)
+            count = max(MOST_BYTES // (size[0] * size[1]), 1)
+            for first in range(0, len(drawn), count):
+                some = drawn[first : first + count]
                 key = NoiseKey(self.seed, numbers[some], step)
                 grey = source.take(q[:, some], rates[:, some], key, blocks.rows[some])
                 hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
                     search = self._make_search(pair, places, step // self.rows.image.every)
-                    found = detectors[pair.sight.key].find(grey, search)
+                    found = pair.detector.find(grey, search)
                     yield pair, some, np.moveaxis(found, 0, -1)
         blocks.put(self.rows.hashes, hashes)
 
@@ -147,16 +148,13 @@ class MarkDetection:
         return MarkSearch(thing.target, np.asarray(thing.marks), camera, last, number)
 
     @property
-    def _tools(self) -> tuple[dict[str, CameraPictures], dict[PairKey, MarkDetector]]:
-        """The pictures by camera and the detectors by pair; each thread has its own."""
-        if not hasattr(self._of_thread, "tools"):
-            scenes = {pair.camera: pair.sight for pair in self.pairs}
-            pictures = {name: _make_pictures(sight) for name, sight in scenes.items()}
-            detectors = {pair.sight.key: replace(pair.detector) for pair in self.pairs}
-            self._of_thread.tools = pictures, detectors
-        tools: tuple[dict[str, CameraPictures], dict[PairKey, MarkDetector]]
-        tools = self._of_thread.tools
-        return tools
+    def _pictures(self) -> dict[str, CameraPictures]:
+        """The pictures of each camera; each thread has its own."""
+        if not hasattr(self._of_thread, "pictures"):
+            sights = {pair.camera: pair.sight for pair in self.pairs}
+            self._of_thread.pictures = {name: _make_pictures(each) for name, each in sights.items()}
+        pictures: dict[str, CameraPictures] = self._of_thread.pictures
+        return pictures
 
 
 def check_detection(

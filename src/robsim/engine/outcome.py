@@ -43,8 +43,8 @@ class Outcome(NamedInteger):
     Notes
     -----
     If several conditions hold at one instant, the first of this order counts: NOT_FINITE of the
-    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOT_FINITE of a feature, CONVERGED, DIVERGED,
-    NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT.
+    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOT_FINITE of a feature, CONVERGED,
+    DIVERGED, NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT.
 
     Examples
     --------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -175,9 +175,12 @@ def _has_arrays(value: Tag | Optics) -> bool:
 
 def take_run(value: P, run: int) -> P:
     """Return a tag, optics or a camera with the numbers of one run."""
-    numbers = {each.name: np.array(vars(value)[each.name]) for each in fields_of(type(value))}
     axes = CAMERA_AXES if isinstance(value, Camera) else {}
-    differ = {name: x[..., run] for name, x in numbers.items() if x.ndim > axes.get(name, 0)}
+    differ: dict[str, Any] = {}
+    for each in fields_of(type(value)):
+        number = vars(value)[each.name]
+        if np.ndim(number) > axes.get(each.name, 0):
+            differ[each.name] = np.asarray(number)[..., run].tolist()
     return replace(value, **differ) if differ else value
 
 

@@ -81,10 +81,11 @@ def _examine_pair(
 
 def _list_changes(eye: MountedCamera) -> Iterator[PictureChange]:
     """Yield the cameras without one error of the optics, and with twice the pixels."""
-    for each in fields_of(Optics) if eye.optics is not None else ():
-        value, off = vars(eye.optics)[each.name], each.default
+    optics = Optics() if eye.optics is None else eye.optics
+    for each in fields_of(Optics):
+        value, off = vars(optics)[each.name], each.default
         if value != off:
-            without = replace(eye.optics, **{each.name: off})
+            without = replace(optics, **{each.name: off})
             number = f"{each.name} = {format_number(value)}"
             path = f"cameras.{eye.name}.optics.{each.name}"
             phrase = f"without {CAUSES[each.name]} ({number})"
@@ -116,7 +117,9 @@ def _count_misses(
         view = now.projections[sight.key]
         true = np.moveaxis(factor * (view.pixels + 0.5) - 0.5, -1, 0)
         thing = sight.target
-        search = MarkSearch(thing.target, np.asarray(thing.marks), eye.camera, np.rint(true), int(t))
+        search = MarkSearch(
+            thing.target, np.asarray(thing.marks), eye.camera, np.rint(true), int(t)
+        )
         inside = np.moveaxis(view.visibility == 0, -1, 0)
         misses += bool((np.isnan(detector.find(picture, search)).any(axis=-1) & inside).any())
     return misses

@@ -58,10 +58,17 @@ class CompositeController(TaskController):
     @property
     def detectors(self) -> Mapping[PairKey, MarkDetector]:
         """Detectors of the camera-target pairs of all tasks."""
-        merged: dict[PairKey, MarkDetector] = {}
+        merged: dict[PairKey, MarkDetector | None] = {}
         for part in self.parts:
-            merged.update(part.detectors)
-        return merged
+            for sight in part.sights:
+                own = part.detectors.get(sight.key)
+                if merged.setdefault(sight.key, own) != own:
+                    camera, target = sight.key
+                    raise InputError(
+                        f"detector: the tasks detect '{target}' in camera '{camera}' in two ways; "
+                        "give them the same detector"
+                    )
+        return {key: each for key, each in merged.items() if each is not None}
 
     @property
     def whole(self) -> frozenset[PairKey]:

@@ -332,7 +332,7 @@ class ServoTask(CommandFields):
             self.interaction if isinstance(self.interaction, Broyden) else None,
             self.shaping(scene, columns),
             self.weighting,
-            self.detector,
+            cast(MarkDetector | None, self.detector),
         )
 
     def sights(self, scene: Scene) -> BlockTargets:

@@ -1,0 +1,208 @@
+"""Marks that a task detects in the pictures of its cameras while it runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.engine.mark_detection import compute_picture_hash
+from robsim.vision import DotDetector, DotPattern, Optics
+from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+
+POINTS = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06], [0.0, 0.02]]
+DT = 0.04
+
+
+@pytest.fixture(scope="module")
+def experiment():
+    """An arm with a camera of 160 x 160 pixels above a pattern of dots."""
+    arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    plate, eye = arm.scene.object("plate"), arm.scene.camera()
+    dots = DotPattern(POINTS, radius=0.02)
+    pose = plate.pose @ rs.Pose.at(0, 0, 0, rpy=(np.pi, 0, 0))
+    target = rs.Object("plate", dots=dots, pose=pose, on=plate.on)
+    lens = eye.camera.resized(160, 160)
+    scene = rs.Scene(arm.scene.robots, target, replace(eye, camera=lens))
+    task = rs.IBVS(arm.task.goal, detector="dots", gain=2.0)
+    start = np.asarray(arm.start) + 0.01 * np.array([1, -1, 1, 0, -1, 1, 0])
+    return rs.Experiment(scene, task, start, duration=0.6, dt=DT)
+
+
+def change(experiment, optics=None, **sensing):
+    """Return an experiment with other optics and sensing."""
+    eye = replace(experiment.scene.camera(), optics=optics)
+    scene = experiment.scene.replacing(eye)
+    return experiment.with_(scene=scene, sensing=rs.Sensing(**sensing))
+
+
+def take_pictures(experiment, q, before=None, step=0):
+    """Return the picture at coordinates q, one period after the coordinates `before`."""
+    scene = experiment.scene
+    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
+    before = q if before is None else before
+    key = NoiseKey(experiment.seed, np.zeros(1, np.uint64), step)
+    pictures = CameraPictures(bodies, scene.camera())
+    return pictures.take(q[:, None], (q - before)[:, None] / DT, key)[0]
+
+
+def assert_same(one, other, run=None):
+    """Assert that two records have the same bits."""
+    for name, values in one.data_vars.items():
+        theirs = other[name]
+        theirs = theirs.isel(run=run) if run is not None and "run" in theirs.dims else theirs
+        np.testing.assert_array_equal(values.values, theirs.values, err_msg=name)
+
+
+def test_detected_dots_lead_to_the_goal(experiment):
+    run = experiment.run(duration=5.0)
+    exact = experiment.with_(task=replace(experiment.task, detector=None)).run(duration=5.0)
+    assert float(exact.pixel_error) < 0.02
+    assert float(run.pixel_error) < 0.05
+    measured = run.s.values[-1]
+    assert np.abs(measured - run.s_goal.values).max() < 1e-3
+
+
+def test_the_features_are_those_of_the_picture_of_each_instant(experiment):
+    run = experiment.run()
+    for k in (0, 5, 14):
+        picture = experiment.scene.picture(run.q.values[k])
+        assert run.picture_hash.values[k, 0] == compute_picture_hash(picture)
+        found = experiment.task.detector.find(
+            picture[None],
+            rs.vision.MarkSearch(None, np.zeros((5, 3)), None, np.rint(run.pixels.values[None, k])),
+        )
+        K = experiment.scene.camera().camera.K
+        s = ((found[0] - K[:2, 2]) / np.diag(K)[:2]).ravel()
+        np.testing.assert_allclose(run.s.values[k], s, rtol=0, atol=1e-12)
+    assert list(run.picture_camera.values) == ["camera"]
+
+
+@pytest.mark.parametrize("sensing", [{}, {"latency": 0.07, "dropped": 0.3}])
+def test_bits_are_the_same_alone_in_chunks_and_threads(experiment, sensing):
+    optics = Optics(read_noise=2.0, full_well=9000, exposure=0.01, readout=0.01)
+    shift = 0.005 * np.arange(4)[:, None] * np.ones(7)
+    many = change(experiment, optics, **sensing).with_(start=experiment.start + shift, seed=5)
+    run = many.run(duration=0.3, threads=1)
+    assert_same(run, many.run(duration=0.3, threads=3, chunk=1))
+    alone = many.of_run(2).run(duration=0.3)
+    assert_same(alone, run, 2)
+    assert_same(alone, rs.Experiment.of(alone).run())
+
+
+def test_a_late_picture_is_that_of_an_earlier_pose(experiment):
+    run = change(experiment, latency=2 * DT).run()
+    for k, shown in ((1, 0), (2, 0), (3, 1), (9, 7)):
+        picture = experiment.scene.picture(run.q.values[shown])
+        assert run.picture_hash.values[k, 0] == compute_picture_hash(picture)
+
+
+def test_a_picture_between_two_periods_is_that_of_the_pose_between_them(experiment):
+    run = change(experiment, latency=1.25 * DT).run()
+    between = 0.25 * run.q.values[6] + 0.75 * run.q.values[7]
+    found = run.s.values[8]
+    picture = experiment.scene.picture(between)
+    places = np.rint(run.pixels.values[None, 7])
+    marks = rs.vision.MarkSearch(None, np.zeros((5, 3)), None, places)
+    pixels = experiment.task.detector.find(picture[None], marks)[0]
+    K = experiment.scene.camera().camera.K
+    np.testing.assert_allclose(
+        found, ((pixels - K[:2, 2]) / np.diag(K)[:2]).ravel(), rtol=0, atol=1e-5
+    )
+
+
+def test_rare_and_lost_pictures_are_not_drawn(experiment):
+    rare = change(experiment, period=3 * DT).run().picture_hash.values[:, 0]
+    assert (rare[0:3] == rare[0]).all()
+    assert (rare[3:6] == rare[3]).all()
+    assert rare[3] != rare[0]
+    lossy = change(experiment, dropped=0.5).with_(seed=2).run()
+    kept = np.flatnonzero(np.diff(lossy.picture_hash.values[:, 0]) == 0)
+    assert 3 <= len(kept) <= 12
+    same = np.abs(np.diff(lossy.s.values, axis=0)).max(axis=1) == 0
+    np.testing.assert_array_equal(np.flatnonzero(same), kept)
+
+
+def test_motion_blurs_the_pictures_of_a_run(experiment):
+    optics = Optics(exposure=0.03, read_noise=1.0)
+    moving = change(experiment, optics)
+    run = moving.run()
+    for k in (0, 4):
+        q = run.q.values
+        expected = take_pictures(moving, q[k], q[max(k - 1, 0)], step=k)
+        assert run.picture_hash.values[k, 0] == compute_picture_hash(expected)
+    sharp = moving.scene.picture(run.q.values[4])
+    assert run.picture_hash.values[4, 0] != compute_picture_hash(sharp)
+
+
+def test_a_start_without_detected_marks_ends_with_its_reason(experiment):
+    blurred = change(experiment, Optics(defocus=12.0))
+    run = blurred.run()
+    assert rs.Outcome(int(run.outcome)) is rs.Outcome.UNDETECTED
+    assert float(run.end_time) == 0.0
+    sentences = str(rs.explain(run))
+    assert "in none of them without the blur of the lens (defocus = 12)" in sentences
+
+
+def test_marks_that_are_not_found_are_not_used(experiment):
+    """A second object hides a dot from the tenth instant on: the four others lead the arm."""
+    cover = rs.Object(
+        "cover", rs.shapes.Block(0.05, 0.05, 0.002), pose=rs.Pose.at(0, 0.02, -0.003), on="plate"
+    )
+    scene = rs.Scene(
+        experiment.scene.robots, [*experiment.scene.objects, cover], experiment.scene.cameras
+    )
+    task = replace(experiment.task, target="plate", weighting="border")
+    run = experiment.with_(scene=scene, task=task).run(duration=4.0)
+    weights = run.weight.values[-1].reshape(5, 2)
+    np.testing.assert_array_equal(weights[4], 0.0)
+    assert (weights[:4] > 0).all()
+    assert float(run.pixel_error) < 0.2
+
+
+def test_the_advice_takes_the_noise_of_the_detector(experiment):
+    exact = rs.advise(experiment.with_(task=replace(experiment.task, detector=None)))
+    noisy = rs.advise(
+        change(experiment, noise=DotDetector().deviation).with_(task=exact_task(experiment))
+    )
+    assert exact.noise.pixels == 0.0
+    assert rs.advise(experiment).noise.pixels == noisy.noise.pixels > 0.0
+
+
+def exact_task(experiment):
+    return replace(experiment.task, detector=None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"size": None}, "needs the size of the camera|has no size, which a picture needs"),
+        (
+            {"optics": Optics(exposure=0.03, readout=0.02)},
+            "take 0.05 s; at most the control period",
+        ),
+    ],
+)
+def test_impossible_pictures_are_refused_before_the_run(experiment, changes, message):
+    eye = experiment.scene.camera()
+    if "size" in changes:
+        eye = replace(eye, camera=replace(eye.camera, size=None))
+    else:
+        eye = replace(eye, **changes)
+    with pytest.raises(rs.errors.InputError, match=message):
+        experiment.with_(scene=experiment.scene.replacing(eye)).run()
+
+
+def test_tasks_that_share_a_picture_need_one_detector(experiment):
+    tasks = [experiment.task, replace(exact_task(experiment), features="point_moments")]
+    both = experiment.with_(task=rs.tasks.Priorities(tasks))
+    with pytest.raises(rs.errors.InputError, match="detect 'plate' in camera 'camera' in two ways"):
+        both.run()
+
+
+def test_an_experiment_with_a_detector_has_a_text(experiment):
+    detector = DotDetector(reach=12.0)
+    one = experiment.with_(task=replace(experiment.task, detector=detector))
+    text = one.to_toml()
+    assert 'detector = {kind = "dots", reach' in text.replace("{ kind", "{kind")
+    assert rs.Experiment.from_text(text).task.detector == detector
