@@ -34,6 +34,7 @@ TABLES = {
     "`[[robots.links]]`": LinkTable,
     "`[[objects]]`": rs.Object,
     "`[[cameras]]`": CameraTable,
+    "`[cameras.optics]`": rs.vision.Optics,
     "`[[motions]]`": rs.Motion,
 }
 

@@ -35,6 +35,8 @@ FLYING = {
     "start": {"q": ["14 cm", "18 cm", "-90 cm", *TURNED, "0 cm"]},
     "run": RUN,
 }
+DOTS = {"points": ["-10, -9 cm", "11, -10 cm", "9, 10 cm", "-10, 9 cm"], "radius": "1 cm"}
+PRINTED = FLYING | {"objects": [{"name": "dots", "on": "belt.pallet", "dots": DOTS}]}
 KEPT = {"places": [{"name": "plate", "position": "30, 1, 10 cm"}]}
 MOVED = [{"name": "plate", "position": "32, 1, 11 cm"}]
 GOAL = {"computed": {"position": "1, 2, 75 cm"}}
@@ -56,6 +58,7 @@ SHAPED = {
     "limit": {"joint": "0.5 rad/s"},
 }
 TAG = {"family": "tag36h11", "id": 7, "size": "20 cm"}
+TAGGED = FLYING | {"objects": [{"name": "dots", "on": "belt.pallet", "tag": TAG}]}
 BOARD = {"family": "DICT_4X4_50", "columns": 4, "rows": 3, "square": "6 cm", "tag": "4 cm"}
 STORED = {
     "file": "ost.yaml",
@@ -80,6 +83,7 @@ OTHERS = {
     "camera": ["second"],
     "components": [[0]],
     "damping": [0.3],
+    "detector": ["dots"],
     "depth": ["50 cm", {"kind": "filter", "start": "50 cm"}],
     "feed_forward": ["estimated"],
     "goal": [{"computed": {"position": "1, 3, 85 cm"}}],
@@ -610,6 +614,15 @@ RECIPES = {
             {"least": [100]},
         )
     ],
+    "mark detector dots": [
+        (
+            *part("detector", {"kind": "dots"}, PRINTED, gain=4.0),
+            {"reach": [200.0], "least_area": [1e6], "least_contrast": [255]},
+        )
+    ],
+    "mark detector tags": [
+        (*part("detector", {"kind": "tags"}, TAGGED), {"targets": [[{**TAG, "id": 8}]]})
+    ],
     "feature vanishing_point": [
         part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})
     ],
@@ -721,9 +734,11 @@ RECIPES = {
         (solid(BALL)[0], ("objects", 1)),
         targeted("tag", TAG)[:2],
         targeted("board", BOARD)[:2],
+        targeted("dots", DOTS),
     ],
     "Tag": [aimed("tag", TAG)],
     "Board": [aimed("board", BOARD)],
+    "DotPattern": [aimed("dots", DOTS)],
     "CalibrationFile": [
         calibrated({"file": f"{LENSES}/a.xml"}, file=[f"{LENSES}/b.xml"], sha256=["0" * 64]),
         calibrated({"file": f"{LENSES}/cameras.txt", "camera": "1"}, camera=["2"]),

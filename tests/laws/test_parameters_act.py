@@ -51,7 +51,11 @@ def declared():
 
 KINDS = declared()
 SLOW = ("start", "sampler")  # studies
-EACH = [pytest.param(x, marks=[pytest.mark.full] * x.startswith(SLOW)) for x in sorted(KINDS)]
+NEED_VISION = ("mark detector tags",)  # the extra `vision`: tests/peers/test_vision_parameters.py
+EACH = [
+    pytest.param(x, marks=[pytest.mark.full] * x.startswith(SLOW))
+    for x in sorted(set(KINDS) - set(NEED_VISION))
+]
 
 
 FEW = ("points", "segments", "points_3d", "theta_u")  # with depth and without

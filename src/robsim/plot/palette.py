@@ -51,7 +51,7 @@ OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of differ
     Outcome.DIVERGED: ("#5c1a00", ""),
     Outcome.NOT_FINITE: (BLACK, ""),
     Outcome.ENDED: ("#b3a36b", "+++"),
-    Outcome.UNDETECTED: ("#9ad0c2", "\\\\"),
+    Outcome.UNDETECTED: ("#e39a8b", "ooo"),
     Outcome.RUNNING: (LIGHT_GREY, "|||"),
 }
 ASTERISK = (6, 2, 0)  # a marker of six strokes

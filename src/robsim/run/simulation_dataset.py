@@ -107,7 +107,7 @@ def _make_recorded_variables(
             **_compute_motion(controller, series),
             **make_error_variables(series, s_goal[:, None]),
             "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
-            **({"picture_hash": series.hashes} if controller.detectors else {}),
+            **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -193,7 +193,8 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
-    cameras = loop.controller.detecting_cameras
+    has_pictures = loop.recorder.last.hashes.shape[-1] > 0
+    cameras = loop.controller.detecting_cameras if has_pictures else []
     return {
         "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),

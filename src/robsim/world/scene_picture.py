@@ -175,7 +175,7 @@ def _has_arrays(value: Tag | Optics) -> bool:
 
 def take_run(value: P, run: int) -> P:
     """Return a tag, optics or a camera with the numbers of one run."""
-    axes = CAMERA_AXES if isinstance(value, Camera) else {}
+    axes: dict[str, int] = CAMERA_AXES if isinstance(value, Camera) else {}
     differ: dict[str, Any] = {}
     for each in fields_of(type(value)):
         number = vars(value)[each.name]
