@@ -36,7 +36,10 @@ FLYING = {
     "run": RUN,
 }
 DOTS = {"points": ["-10, -9 cm", "11, -10 cm", "9, 10 cm", "-10, 9 cm"], "radius": "1 cm"}
-PRINTED = FLYING | {"objects": [{"name": "dots", "on": "belt.pallet", "dots": DOTS}]}
+PRINTED = FLYING | {
+    "objects": [{"name": "dots", "on": "belt.pallet", "dots": DOTS}],
+    "sensing": {"period": "0.2 s"},  # a dot leaves its place from one picture to the next
+}
 KEPT = {"places": [{"name": "plate", "position": "30, 1, 10 cm"}]}
 MOVED = [{"name": "plate", "position": "32, 1, 11 cm"}]
 GOAL = {"computed": {"position": "1, 2, 75 cm"}}
@@ -617,7 +620,7 @@ RECIPES = {
     "mark detector dots": [
         (
             *part("detector", {"kind": "dots"}, PRINTED, gain=4.0),
-            {"reach": [200.0], "least_area": [1e6], "least_contrast": [255]},
+            {"reach": [1.0], "least_area": [1e6], "least_contrast": [255]},
         )
     ],
     "mark detector tags": [
