@@ -12,7 +12,7 @@ from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.vision.camera import Visibility
 
-_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
+_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.UNDETECTED)
 _WHERE = {
     Visibility.BEHIND_CAMERA: "behind the camera",
     Visibility.OUT_OF_IMAGE: "outside the image",
@@ -26,12 +26,17 @@ def check_start_visibility(loop: Loop) -> None:
     ended = first.recorder
     blind = np.flatnonzero(np.isin(ended.outcome, _BLIND) & (ended.end_step == 0))
     if blind.size:
-        raise InputError(_describe_missing_marks(loop, int(blind[0])))
+        at = int(blind[0])
+        undetected = ended.outcome[at] == Outcome.UNDETECTED
+        raise InputError(_describe_missing_marks(loop, at, undetected))
 
 
-def _describe_missing_marks(loop: Loop, at: int) -> str:
+def _describe_missing_marks(loop: Loop, at: int, undetected: bool) -> str:
     """Return a message about the camera and the marks that it does not see at a start."""
     start_label = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
+    if undetected:
+        names = sorted({type(each).__name__ for each in loop.controller.detectors.values()})
+        return f"{start_label}: {' and '.join(names)} does not find every mark in the first picture"
     excused = loop.controller.optional_pairs
     for sight in (each for each in loop.controller.sights if each.key not in excused):
         seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility

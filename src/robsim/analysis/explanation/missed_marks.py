@@ -36,11 +36,18 @@ CAUSES = {
 
 
 class PictureChange(NamedTuple):
-    """A camera without one cause of misses: a phrase, and the values of the change."""
+    """Pictures without one cause of misses: a phrase, and the values of the change.
+
+    `offset` (2,) is added to the pixels of a mark after their multiplication by `factor`. With
+    `alone` the pictures show the target without other bodies.
+    """
 
     phrase: str
     eye: MountedCamera
     values: dict[str, Raw]
+    factor: float = 1.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    alone: bool = False
 
 
 def report_missed_marks(analysis: RunAnalysis) -> Finding | None:
@@ -58,7 +65,7 @@ def _examine_pair(
 ) -> Finding | None:
     """Return the finding on a camera and its target; None if every mark was found."""
     instants = np.unique(np.linspace(0, len(analysis.snapshots) - 1, EXAMINED).astype(int))
-    misses = _count_misses(analysis, sight, sight.eye, detector, instants)
+    misses = _count_misses(analysis, sight, PictureChange("", sight.eye, {}), detector, instants)
     if not misses:
         return None
     sentence = (
@@ -68,7 +75,7 @@ def _examine_pair(
     evidence = {"pictures": float(len(instants)), "with_misses": float(misses)}
     best: tuple[int, PictureChange] | None = None
     for change in _list_changes(sight.eye):
-        left = _count_misses(analysis, sight, change.eye, detector, instants)
+        left = _count_misses(analysis, sight, change, detector, instants)
         if best is None or left < best[0]:
             best = left, change
     if best is None or best[0] > SHARE * misses:
@@ -90,36 +97,36 @@ def _list_changes(eye: MountedCamera) -> Iterator[PictureChange]:
             path = f"cameras.{eye.name}.optics.{each.name}"
             phrase = f"without {CAUSES[each.name]} ({number})"
             yield PictureChange(phrase, replace(eye, optics=without), {path: off})
+    yield PictureChange("without the other bodies, which hide marks", eye, {}, alone=True)
     width, height = eye.camera.size or (0, 0)
+    K = eye.camera.K + [[0, 0, width / 2], [0, 0, height / 2], [0, 0, 0]]
+    wider = replace(eye, camera=replace(eye.camera, K=K, size=(2 * width, 2 * height)))
+    phrase = "with a larger image: its border cuts marks"
+    yield PictureChange(phrase, wider, {}, offset=(width / 2, height / 2))
     larger = replace(eye, camera=eye.camera.resized(2 * width, 2 * height))
     phrase = "with twice the pixels along each side: the marks are too small in the image"
-    yield PictureChange(phrase, larger, {})
+    yield PictureChange(phrase, larger, {}, factor=2.0, offset=(0.5, 0.5))
 
 
 def _count_misses(
     analysis: RunAnalysis,
     sight: CameraTarget,
-    eye: MountedCamera,
+    change: PictureChange,
     detector: MarkDetector,
     instants: Array,
 ) -> int:
     """Return the number of instants with marks in the image that the detector does not find."""
-    scene, loop = sight.scene, analysis.loop
-    pictures = CameraPictures(
-        PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree), eye
-    )
-    factor = (eye.camera.size or (1,))[0] / (sight.eye.camera.size or (1,))[0]
+    scene, loop, thing = sight.scene, analysis.loop, sight.target
+    parts = ((), (thing,), ()) if change.alone else (scene.robots, scene.objects, scene.cameras)
+    pictures = CameraPictures(PictureBodies(*parts, scene.tree), change.eye)
     misses = 0
     for t in instants:
         now, before = analysis.snapshots[t], analysis.snapshots[max(t - 1, 0)]
         key = NoiseKey(loop.seed, loop.runs.astype(np.uint64), int(t))
         picture = pictures.take(now.q, (now.q - before.q) / loop.dt, key)
         view = now.projections[sight.key]
-        true = np.moveaxis(factor * (view.pixels + 0.5) - 0.5, -1, 0)
-        thing = sight.target
-        search = MarkSearch(
-            thing.target, np.asarray(thing.marks), eye.camera, np.rint(true), int(t)
-        )
+        true = change.factor * np.moveaxis(view.pixels, -1, 0) + change.offset
+        search = MarkSearch(thing.target, np.asarray(thing.marks), change.eye.camera, np.rint(true))
         inside = np.moveaxis(view.visibility == 0, -1, 0)
         misses += bool((np.isnan(detector.find(picture, search)).any(axis=-1) & inside).any())
     return misses
