@@ -27,7 +27,6 @@ def build_faces(bodies: Sequence[Iterable[RenderedFace]]) -> tuple[Faces, Pictur
     index = {id(picture): k for k, picture in enumerate(pictures)}
     faces = Faces(
         corners=np.concatenate([np.empty((0, 3)), *(face.corners for _, face in listed)]),
-        corner_body=np.repeat(body, sizes),
         first=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         body=body,
         normal=normals,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.raster.picture import average_blocks, draw_picture
+from robsim.kernels.raster.picture import draw_pictures
 from robsim.kernels.raster.raster_arrays import PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
 from robsim.rendering.image_plane import build_image_plane
@@ -16,6 +16,7 @@ from robsim.rendering.rendered_face import RenderedFace
 from robsim.vision.camera import Camera
 from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
 
+NEIGHBOURS = 9  # pixels whose faces a pixel at an edge may see
 PLACES = 4  # places along each side of a pixel at an edge
 FULL_LIGHT = (0.0, 0.0, 1.0, 1.0)
 
@@ -43,14 +44,15 @@ class Renderer:
         background: float = BACKGROUND,
     ) -> None:
         assert camera.size is not None
-        width, height = camera.size
+        width, height = self._size = camera.size
         self._samples, self._background = samples, float(background)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
-        self._pattern = spread_places(PLACES)
+        self._pattern = np.ascontiguousarray(spread_places(PLACES).T)
         self._placed = _allocate_placed(len(self._faces.body), len(self._faces.corners))
         self._buffers = _allocate_buffers(width * samples, height * samples)
-        self._fine = np.empty((height * samples, width * samples), dtype=np.float32)
+        rows = height * samples if samples > 1 else 0
+        self._fine = np.empty((rows, width * samples), dtype=np.float32)
 
     def draw(self, T_c_b: Array, light: Sequence[float] = FULL_LIGHT) -> NDArray[np.float32]:
         """Return the grey values (h, w) of the bodies at poses (bodies, 4, 4) in camera axes.
@@ -58,24 +60,37 @@ class Renderer:
         `light` is (lx, ly, lz, ambient): the unit direction of the rays in camera axes, and the
         share of light from everywhere.
         """
-        poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :3])
-        draw_picture(
+        image: NDArray[np.float32] = self.draw_many(np.asarray(T_c_b)[None], [light])[0]
+        return image
+
+    def draw_many(
+        self, T_c_b: Array, light: Sequence[Sequence[float]] | Array | None = None
+    ) -> NDArray[np.float32]:
+        """Return the grey values (B, h, w) of the bodies at poses (B, bodies, 4, 4).
+
+        The pictures are drawn one after the other in one call, without the GIL, and have the bits
+        of single pictures. `light` (B, 4) has a row for each picture; by default, all light is
+        from everywhere.
+        """
+        poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :, :3])
+        lights = [FULL_LIGHT] * len(poses) if light is None else light
+        width, height = self._size
+        images = np.empty((len(poses), height, width), dtype=np.float32)
+        draw_pictures(
             self._faces,
             self._pictures,
             self._plane,
             poses,
-            np.array(light, dtype=float),
+            np.array(lights, dtype=float).reshape(-1, 4),
             self._background,
             self._pattern,
+            self._samples,
             self._placed,
             self._buffers,
             self._fine,
+            images,
         )
-        if self._samples == 1:
-            return self._fine.copy()
-        image = np.empty([n // self._samples for n in self._fine.shape], dtype=np.float32)
-        average_blocks(self._fine, self._samples, image)
-        return image
+        return images
 
 
 def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
@@ -84,6 +99,7 @@ def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
         plane=np.zeros((faces, 3, 3)),
         box=np.zeros((faces, 4), dtype=np.int64),
         shade=np.zeros(faces),
+        tone=np.zeros(faces),
         points=np.zeros((corners, 3)),
     )
 
@@ -100,5 +116,8 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         differs=np.empty(width, dtype=np.int32),
         least=np.empty((3, width), dtype=np.int32),
         greatest=np.empty((3, width), dtype=np.int32),
+        near=np.empty((3, NEIGHBOURS), dtype=np.int64),
+        shares=np.empty((NEIGHBOURS, 3)),
+        hits=np.empty((3, PLACES**2)),
         **floats,
     )

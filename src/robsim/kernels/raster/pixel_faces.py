@@ -5,11 +5,12 @@ import math
 import numpy as np
 
 from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.routine import routine
 
 NO_FACE = -1
 
 
-@part
+@routine
 def find_pixel_faces(faces, plane, placed, buffers):
     """Compute the nearest face at the centre of each pixel (NO_FACE without one), and 1/Z."""
     buffers.face[:] = NO_FACE
@@ -33,9 +34,9 @@ def _cover_rows(sides, near, box, f, buffers):
         for i in range(sides.shape[0]):
             slope, value = sides[i, 0], sides[i, 1] * y + sides[i, 2]
             if slope > 0.0:
-                low = max(low, -value / slope)
+                low = max(low, -value)
             elif slope < 0.0:
-                high = min(high, -value / slope)
+                high = min(high, value)
             elif value < 0.0:
                 high = low - 1.0
         if low > high:

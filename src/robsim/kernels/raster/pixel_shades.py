@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.routine import routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 
@@ -13,14 +14,14 @@ SHORT = 16  # pixels of a run that is not divided
 LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
-@part
+@routine
 def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
     """Compute the grey value of the face at the centre of each pixel, or of the background."""
     seen = buffers.face
     for y in range(image.shape[0]):
         start = 0
         while start < image.shape[1]:
-            face, end = seen[y, start], _find_run_end(seen, y, start)
+            face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
             if face != NO_FACE and faces.picture[face] >= 0:
                 picture = faces.picture[face]
                 _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
@@ -53,29 +54,28 @@ def _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, i
 
     The level changes linearly within a part of the run, which is short where it changes fast.
     """
-    here = _find_pixel_level(plane, placed.plane, face, start, y)
+    here = _find_pixel_level(plane.rays, plane.bends, placed.plane, face, start, y)
     while start < end:
-        stop = end
-        there = _find_pixel_level(plane, placed.plane, face, stop - 1, y)
+        stop, there = end, _find_pixel_level(plane.rays, plane.bends, placed.plane, face, end - 1, y)
         while abs(there - here) > LEVEL_STEP and stop - start > SHORT:
             stop = start + (stop - start) // 2
-            there = _find_pixel_level(plane, placed.plane, face, stop - 1, y)
+            there = _find_pixel_level(plane.rays, plane.bends, placed.plane, face, stop - 1, y)
         _find_texels(plane.bends, plane.rays, placed.plane, face, y, start, stop, buffers)
         shade = np.float32(placed.shade[face])
         _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image)
         start, here = stop, there
 
 
-@kernel
-def _find_pixel_level(plane, planes, face, x, y):
+@routine
+def _find_pixel_level(rays, bends, planes, face, x, y):
     """Return the level of a picture at the centre of a pixel."""
-    if not plane.bends:
-        return find_level(planes, face, float(x), float(y), 0.0)
-    X, Y = float(plane.rays[0, y, x]), float(plane.rays[1, y, x])
-    return find_level(planes, face, X, Y, find_density(plane.rays, x, y))
+    X, Y, density = float(x), float(y), 0.0
+    if bends:
+        X, Y, density = float(rays[0, y, x]), float(rays[1, y, x]), find_density(rays, x, y)
+    return find_level(planes, face, X, Y, density)[2]
 
 
-@kernel
+@routine
 def find_density(rays, x, y):
     """Return the binary logarithm of the width of a pixel in image coordinates."""
     at = min(x, rays.shape[2] - 2)
@@ -85,37 +85,30 @@ def find_density(rays, x, y):
 @part
 def _find_texels(bends, rays, planes, face, y, start, stop, buffers):
     """Compute the texel coordinates of the pixels from `start` to `stop` in a row."""
-    u, v, one = buffers.u, buffers.v, np.float32(1.0)
-    ux, uy, uc = _round_row(planes, face, 0)
-    vx, vy, vc = _round_row(planes, face, 1)
-    nx, ny, nc = _round_row(planes, face, 2)
+    u, v, one, n = buffers.u, buffers.v, np.float32(1.0), stop - start
     if bends:
+        ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], 0, 0)
         X, Y = rays[0, y, start:stop], rays[1, y, start:stop]
-        for i in range(stop - start):
-            depth = one / (nx * X[i] + ny * Y[i] + nc)
-            u[i] = (ux * X[i] + uy * Y[i] + uc) * depth
-            v[i] = (vx * X[i] + vy * Y[i] + vc) * depth
+        for i in range(n):
+            depth = one / (nx * X[i] + ny * Y[i] + n0)
+            u[i] = (ux * X[i] + uy * Y[i] + u0) * depth
+            v[i] = (vx * X[i] + vy * Y[i] + v0) * depth
         return
-    u0 = _find_row_value(planes, face, 0, start, y)
-    v0 = _find_row_value(planes, face, 1, start, y)
-    n0 = _find_row_value(planes, face, 2, start, y)
-    for i in range(stop - start):
+    ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], start, y)
+    for i in range(n):
         x = np.float32(i)
         depth = one / (n0 + nx * x)
         u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
 
 
-@part
-def _find_row_value(planes, face, k, x, y):
-    """Return a number of a face, such as 1/Z, at a pixel."""
-    return np.float32(planes[face, k, 0] * x + planes[face, k, 1] * y + planes[face, k, 2])
-
-
-@part
-def _round_row(planes, face, k):
-    """Return three numbers of a face in single precision."""
-    row = planes[face, k, 0], planes[face, k, 1], planes[face, k, 2]
-    return np.float32(row[0]), np.float32(row[1]), np.float32(row[2])
+@routine
+def _round_plane(plane, x, y):
+    """Return the numbers of a plane (3, 3) in single precision, for coordinates from (x, y) on."""
+    f = np.float32
+    u, v, n = plane[0], plane[1], plane[2]
+    at_u, at_v = u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]
+    at_n = n[0] * x + n[1] * y + n[2]
+    return f(u[0]), f(v[0]), f(n[0]), f(u[1]), f(v[1]), f(n[1]), f(at_u), f(at_v), f(at_n)
 
 
 @part

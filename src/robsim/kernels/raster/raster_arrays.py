@@ -11,15 +11,13 @@ from typing import Any, NamedTuple
 class Faces(NamedTuple):
     """The faces of bodies, in body axes.
 
-    corners (C, 3), the corners of all faces, counterclockwise as seen from outside; corner_body
-    (C,), the body of each; first (F + 1,), the first corner of each face; body (F,); normal (F, 3),
+    corners (C, 3), the corners of all faces, counterclockwise as seen from outside; first (F + 1,), the first corner of each face; body (F,); normal (F, 3),
     outwards; grey (F,), from 0 to 255; picture (F,), -1 for none; texel (F, 2, 4), the column and
     row of the picture as affine functions of a point; nearer (F,), a factor of 1/Z, which puts ink
     before the paper on which it lies.
     """
 
     corners: Any
-    corner_body: Any
     first: Any
     body: Any
     normal: Any
@@ -61,16 +59,17 @@ class ImagePlane(NamedTuple):
 class PlacedFaces(NamedTuple):
     """The faces before a camera, as functions of the image coordinates (X, Y, 1).
 
-    sides (C, 3), not negative inside; plane (F, 3, 3), texel column / Z, texel row / Z and 1/Z;
+    sides (C, 3), of each corner and the one before, not negative inside; plane (F, 3, 3), texel column / Z, texel row / Z and 1/Z;
     box (F, 4), the first and last column and row, the first beyond the last for an unseen face;
-    shade (F,), the grey value in its light, or its factor for a picture; points (C, 3), in camera
-    axes.
+    shade (F,), the grey value in its light, or its factor for a picture; tone (F,), the grey value of
+    a face without a picture, or a number of its own; points (C, 3), in camera axes.
     """
 
     sides: Any
     plane: Any
     box: Any
     shade: Any
+    tone: Any
     points: Any
 
 
@@ -80,7 +79,9 @@ class PixelBuffers(NamedTuple):
     Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
     left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
     of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
-    near each pixel.
+    near each pixel. Of one pixel at an edge: near (3, 9), the faces near it, the number of their
+    sides that cross it, and the last of these; shares (9, 3), area and moments of each; hits (3, n),
+    1/Z and face that each place in the pixel sees, and 1/Z of the next face.
     """
 
     face: Any
@@ -98,3 +99,6 @@ class PixelBuffers(NamedTuple):
     differs: Any
     least: Any
     greatest: Any
+    near: Any
+    shares: Any
+    hits: Any

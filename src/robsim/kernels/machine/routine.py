@@ -1,0 +1,66 @@
+"""Kernels that only kernels call: they are optimised once, in the machine code of their caller.
+
+Numba optimises a kernel and makes its machine code even if only other kernels call it, and LLVM
+optimises its code again in each caller. The code of a routine goes to the caller as it is.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Flags, compile_internal
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.extending import intrinsic
+
+OPTIONS = {"nopython": True, "error_model": "numpy"}  # without fast-math, as all kernels
+
+
+class RoutineLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """The code of a routine, which its caller optimises."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Leave the code as it is."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+    """Return the compiled routine for some types of arguments."""
+    context, flags = cpu_target.target_context, Flags()
+    cpu_target.options.parse_as_flags(flags, OPTIONS)
+    flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    library = RoutineLibrary(context.codegen(), function.__qualname__)
+    with global_compiler_lock:
+        typing = cpu_target.typing_context
+        return compile_internal(typing, context, library, function, args, None, flags, {})
+
+
+def routine(function: Callable[..., Any]) -> Any:
+    """Return a function that kernels can call, without machine code of its own."""
+    compiled: dict[tuple[Any, ...], Any] = {}
+
+    def call(typing: Any, *args: Any) -> Any:
+        kinds = tuple(types.unliteral(each) for each in args)
+        if kinds not in compiled:
+            compiled[kinds] = _compile_routine(function, kinds)
+        done = compiled[kinds]
+
+        def emit(context: Any, builder: Any, sig: Any, values: Any) -> Any:
+            context.active_code_library.add_linking_library(done.library)
+            cast = [context.cast(builder, v, a, k) for v, a, k in zip(values, args, kinds)]
+            return context.call_internal(builder, done.fndesc, done.signature, cast)
+
+        return done.signature.return_type(*args), emit
+
+    own = inspect.signature(function)
+    typing = inspect.Parameter("typing", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    call.__signature__ = own.replace(parameters=[typing, *own.parameters.values()])  # type: ignore[attr-defined]
+    return intrinsic(call)
