@@ -17,11 +17,10 @@ def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
     width, height = camera.size
     fine = camera.resized(width * samples, height * samples) if samples > 1 else camera
     if camera.lens_kind == NO_LENS:
-        empty, no_rays = np.zeros((2, 0)), np.zeros((2, 0, 0), dtype=np.float32)
-        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, no_rays, empty, empty)
+        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), None, None, None)
     rays = _compute_rays(fine)
     unit = np.eye(3)
-    return ImagePlane(unit, unit, True, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
+    return ImagePlane(unit, unit, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
 
 
 def _compute_rays(camera: Camera) -> NDArray[np.float32]:

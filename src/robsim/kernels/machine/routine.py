@@ -18,6 +18,21 @@ from numba.extending import intrinsic
 OPTIONS = {"nopython": True, "error_model": "numpy"}  # without fast-math, as all kernels
 
 
+class RoutineFlags(Flags):  # type: ignore[misc]
+    """Options of a routine, which Numba compares for each operator that it compiles."""
+
+    def __hash__(self) -> int:
+        return _HASH  # Numba's own computes it each time, and is the same for all options
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, RoutineFlags):
+            return bool(self._values == other._values)
+        return bool(super().__eq__(other))
+
+
+_HASH = hash(Flags())
+
+
 class RoutineLibrary(JITCodeLibrary):  # type: ignore[misc]
     """The code of a routine, which its caller optimises."""
 
@@ -32,25 +47,28 @@ class RoutineLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
-def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline: bool) -> Any:
     """Return the compiled routine for some types of arguments."""
-    context, flags = cpu_target.target_context, Flags()
+    context, flags = cpu_target.target_context, RoutineFlags()
     cpu_target.options.parse_as_flags(flags, OPTIONS)
     flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     library = RoutineLibrary(context.codegen(), function.__qualname__)
     with global_compiler_lock:
         typing = cpu_target.typing_context
-        return compile_internal(typing, context, library, function, args, None, flags, {})
+        done = compile_internal(typing, context, library, function, args, None, flags, {})
+        if inline:
+            library.get_function(done.fndesc.llvm_func_name).add_function_attribute("alwaysinline")
+        return done
 
 
-def routine(function: Callable[..., Any]) -> Any:
+def routine(function: Callable[..., Any], inline: bool = False) -> Any:
     """Return a function that kernels can call, without machine code of its own."""
     compiled: dict[tuple[Any, ...], Any] = {}
 
     def call(typing: Any, *args: Any) -> Any:
         kinds = tuple(types.unliteral(each) for each in args)
         if kinds not in compiled:
-            compiled[kinds] = _compile_routine(function, kinds)
+            compiled[kinds] = _compile_routine(function, kinds, inline)
         done = compiled[kinds]
 
         def emit(context: Any, builder: Any, sig: Any, values: Any) -> Any:
@@ -64,3 +82,8 @@ def routine(function: Callable[..., Any]) -> Any:
     typing = inspect.Parameter("typing", inspect.Parameter.POSITIONAL_OR_KEYWORD)
     call.__signature__ = own.replace(parameters=[typing, *own.parameters.values()])  # type: ignore[attr-defined]
     return intrinsic(call)
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """Return a routine that LLVM inlines into its callers."""
+    return routine(function, inline=True)

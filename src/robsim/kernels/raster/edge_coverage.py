@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.routine import part, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.pixel_shades import find_density
 from robsim.kernels.raster.texel_levels import find_level, sample_picture
@@ -39,7 +38,7 @@ def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, i
             count, has_background = _list_near_faces(face, placed.tone, x, y, near)
             if count == 0:
                 continue
-            axes = _find_pixel_axes(plane.rays, plane.bends, x, y)
+            axes = _find_pixel_axes(plane.rays, x, y)
             count, crossings = _drop_distant_faces(first, sides, axes, near, count)
             if count == 0 or (count == 1 and crossings == 0):
                 continue  # the value at its centre is the value of the pixel
@@ -53,7 +52,7 @@ def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, i
                     if faces.picture[f] >= 0:
                         X = axes[0] + right * axes[2] + down * axes[4]
                         Y = axes[1] + right * axes[3] + down * axes[5]
-                        density = find_density(plane.rays, x, y) if plane.bends else 0.0
+                        density = find_density(plane.rays, x, y)
                         u, v, level = find_level(planes, f, X, Y, density)
                         grey *= sample_picture(pictures, faces.picture[f], u, v, level)
                     value, total = value + share * grey, total + share
@@ -117,20 +116,21 @@ def _list_near_faces(face, tone, x, y, near):
 
 
 @routine
-def _find_pixel_axes(rays, bends, x, y):
+def _find_pixel_axes(rays, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
-    if not bends:
+    if rays is None:
         return float(x), float(y), 1.0, 0.0, 0.0, 1.0
     left, right = max(x - 1, 0), min(x + 1, rays.shape[2] - 1)
     top, bottom = max(y - 1, 0), min(y + 1, rays.shape[1] - 1)
-    return (
-        float(rays[0, y, x]),
-        float(rays[1, y, x]),
-        (rays[0, y, right] - rays[0, y, left]) / (right - left),
-        (rays[1, y, right] - rays[1, y, left]) / (right - left),
-        (rays[0, bottom, x] - rays[0, top, x]) / (bottom - top),
-        (rays[1, bottom, x] - rays[1, top, x]) / (bottom - top),
-    )
+    across = _compare_rays(rays[:, y, left], rays[:, y, right], right - left)
+    down = _compare_rays(rays[:, top, x], rays[:, bottom, x], bottom - top)
+    return float(rays[0, y, x]), float(rays[1, y, x]), *across, *down
+
+
+@routine
+def _compare_rays(one, other, count):
+    """Return the mean change of a ray (2,) in a pixel, of `count`."""
+    return (float(other[0]) - float(one[0])) / count, (float(other[1]) - float(one[1])) / count
 
 
 @routine

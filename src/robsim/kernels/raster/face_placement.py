@@ -2,8 +2,7 @@
 
 import math
 
-from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.routine import part, routine
 
 NEAR = 1e-4  # depth in metres up to which a camera sees nothing
 LEAST_SLOPE = 1e-150  # of a side; below, it is parallel to the rows
@@ -121,12 +120,8 @@ def _find_box(plane, width, height, first, end, f, placed):
     if before < end - first:
         left, right, top, bottom = -math.inf, math.inf, -math.inf, math.inf
     box = placed.box[f]
-    if plane.bends:
-        box[0], box[1] = _find_range(plane.column_ends, left, right)
-        box[2], box[3] = _find_range(plane.row_ends, top, bottom)
-    else:
-        box[0], box[1] = math.ceil(max(left, 0.0)), math.floor(min(right, width - 1.0))
-        box[2], box[3] = math.ceil(max(top, 0.0)), math.floor(min(bottom, height - 1.0))
+    box[0], box[1] = _find_range(plane.column_ends, left, right, width)
+    box[2], box[3] = _find_range(plane.row_ends, top, bottom, height)
     seen = box[0] <= box[1] and box[2] <= box[3]
     if not seen:
         box[0], box[1] = 1, 0
@@ -134,12 +129,14 @@ def _find_box(plane, width, height, first, end, f, placed):
 
 
 @routine
-def _find_range(ends, low, high):
-    """Return the first and the last line of pixels whose rays may lie between two limits.
+def _find_range(ends, low, high, n):
+    """Return the first and the last of n lines of pixels that may lie between two limits.
 
-    `ends` (2, n) are the least rays from each line to the end, and the greatest ones up to it.
+    With a distortion, `ends` (2, n) are the least rays from each line to the end, and the greatest
+    ones up to it; without, it is None.
     """
-    n = ends.shape[1]
+    if ends is None:
+        return math.ceil(max(low, 0.0)), math.floor(min(high, n - 1.0))
     first, step = 0, n
     while step > 0:  # the first line up to which a ray reaches `low`
         half = step // 2

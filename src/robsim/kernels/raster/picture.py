@@ -1,7 +1,7 @@
 """Pictures of a camera, in one call."""
 
-from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.routine import part, routine
 from robsim.kernels.raster.edge_coverage import smooth_edges
 from robsim.kernels.raster.face_placement import place_faces
 from robsim.kernels.raster.pixel_faces import find_pixel_faces

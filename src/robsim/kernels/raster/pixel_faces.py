@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.routine import part, routine
 
 NO_FACE = -1
 
@@ -19,10 +18,16 @@ def find_pixel_faces(faces, plane, placed, buffers):
         if placed.box[f, 0] > placed.box[f, 1]:
             continue
         sides = placed.sides[faces.first[f] : faces.first[f + 1]]
-        if plane.bends:
-            _cover_rays(sides, placed.plane[f, 2], placed.box[f], f, plane.rays, buffers)
-        else:
-            _cover_rows(sides, placed.plane[f, 2], placed.box[f], f, buffers)
+        _cover_pixels(plane.rays, sides, placed.plane[f, 2], placed.box[f], f, buffers)
+
+
+@part
+def _cover_pixels(rays, sides, near, box, f, buffers):
+    """Enter a face into the pixels that it covers."""
+    if rays is None:
+        _cover_rows(sides, near, box, f, buffers)
+    else:
+        _cover_rays(sides, near, box, f, rays, buffers)
 
 
 @part

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.routine import part, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 
@@ -54,51 +53,59 @@ def _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, i
 
     The level changes linearly within a part of the run, which is short where it changes fast.
     """
-    here = _find_pixel_level(plane.rays, plane.bends, placed.plane, face, start, y)
+    here = _find_pixel_level(plane.rays, placed.plane, face, start, y)
     while start < end:
-        stop, there = end, _find_pixel_level(plane.rays, plane.bends, placed.plane, face, end - 1, y)
+        stop, there = end, _find_pixel_level(plane.rays, placed.plane, face, end - 1, y)
         while abs(there - here) > LEVEL_STEP and stop - start > SHORT:
             stop = start + (stop - start) // 2
-            there = _find_pixel_level(plane.rays, plane.bends, placed.plane, face, stop - 1, y)
-        _find_texels(plane.bends, plane.rays, placed.plane, face, y, start, stop, buffers)
+            there = _find_pixel_level(plane.rays, placed.plane, face, stop - 1, y)
+        _find_texels(plane.rays, placed.plane, face, y, start, stop, buffers)
         shade = np.float32(placed.shade[face])
         _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image)
         start, here = stop, there
 
 
 @routine
-def _find_pixel_level(rays, bends, planes, face, x, y):
+def _find_pixel_level(rays, planes, face, x, y):
     """Return the level of a picture at the centre of a pixel."""
-    X, Y, density = float(x), float(y), 0.0
-    if bends:
-        X, Y, density = float(rays[0, y, x]), float(rays[1, y, x]), find_density(rays, x, y)
-    return find_level(planes, face, X, Y, density)[2]
+    X, Y = _find_coordinates(rays, x, y)
+    return find_level(planes, face, X, Y, find_density(rays, x, y))[2]
+
+
+@routine
+def _find_coordinates(rays, x, y):
+    """Return the image coordinates of a pixel."""
+    if rays is None:
+        return float(x), float(y)
+    return float(rays[0, y, x]), float(rays[1, y, x])
 
 
 @routine
 def find_density(rays, x, y):
     """Return the binary logarithm of the width of a pixel in image coordinates."""
+    if rays is None:
+        return 0.0
     at = min(x, rays.shape[2] - 2)
     return math.log2(abs(float(rays[0, y, at + 1]) - float(rays[0, y, at])))
 
 
 @part
-def _find_texels(bends, rays, planes, face, y, start, stop, buffers):
+def _find_texels(rays, planes, face, y, start, stop, buffers):
     """Compute the texel coordinates of the pixels from `start` to `stop` in a row."""
     u, v, one, n = buffers.u, buffers.v, np.float32(1.0), stop - start
-    if bends:
+    if rays is None:
+        ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], start, y)
+        for i in range(n):
+            x = np.float32(i)
+            depth = one / (n0 + nx * x)
+            u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
+    else:
         ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], 0, 0)
         X, Y = rays[0, y, start:stop], rays[1, y, start:stop]
         for i in range(n):
             depth = one / (nx * X[i] + ny * Y[i] + n0)
             u[i] = (ux * X[i] + uy * Y[i] + u0) * depth
             v[i] = (vx * X[i] + vy * Y[i] + v0) * depth
-        return
-    ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], start, y)
-    for i in range(n):
-        x = np.float32(i)
-        depth = one / (n0 + nx * x)
-        u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
 
 
 @routine

@@ -42,15 +42,15 @@ class Pictures(NamedTuple):
 class ImagePlane(NamedTuple):
     """The image of a camera.
 
-    matrix (3, 3), from points in camera axes to image coordinates; inverse (3, 3); bends, whether
-    the lens distorts; rays (2, h, w), float32, the image coordinates of each pixel; and, for
-    each row and column, the least ones from there to the end and the greatest ones up to there:
-    row_ends (2, h) of Y and column_ends (2, w) of X. They are empty without a distortion.
+    matrix (3, 3), from points in camera axes to image coordinates; inverse (3, 3). With a
+    distortion: rays (2, h, w), float32, the image coordinates of each pixel; and, for each row and
+    column, the least ones from there to the end and the greatest ones up to there: row_ends (2, h)
+    of Y and column_ends (2, w) of X. Without, these are None, and the kernels for lenses are not
+    compiled.
     """
 
     matrix: Any
     inverse: Any
-    bends: Any
     rays: Any
     row_ends: Any
     column_ends: Any
