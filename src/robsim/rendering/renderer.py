@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.kernels.raster.edge_coverage import PLACES
 from robsim.kernels.raster.picture import draw_pictures
 from robsim.kernels.raster.raster_arrays import PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
@@ -17,7 +19,6 @@ from robsim.vision.camera import Camera
 from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
 
 NEIGHBOURS = 9  # pixels whose faces a pixel at an edge may see
-PLACES = 4  # places along each side of a pixel at an edge
 FULL_LIGHT = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -48,7 +49,7 @@ class Renderer:
         self._samples, self._background = samples, float(background)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
-        self._pattern = np.ascontiguousarray(spread_places(PLACES).T)
+        self._pattern = np.ascontiguousarray(spread_places(math.isqrt(PLACES)).T, dtype=np.float32)
         self._placed = _allocate_placed(len(self._faces.body), len(self._faces.corners))
         self._buffers = _allocate_buffers(width * samples, height * samples)
         rows = height * samples if samples > 1 else 0
@@ -118,6 +119,5 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         greatest=np.empty((3, width), dtype=np.int32),
         near=np.empty((3, NEIGHBOURS), dtype=np.int64),
         shares=np.empty((NEIGHBOURS, 3)),
-        hits=np.empty((3, PLACES**2)),
         **floats,
     )

@@ -80,8 +80,7 @@ class PixelBuffers(NamedTuple):
     left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
     of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
     near each pixel. Of one pixel at an edge: near (3, 9), the faces near it, the number of their
-    sides that cross it, and the last of these; shares (9, 3), area and moments of each; hits (3, n),
-    1/Z and face that each place in the pixel sees, and 1/Z of the next face.
+    sides that cross it, and the last of these; shares (9, 3), area and moments of each.
     """
 
     face: Any
@@ -101,4 +100,3 @@ class PixelBuffers(NamedTuple):
     greatest: Any
     near: Any
     shares: Any
-    hits: Any
