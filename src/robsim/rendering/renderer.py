@@ -100,7 +100,6 @@ def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
         plane=np.zeros((faces, 3, 3)),
         box=np.zeros((faces, 4), dtype=np.int64),
         shade=np.zeros(faces),
-        tone=np.zeros(faces),
         points=np.zeros((corners, 3)),
     )
 
@@ -114,10 +113,11 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         index=np.empty(width, dtype=np.int32),
         upper=np.empty(width, dtype=np.uint32),
         lower=np.empty(width, dtype=np.uint32),
+        tone=np.empty(width, dtype=np.int32),
         differs=np.empty(width, dtype=np.int32),
         least=np.empty((3, width), dtype=np.int32),
         greatest=np.empty((3, width), dtype=np.int32),
-        near=np.empty((3, NEIGHBOURS), dtype=np.int64),
+        near=np.empty((4, NEIGHBOURS), dtype=np.int64),
         shares=np.empty((NEIGHBOURS, 3)),
         **floats,
     )

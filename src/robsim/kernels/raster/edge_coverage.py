@@ -6,111 +6,95 @@ import numpy as np
 
 from robsim.kernels.machine.routine import part, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
-from robsim.kernels.raster.pixel_shades import find_density
+from robsim.kernels.raster.pixel_shades import SMOOTH, find_density
 from robsim.kernels.raster.texel_levels import find_level, sample_picture
 
 PLACES = 16  # in a pixel that several lines divide
 ALL_PLACES = (1 << PLACES) - 1
-SMOOTH = 2.0  # difference of grey values of a curved surface, between whose faces is no edge
-BACKGROUND_TONE = -1024.0  # below the grey values
 SAME_LINE = 1e-6  # of a pixel, the distance of two sides that are one
 
 
 @routine
-def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
-    """Compute the pixels anew that have another face in their neighbourhood.
+def smooth_row(faces, pictures, plane, placed, background, pattern, buffers, y, image):
+    """Compute the pixels of a row anew that have another tone in their neighbourhood.
 
     The value is the mean over the area of the pixel, if one line divides it between two faces or a
-    face and the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the pixel,
-    each of the nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for each
-    face and pixel.
+    face and the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the
+    pixel, each of the nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for
+    each face and pixel.
     """
-    height, width = image.shape
-    face, differs, first, sides = buffers.face, buffers.differs, faces.first, placed.sides
-    least, greatest, planes, rays = buffers.least, buffers.greatest, placed.plane, plane.rays
-    near, shares = buffers.near, buffers.shares
-    for y in range(-1, height):
-        below = min(y + 1, height - 1)
-        _find_row_extremes(face[below], least[below % 3], greatest[below % 3])
-        if y < 0 or not _compare_rows(least, greatest, max(y - 1, 0) % 3, y % 3, below % 3, differs):
+    face, first, sides, planes = buffers.face, faces.first, placed.sides, placed.plane
+    differs, near, shares, rays = buffers.differs, buffers.near, buffers.shares, plane.rays
+    for x in range(image.shape[1]):
+        if differs[x] == 0:
             continue
-        for x in range(width):
-            if differs[x] == 0:
-                continue
-            count, has_background = _list_near_faces(face, placed.tone, x, y, near)
-            if count == 0:
-                continue
-            axes = _find_pixel_axes(rays, x, y)
-            count, crossings = _drop_distant_faces(rays, first, sides, axes, near, count)
-            if count == 0 or (count == 1 and crossings == 0):
-                continue  # the value at its centre is the value of the pixel
-            if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
-                _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares)
-            value, total = 0.0, 0.0
-            for k in range(count):
-                share, f = shares[k, 0], near[0, k]
-                if share > 0.0:
-                    right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
-                    if faces.picture[f] >= 0:
-                        X = axes[0] + right * axes[2] + down * axes[4]
-                        Y = axes[1] + right * axes[3] + down * axes[5]
-                        density = find_density(rays, x, y)
-                        u, v, level = find_level(planes, f, X, Y, density)
-                        grey *= sample_picture(pictures, faces.picture[f], u, v, level)
-                    value, total = value + share * grey, total + share
-            if has_background:
-                value, total = value + (1.0 - total) * background, 1.0
-            if total > 0.0:
-                image[y, x] = value / total
+        count, has_background = _list_near_faces(face, x, y, near)
+        axes = _find_pixel_axes(rays, x, y)
+        count, crossings = _drop_distant_faces(rays, first, sides, pattern, axes, near, count)
+        if count == 0 or (count == 1 and crossings == 0):
+            continue  # the value at its centre is the value of the pixel
+        if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
+            _count_hits(rays, planes, pattern, axes, near, count, shares)
+        value, total = 0.0, 0.0
+        for k in range(count):
+            share, f = shares[k, 0], near[0, k]
+            if share > 0.0:
+                right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
+                if faces.picture[f] >= 0:
+                    X = axes[0] + right * axes[2] + down * axes[4]
+                    Y = axes[1] + right * axes[3] + down * axes[5]
+                    u, v, level = find_level(planes, f, X, Y, find_density(rays, x, y))
+                    grey *= sample_picture(pictures, faces.picture[f], u, v, level)
+                value, total = value + share * grey, total + share
+        if has_background:
+            value, total = value + (1.0 - total) * background, 1.0
+        if total > 0.0:
+            image[y, x] = value / total
 
 
 @routine
-def _find_row_extremes(face, least, greatest):
-    """Compute the least and the greatest face of each pixel of a row and its two neighbours."""
-    n = face.size
+def find_row_extremes(tone, least, greatest):
+    """Compute the least and the greatest tone of each pixel of a row and its two neighbours."""
+    n = tone.size
     for x in range(1, n - 1):
-        least[x] = min(min(face[x - 1], face[x]), face[x + 1])  # noqa: PLW3301 - in one register
-        greatest[x] = max(max(face[x - 1], face[x]), face[x + 1])  # noqa: PLW3301
+        least[x] = min(min(tone[x - 1], tone[x]), tone[x + 1])  # noqa: PLW3301 - in one register
+        greatest[x] = max(max(tone[x - 1], tone[x]), tone[x + 1])  # noqa: PLW3301
     for x, other in ((0, min(1, n - 1)), (n - 1, max(n - 2, 0))):
-        least[x], greatest[x] = min(face[x], face[other]), max(face[x], face[other])
+        least[x], greatest[x] = min(tone[x], tone[other]), max(tone[x], tone[other])
 
 
-@part
-def _compare_rows(least, greatest, above, here, below, differs):
-    """Compute which pixels of a row have several faces near them; return whether there are any."""
+@routine
+def compare_rows(least, greatest, differs, y, height):
+    """Compute which pixels of a row have several tones near them; return whether there are any."""
     any_differs = 0
+    above, here, below = max(y - 1, 0) % 3, y % 3, min(y + 1, height - 1) % 3
     a, b, c = least[above], least[here], least[below]
     d, e, f = greatest[above], greatest[here], greatest[below]
     for x in range(differs.size):
         low = min(min(a[x], b[x]), c[x])  # noqa: PLW3301
         high = max(max(d[x], e[x]), f[x])  # noqa: PLW3301
-        differs[x] = high - low
-        any_differs |= high - low
+        differs[x] = (high - low) & ~(SMOOTH - 1)
+        any_differs |= differs[x]
     return any_differs != 0
 
 
 @part
-def _list_near_faces(face, tone, x, y, near):
-    """Enter the faces near a pixel; return their number, and whether the background is near.
-
-    The number is 0 if the faces have nearly the same grey value, and no picture.
-    """
-    count, has_background, low, high = 0, False, np.inf, -np.inf
+def _list_near_faces(face, x, y, near):
+    """Enter the faces near a pixel; return their number, and whether the background is near."""
+    count, has_background = 0, False
     for j in range(max(y - 1, 0), min(y + 2, face.shape[0])):
-        previous = NO_FACE - 1
+        previous = NO_FACE
         for i in range(max(x - 1, 0), min(x + 2, face.shape[1])):
             each = face[j, i]
-            is_new = each != previous
+            is_new = each != previous and each != NO_FACE
+            has_background |= each == NO_FACE
             previous = each
-            if each == NO_FACE:
-                has_background, low = True, BACKGROUND_TONE
-                continue
-            for k in range(count):
+            for k in range(count if is_new else 0):
                 is_new &= near[0, k] != each
             if is_new:
-                near[0, count], grey = each, tone[each]
-                count, low, high = count + 1, min(low, grey), max(high, grey)
-    return (0 if high - low < SMOOTH else count), has_background
+                near[0, count] = each
+                count += 1
+    return count, has_background
 
 
 @routine
@@ -145,23 +129,26 @@ def _view_from_pixel(rays, row, axes):
 
 
 @part
-def _drop_distant_faces(rays, first, sides, axes, near, count):
+def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
     """Keep the faces that meet a pixel; return their number, and how many sides cross the pixel.
 
-    `near` takes for each face the number of its sides that cross the pixel, and the last of them.
+    `near` takes for each face the number of its sides that cross the pixel, the last of them, and
+    the places of the pixel inside all sides, as bits.
     """
     kept, crossings = 0, 0
     for k in range(count):
-        f, crossed, reach = near[0, k], 0, 0.0
+        f, crossed, reach, inside = near[0, k], 0, 0.0, ALL_PLACES
         for i in range(first[f], first[f + 1]):
             value, right, down = _view_from_pixel(rays, sides[i], axes)
-            reach = value + 0.5 * (abs(right) + abs(down))
+            half = 0.5 * (abs(right) + abs(down))
+            reach = value + half
             if reach < 0.0:
                 break
-            if 2.0 * value < reach:
+            if value < half:
                 near[2, kept], crossed = i, crossed + 1
+                inside &= _find_positive(value, right, down, pattern)
         if reach >= 0.0:
-            near[0, kept], near[1, kept] = f, crossed
+            near[0, kept], near[1, kept], near[3, kept] = f, crossed, inside
             kept, crossings = kept + 1, crossings + crossed
     return kept, crossings
 
@@ -214,26 +201,23 @@ def divide_square(value, right, down):
 
 
 @part
-def _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares):
-    """Compute the share of the places in a pixel that see each face, and their moments.
-
-    A set of places is a number with one bit for each.
-    """
-    masks = near[1]
+def _count_hits(rays, planes, pattern, axes, near, count, shares):
+    """Compute the share of the places in a pixel that see each face, and their moments."""
+    inside = near[3]
     for k in range(count):
-        f = near[0, k]
-        masks[k] = _find_positive(_view_from_pixel(rays, planes[f, 2], axes), pattern)
-        for i in range(first[f], first[f + 1]):
-            masks[k] &= _find_positive(_view_from_pixel(rays, sides[i], axes), pattern)
+        value, right, down = _view_from_pixel(rays, planes[near[0, k], 2], axes)
+        if value < 0.5 * (abs(right) + abs(down)):  # the plane of the face passes the eye
+            inside[k] &= _find_positive(value, right, down, pattern)
         for j in range(k):  # of two faces, the nearer one keeps the places of both
-            both = masks[j] & masks[k]
+            both = inside[j] & inside[k]
             if both != 0:
-                gap = _view_from_pixel(rays, planes[near[0, j], 2] - planes[f, 2], axes)
-                nearer = _find_positive(gap, pattern)
-                masks[k] &= ~(both & nearer)
-                masks[j] &= ~(both & ~nearer)
+                gap = planes[near[0, j], 2] - planes[near[0, k], 2]
+                value, right, down = _view_from_pixel(rays, gap, axes)
+                nearer = _find_positive(value, right, down, pattern)
+                inside[k] &= ~(both & nearer)
+                inside[j] &= ~(both & ~nearer)
     for k in range(count):
-        area, across, along, bits = 0, np.float32(0.0), np.float32(0.0), masks[k]
+        area, across, along, bits = 0, np.float32(0.0), np.float32(0.0), inside[k]
         for s in range(PLACES if bits != 0 else 0):
             hit = np.int32(bits >> s & 1)
             area += hit
@@ -244,11 +228,8 @@ def _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares):
 
 
 @routine
-def _find_positive(view, pattern):
+def _find_positive(value, right, down, pattern):
     """Return the places of a pixel where an affine function is not negative, as bits."""
-    value, right, down = view
-    if value >= 0.5 * (abs(right) + abs(down)):
-        return ALL_PLACES
     value, right, down = np.float32(value), np.float32(right), np.float32(down)
     bits, across, along = np.int32(0), pattern[0], pattern[1]
     for s in range(PLACES):

@@ -6,7 +6,6 @@ from robsim.kernels.machine.routine import part, routine
 
 NEAR = 1e-4  # depth in metres up to which a camera sees nothing
 LEAST_SLOPE = 1e-150  # of a side; below, it is parallel to the rows
-PICTURE_TONE = 1024.0  # beyond the grey values: the tones of faces with pictures
 
 
 @routine
@@ -38,10 +37,10 @@ def place_faces(faces, T_c_b, plane, light, width, height, placed):
             0.0, -(nx * light[0] + ny * light[1] + nz * light[2])
         )
         if faces.picture[f] >= 0:
-            placed.shade[f], placed.tone[f] = lit, PICTURE_TONE * (f + 1)
+            placed.shade[f] = lit
             _compute_texels(faces.texel[f], T, plane.inverse, f, placed)
         else:
-            placed.shade[f] = placed.tone[f] = lit * faces.grey[f]
+            placed.shade[f] = lit * faces.grey[f]
 
 
 @routine

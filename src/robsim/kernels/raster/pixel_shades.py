@@ -10,25 +10,40 @@ from robsim.kernels.raster.texel_levels import find_level, read_texels
 
 BLOCK = 32  # pixels that are compared at once
 SHORT = 16  # pixels of a run that is not divided
+TONES = 16.0  # of a grey value
+SMOOTH = 32  # tones between the faces of a curved surface, which have no edge
+BACKGROUND_TONE, PICTURE_TONE = np.int32(-SMOOTH), 300 * TONES  # below and above grey values
 LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
-@routine
-def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
-    """Compute the grey value of the face at the centre of each pixel, or of the background."""
-    seen = buffers.face
-    for y in range(image.shape[0]):
-        start = 0
-        while start < image.shape[1]:
-            face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
-            if face != NO_FACE and faces.picture[face] >= 0:
-                picture = faces.picture[face]
-                _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
-            else:
-                grey = np.float32(background if face == NO_FACE else placed.shade[face])
-                for x in range(start, end):
-                    image[y, x] = grey
-            start = end
+@part
+def shade_row(faces, pictures, plane, placed, background, buffers, y, image):
+    """Compute the grey value of the face at the centre of each pixel of a row, and its tone.
+
+    The tone is a whole number: the grey value in sixteenths, or a number of its own for the
+    background and for each picture.
+    """
+    seen, start = buffers.face, 0
+    while start < image.shape[1]:
+        face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
+        if face != NO_FACE and faces.picture[face] >= 0:
+            picture = faces.picture[face]
+            _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
+            _fill(buffers.tone, start, end, np.int32(PICTURE_TONE + SMOOTH * face))
+        else:
+            grey = background if face == NO_FACE else placed.shade[face]
+            tone = BACKGROUND_TONE if face == NO_FACE else np.int32(TONES * grey)
+            _fill(image[y], start, end, np.float32(grey))
+            _fill(buffers.tone, start, end, tone)
+        start = end
+
+
+@part
+def _fill(row, start, end, value):
+    """Enter a value into a part of a row."""
+    pixels = row[start:end]
+    for i in range(end - start):
+        pixels[i] = value
 
 
 @part

@@ -61,15 +61,14 @@ class PlacedFaces(NamedTuple):
 
     sides (C, 3), of each corner and the one before, not negative inside; plane (F, 3, 3), texel column / Z, texel row / Z and 1/Z;
     box (F, 4), the first and last column and row, the first beyond the last for an unseen face;
-    shade (F,), the grey value in its light, or its factor for a picture; tone (F,), the grey value of
-    a face without a picture, or a number of its own; points (C, 3), in camera axes.
+    shade (F,), the grey value in its light, or its factor for a picture; points (C, 3), in camera
+    axes.
     """
 
     sides: Any
     plane: Any
     box: Any
     shade: Any
-    tone: Any
     points: Any
 
 
@@ -78,9 +77,10 @@ class PixelBuffers(NamedTuple):
 
     Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
     left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
-    of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
-    near each pixel. Of one pixel at an edge: near (3, 9), the faces near it, the number of their
-    sides that cross it, and the last of these; shares (9, 3), area and moments of each.
+    of a ray that meets a face; tone, equal for pixels without an edge between them; differs,
+    pixels with several tones near them. least and greatest (3, w) are the tones near each pixel in
+    three rows. Of one pixel at an edge: near (4, 9), the faces near it, the number of their
+    sides that cross it, the last of these, and the places inside all sides; shares (9, 3), area and moments of each.
     """
 
     face: Any
@@ -95,6 +95,7 @@ class PixelBuffers(NamedTuple):
     fine: Any
     coarse: Any
     inside: Any
+    tone: Any
     differs: Any
     least: Any
     greatest: Any
