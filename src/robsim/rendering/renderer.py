@@ -113,7 +113,7 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         index=np.empty(width, dtype=np.int32),
         upper=np.empty(width, dtype=np.uint32),
         lower=np.empty(width, dtype=np.uint32),
-        tone=np.empty(width, dtype=np.int32),
+        tone=np.empty((height, width), dtype=np.int32),
         differs=np.empty(width, dtype=np.int32),
         least=np.empty((3, width), dtype=np.int32),
         greatest=np.empty((3, width), dtype=np.int32),

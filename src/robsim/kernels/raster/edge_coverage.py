@@ -15,45 +15,52 @@ SAME_LINE = 1e-6  # of a pixel, the distance of two sides that are one
 
 
 @routine
-def smooth_row(faces, pictures, plane, placed, background, pattern, buffers, y, image):
-    """Compute the pixels of a row anew that have another tone in their neighbourhood.
+def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
+    """Compute the pixels anew that have another tone in their neighbourhood.
 
     The value is the mean over the area of the pixel, if one line divides it between two faces or a
     face and the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the
     pixel, each of the nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for
     each face and pixel.
     """
-    face, first, sides, planes = buffers.face, faces.first, placed.sides, placed.plane
-    differs, near, shares, rays = buffers.differs, buffers.near, buffers.shares, plane.rays
-    for x in range(image.shape[1]):
-        if differs[x] == 0:
+    height, width = image.shape
+    face, tone, first, sides = buffers.face, buffers.tone, faces.first, placed.sides
+    least, greatest, planes, rays = buffers.least, buffers.greatest, placed.plane, plane.rays
+    differs, near, shares = buffers.differs, buffers.near, buffers.shares
+    for y in range(-1, height):
+        below = min(y + 1, height - 1)
+        _find_row_extremes(tone[below], least[below % 3], greatest[below % 3])
+        if y < 0 or not _compare_rows(least, greatest, differs, max(y - 1, 0), y, below):
             continue
-        count, has_background = _list_near_faces(face, x, y, near)
-        axes = _find_pixel_axes(rays, x, y)
-        count, crossings = _drop_distant_faces(rays, first, sides, pattern, axes, near, count)
-        if count == 0 or (count == 1 and crossings == 0):
-            continue  # the value at its centre is the value of the pixel
-        if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
-            _count_hits(rays, planes, pattern, axes, near, count, shares)
-        value, total = 0.0, 0.0
-        for k in range(count):
-            share, f = shares[k, 0], near[0, k]
-            if share > 0.0:
-                right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
-                if faces.picture[f] >= 0:
-                    X = axes[0] + right * axes[2] + down * axes[4]
-                    Y = axes[1] + right * axes[3] + down * axes[5]
-                    u, v, level = find_level(planes, f, X, Y, find_density(rays, x, y))
-                    grey *= sample_picture(pictures, faces.picture[f], u, v, level)
-                value, total = value + share * grey, total + share
-        if has_background:
-            value, total = value + (1.0 - total) * background, 1.0
-        if total > 0.0:
-            image[y, x] = value / total
+        for x in range(width):
+            if differs[x] == 0:
+                continue
+            count, has_background = _list_near_faces(face, x, y, near)
+            axes = _find_pixel_axes(rays, x, y)
+            count, crossings = _drop_distant_faces(rays, first, sides, pattern, axes, near, count)
+            if count == 0 or (count == 1 and crossings == 0):
+                continue  # the value at its centre is the value of the pixel
+            if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
+                _count_hits(rays, planes, pattern, axes, near, count, shares)
+            value, total = 0.0, 0.0
+            for k in range(count):
+                share, f = shares[k, 0], near[0, k]
+                if share > 0.0:
+                    right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
+                    if faces.picture[f] >= 0:
+                        X = axes[0] + right * axes[2] + down * axes[4]
+                        Y = axes[1] + right * axes[3] + down * axes[5]
+                        u, v, level = find_level(planes, f, X, Y, find_density(rays, x, y))
+                        grey *= sample_picture(pictures, faces.picture[f], u, v, level)
+                    value, total = value + share * grey, total + share
+            if has_background:
+                value, total = value + (1.0 - total) * background, 1.0
+            if total > 0.0:
+                image[y, x] = value / total
 
 
 @routine
-def find_row_extremes(tone, least, greatest):
+def _find_row_extremes(tone, least, greatest):
     """Compute the least and the greatest tone of each pixel of a row and its two neighbours."""
     n = tone.size
     for x in range(1, n - 1):
@@ -63,13 +70,12 @@ def find_row_extremes(tone, least, greatest):
         least[x], greatest[x] = min(tone[x], tone[other]), max(tone[x], tone[other])
 
 
-@routine
-def compare_rows(least, greatest, differs, y, height):
+@part
+def _compare_rows(least, greatest, differs, above, here, below):
     """Compute which pixels of a row have several tones near them; return whether there are any."""
     any_differs = 0
-    above, here, below = max(y - 1, 0) % 3, y % 3, min(y + 1, height - 1) % 3
-    a, b, c = least[above], least[here], least[below]
-    d, e, f = greatest[above], greatest[here], greatest[below]
+    a, b, c = least[above % 3], least[here % 3], least[below % 3]
+    d, e, f = greatest[above % 3], greatest[here % 3], greatest[below % 3]
     for x in range(differs.size):
         low = min(min(a[x], b[x]), c[x])  # noqa: PLW3301
         high = max(max(d[x], e[x]), f[x])  # noqa: PLW3301
@@ -97,7 +103,7 @@ def _list_near_faces(face, x, y, near):
     return count, has_background
 
 
-@routine
+@part
 def _find_pixel_axes(rays, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
     if rays is None:
@@ -115,7 +121,7 @@ def _compare_rays(one, other, count):
     return (float(other[0]) - float(one[0])) / count, (float(other[1]) - float(one[1])) / count
 
 
-@routine
+@part
 def _view_from_pixel(rays, row, axes):
     """Return an affine function of the image at the centre of a pixel, and its two changes."""
     value = row[0] * axes[0] + row[1] * axes[1] + row[2]
@@ -227,7 +233,7 @@ def _count_hits(rays, planes, pattern, axes, near, count, shares):
         shares[k, 1], shares[k, 2] = across / PLACES, along / PLACES
 
 
-@routine
+@part
 def _find_positive(value, right, down, pattern):
     """Return the places of a pixel where an affine function is not negative, as bits."""
     value, right, down = np.float32(value), np.float32(right), np.float32(down)

@@ -1,11 +1,11 @@
 """Pictures of a camera, in one call."""
 
 from robsim.kernels.machine.jit import kernel
-from robsim.kernels.machine.routine import part, routine
-from robsim.kernels.raster.edge_coverage import compare_rows, find_row_extremes, smooth_row
+from robsim.kernels.machine.routine import part
+from robsim.kernels.raster.edge_coverage import smooth_edges
 from robsim.kernels.raster.face_placement import place_faces
 from robsim.kernels.raster.pixel_faces import find_pixel_faces
-from robsim.kernels.raster.pixel_shades import shade_row
+from robsim.kernels.raster.pixel_shades import shade_pixels
 
 
 @kernel
@@ -49,23 +49,10 @@ def draw_pictures(
         height, width = image.shape
         place_faces(faces, T_c_b[k], plane, light[k], width, height, placed)
         find_pixel_faces(faces, plane, placed, buffers)
-        _shade_image(faces, pictures, plane, placed, background, pattern, buffers, image)
+        shade_pixels(faces, pictures, plane, placed, background, buffers, image)
+        smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image)
         if samples > 1:
             _average_blocks(fine, samples, images[k])
-
-
-@routine
-def _shade_image(faces, pictures, plane, placed, background, pattern, buffers, image):
-    """Compute the grey values of all pixels: a row, then the edges in the row above it."""
-    height, least, greatest = image.shape[0], buffers.least, buffers.greatest
-    for y in range(height + 1):
-        if y < height:
-            shade_row(faces, pictures, plane, placed, background, buffers, y, image)
-            find_row_extremes(buffers.tone, least[y % 3], greatest[y % 3])
-        if y > 0 and compare_rows(least, greatest, buffers.differs, y - 1, height):
-            smooth_row(
-                faces, pictures, plane, placed, background, pattern, buffers, y - 1, image
-            )
 
 
 @part

@@ -16,33 +16,34 @@ BACKGROUND_TONE, PICTURE_TONE = np.int32(-SMOOTH), 300 * TONES  # below and abov
 LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
-@part
-def shade_row(faces, pictures, plane, placed, background, buffers, y, image):
-    """Compute the grey value of the face at the centre of each pixel of a row, and its tone.
+@routine
+def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
+    """Compute the grey value of the face at the centre of each pixel, and its tone.
 
     The tone is a whole number: the grey value in sixteenths, or a number of its own for the
     background and for each picture.
     """
-    seen, start = buffers.face, 0
-    while start < image.shape[1]:
-        face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
-        if face != NO_FACE and faces.picture[face] >= 0:
-            picture = faces.picture[face]
-            _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
-            _fill(buffers.tone, start, end, np.int32(PICTURE_TONE + SMOOTH * face))
-        else:
-            grey = background if face == NO_FACE else placed.shade[face]
-            tone = BACKGROUND_TONE if face == NO_FACE else np.int32(TONES * grey)
-            _fill(image[y], start, end, np.float32(grey))
-            _fill(buffers.tone, start, end, tone)
-        start = end
+    seen = buffers.face
+    for y in range(image.shape[0]):
+        start = 0
+        while start < image.shape[1]:
+            face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
+            if face != NO_FACE and faces.picture[face] >= 0:
+                picture = faces.picture[face]
+                _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
+                tone = np.int32(PICTURE_TONE + SMOOTH * face)
+            else:
+                grey = background if face == NO_FACE else placed.shade[face]
+                tone = BACKGROUND_TONE if face == NO_FACE else np.int32(TONES * grey)
+                _fill(image[y, start:end], np.float32(grey))
+            _fill(buffers.tone[y, start:end], tone)
+            start = end
 
 
 @part
-def _fill(row, start, end, value):
-    """Enter a value into a part of a row."""
-    pixels = row[start:end]
-    for i in range(end - start):
+def _fill(pixels, value):
+    """Enter a value into all pixels."""
+    for i in range(pixels.size):
         pixels[i] = value
 
 

@@ -73,18 +73,19 @@ class PlacedFaces(NamedTuple):
 
 
 class PixelBuffers(NamedTuple):
-    """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, and rows.
+    """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, and tone,
+    a number that is nearly equal for pixels without an edge between them.
 
     Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
     left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
-    of a ray that meets a face; tone, equal for pixels without an edge between them; differs,
-    pixels with several tones near them. least and greatest (3, w) are the tones near each pixel in
+    of a ray that meets a face; differs, pixels with several tones near them. least and greatest (3, w) are the tones near each pixel in
     three rows. Of one pixel at an edge: near (4, 9), the faces near it, the number of their
     sides that cross it, the last of these, and the places inside all sides; shares (9, 3), area and moments of each.
     """
 
     face: Any
     nearness: Any
+    tone: Any
     u: Any
     v: Any
     x: Any
@@ -95,7 +96,6 @@ class PixelBuffers(NamedTuple):
     fine: Any
     coarse: Any
     inside: Any
-    tone: Any
     differs: Any
     least: Any
     greatest: Any
