@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.geometry.primitives import Primitive
 from robsim.rendering.light import Light
+from robsim.rendering.recent_values import RecentValues
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
 from robsim.robot.robot import Robot
@@ -22,6 +25,7 @@ from robsim.world.object import Object
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
 MOST_SAMPLES = 8
+MOST_KEPT_PIXELS = 2_000_000  # with samples, of a camera whose buffers are kept: 24 MB
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,17 @@ class PictureBodies:
     tree: Tree
 
 
+class PictureSource(NamedTuple):
+    """The renderer of a camera, the frames of its bodies in turn, and the lock of its buffers."""
+
+    frames: tuple[str, ...]
+    renderer: Renderer
+    lock: Lock
+
+
+_SOURCES: RecentValues[PictureSource] = RecentValues(4)
+
+
 def draw_bodies(
     bodies: PictureBodies,
     q: Array,
@@ -56,21 +71,39 @@ def draw_bodies(
     lead, (width, height) = q.shape[:-1], eye.camera.size
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
-    frames = dict(_list_faces(bodies, eye))
+    source = _find_source(bodies, eye, samples, background)
     poses = bodies.tree.bodies(move_runs_last(q, 1))
 
     def find_pose(name: str) -> Pose:
         return Pose(homogeneous_matrix(bodies.tree.frame(poses, name), lead))
 
     T_c_w = find_pose(eye.name).inv()
-    T_c_b = [(T_c_w @ find_pose(name)).matrix.reshape(-1, 4, 4) for name in frames]
+    T_c_b = np.empty((int(np.prod(lead)), len(source.frames), 4, 4))
+    for k, name in enumerate(source.frames):
+        T_c_b[:, k] = (T_c_w @ find_pose(name)).matrix.reshape(-1, 4, 4)
     direction = (T_c_w.rotation @ light.unit_direction).reshape(-1, 3)
-    renderer = Renderer(eye.camera, list(frames.values()), samples, background)
-    images = np.empty((len(direction), height, width), dtype=np.float32)
-    for k, toward in enumerate(direction):
-        T_here = np.array([T[k] for T in T_c_b]).reshape(-1, 4, 4)
-        images[k] = renderer.draw(T_here, (*toward, light.ambient))
+    lights = np.column_stack([direction, np.full(len(direction), light.ambient)])
+    with source.lock:
+        images = source.renderer.draw_many(T_c_b, lights)
     return images.reshape(*lead, height, width)
+
+
+def _find_source(
+    bodies: PictureBodies, eye: MountedCamera, samples: int, background: float
+) -> PictureSource:
+    """Return the source of pictures of a camera; the last ones of bodies are kept."""
+
+    def build() -> PictureSource:
+        frames = dict(_list_faces(bodies, eye))
+        renderer = Renderer(eye.camera, list(frames.values()), samples, background)
+        return PictureSource(tuple(frames), renderer, Lock())
+
+    width, height = eye.camera.size or (0, 0)
+    if width * height * samples**2 > MOST_KEPT_PIXELS:
+        return build()
+    held = bodies.robots, bodies.objects, bodies.cameras
+    key = (*map(id, held), eye.name, samples, background)
+    return _SOURCES.find(key, held, build)
 
 
 def _list_faces(
