@@ -1,7 +1,7 @@
 """The pictures of `pictures.py` by other programs, each if it is installed.
 
-Milliseconds of CPU of all threads. MuJoCo draws with OpenGL in software (Mesa by EGL), pybullet with
-TinyRenderer, riley with its own rasteriser, and embreex intersects rays without a grey value.
+Milliseconds of CPU of all threads. MuJoCo draws by OpenGL in software (Mesa, EGL), pybullet by
+TinyRenderer, riley by its own rasteriser, and embreex intersects rays without a grey value.
 """
 
 import os
@@ -152,7 +152,9 @@ def embreex(scene):
     wall = trimesh.Trimesh(scene.corners, [[0, 3, 2], [0, 2, 1]], process=False)
     bodies = [wall.apply_transform(scene.poses[0])]
     if len(scene.triangles):
-        ball = trimesh.Trimesh(scene.triangles.reshape(-1, 3), np.arange(len(scene.triangles) * 3).reshape(-1, 3))
+        ball = trimesh.Trimesh(
+            scene.triangles.reshape(-1, 3), np.arange(len(scene.triangles) * 3).reshape(-1, 3)
+        )
         bodies.append(ball.apply_transform(scene.poses[-1]))
     rays = ray_pyembree.RayMeshIntersector(trimesh.util.concatenate(bodies))
     directions = scene.directions.astype(np.float32)
@@ -174,7 +176,7 @@ def measure(scene, names):
     for name in names:
         try:
             samples, found = PEERS[name](scene)
-        except Exception as reason:  # a peer may fail in many ways, and is left out
+        except Exception as reason:  # noqa: BLE001 - a peer may fail in many ways, and is left out
             print(f"  {name} is left out: {reason!r:.80}")
         else:
             yield name, samples, found

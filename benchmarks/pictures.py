@@ -48,7 +48,9 @@ class BenchmarkScene(NamedTuple):
     def K(self):
         """The camera matrix."""
         width, height = self.size
-        return np.array([[self.focal, 0, width / 2 - 0.5], [0, self.focal, height / 2 - 0.5], [0, 0, 1]])
+        return np.array(
+            [[self.focal, 0, width / 2 - 0.5], [0, self.focal, height / 2 - 0.5], [0, 0, 1]]
+        )
 
     @property
     def directions(self):
@@ -66,7 +68,7 @@ class BenchmarkScene(NamedTuple):
 
 
 def build_scene(depth=1.0, size=(320, 240), rounds=None):
-    """Return a poster of 640 x 458 texels that is 0.6 m wide, and a ball of 20 * 4^rounds triangles."""
+    """Return a poster of 640 x 458 texels that is 0.6 m wide, before it a ball of triangles."""
     x, y = np.meshgrid(np.arange(640), np.arange(458))
     grey = np.rint(127 + 60 * np.sin(x / 9) * np.cos(y / 13)).astype(np.uint8)
     high = 0.6 * 458 / 640 / 2
@@ -136,7 +138,7 @@ def measure_large():
 
 
 def measure_first():
-    """Seconds of CPU of the first picture of a process, after its imports, with no kernel cached."""
+    """Seconds of CPU of the first picture of a process without cached kernels."""
     with tempfile.TemporaryDirectory() as folder:
         empty = {**os.environ, "ROBSIM_CACHE_DIR": folder}
         call = [sys.executable, "-c", FIRST]

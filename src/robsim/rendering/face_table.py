@@ -26,8 +26,9 @@ def build_faces(bodies: Sequence[Iterable[RenderedFace]]) -> tuple[Faces, Pictur
     listed = [(b, face) for b, faces in enumerate(bodies) for face in faces]
     corners, first = _join_corners([face for _, face in listed])
     normals = _compute_normals(corners, first)
-    if not (has_area := np.isfinite(normals).all(axis=1)).all():
-        listed = [each for each, has in zip(listed, has_area, strict=True) if has]
+    has_area = np.isfinite(normals[:, 0])
+    if not has_area.all():
+        listed = [listed[k] for k in np.flatnonzero(has_area)]
         corners, first = _join_corners([face for _, face in listed])
     body = np.array([b for b, _ in listed], dtype=np.int64)
     pictures = _list_pictures(face.picture for _, face in listed)
@@ -58,7 +59,8 @@ def _compute_normals(corners: Array, first: NDArray[np.int64]) -> Array:
     spokes = corners - np.repeat(corners[first[:-1]], sizes, axis=0)
     following = np.arange(1, len(corners) + 1)
     following[first[1:] - 1] = first[:-1]
-    areas = np.add.reduceat(np.cross(spokes, spokes[following]), first[:-1]) if len(sizes) else spokes
+    products = np.cross(spokes, spokes[following])
+    areas = np.add.reduceat(products, first[:-1]) if len(sizes) else products
     lengths = np.linalg.norm(areas, axis=1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(lengths > SMALLEST_AREA, areas / lengths, np.nan)

@@ -1,7 +1,10 @@
-"""Kernels that only kernels call: they are optimised once, in the machine code of their caller.
+"""Kernels that only kernels call: their code is optimised once, in their caller.
 
 Numba optimises a kernel and makes its machine code even if only other kernels call it, and LLVM
-optimises its code again in each caller. The code of a routine goes to the caller as it is.
+optimises its code again in each caller. The code of a routine goes to the caller as it is. Its
+types are found apart from its caller, which is faster than the inlining by Numba: the time for the
+types of a function grows faster than its length. A routine must not allocate arrays, because its
+code does not count references: nothing would free them.
 """
 
 import inspect
@@ -16,13 +19,14 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 OPTIONS = {"nopython": True, "error_model": "numpy"}  # without fast-math, as all kernels
+HASH = hash(Flags())
 
 
-class RoutineFlags(Flags):  # type: ignore[misc]
-    """Options of a routine, which Numba compares for each operator that it compiles."""
+class RoutineFlags(Flags):
+    """Options of a routine. Numba compares them for each operator of a routine."""
 
     def __hash__(self) -> int:
-        return _HASH  # Numba's own computes it each time, and is the same for all options
+        return HASH  # Numba's own is the same for all options, and computed each time
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, RoutineFlags):
@@ -30,10 +34,7 @@ class RoutineFlags(Flags):  # type: ignore[misc]
         return bool(super().__eq__(other))
 
 
-_HASH = hash(Flags())
-
-
-class RoutineLibrary(JITCodeLibrary):  # type: ignore[misc]
+class RoutineLibrary(JITCodeLibrary):
     """The code of a routine, which its caller optimises."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -45,20 +46,6 @@ class RoutineLibrary(JITCodeLibrary):  # type: ignore[misc]
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
-
-
-def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline: bool) -> Any:
-    """Return the compiled routine for some types of arguments."""
-    context, flags = cpu_target.target_context, RoutineFlags()
-    cpu_target.options.parse_as_flags(flags, OPTIONS)
-    flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-    library = RoutineLibrary(context.codegen(), function.__qualname__)
-    with global_compiler_lock:
-        typing = cpu_target.typing_context
-        done = compile_internal(typing, context, library, function, args, None, flags, {})
-        if inline:
-            library.get_function(done.fndesc.llvm_func_name).add_function_attribute("alwaysinline")
-        return done
 
 
 def routine(function: Callable[..., Any], inline: bool = False) -> Any:
@@ -73,17 +60,40 @@ def routine(function: Callable[..., Any], inline: bool = False) -> Any:
 
         def emit(context: Any, builder: Any, sig: Any, values: Any) -> Any:
             context.active_code_library.add_linking_library(done.library)
-            cast = [context.cast(builder, v, a, k) for v, a, k in zip(values, args, kinds)]
+            cast = [
+                context.cast(builder, value, given, kind)
+                for value, given, kind in zip(values, args, kinds, strict=True)
+            ]
             return context.call_internal(builder, done.fndesc, done.signature, cast)
 
         return done.signature.return_type(*args), emit
 
     own = inspect.signature(function)
     typing = inspect.Parameter("typing", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    call.__signature__ = own.replace(parameters=[typing, *own.parameters.values()])  # type: ignore[attr-defined]
+    parameters = [typing, *own.parameters.values()]
+    call.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
     return intrinsic(call)
 
 
-def part(function: Callable[..., Any]) -> Any:
-    """Return a routine that LLVM inlines into its callers."""
+def fragment(function: Callable[..., Any]) -> Any:
+    """Return a routine that LLVM inlines into each caller.
+
+    It is for code with many arguments that is called for each pixel. Named tuples that it takes are
+    written to memory, so it takes only the arrays that it needs where time counts.
+    """
     return routine(function, inline=True)
+
+
+def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline: bool) -> Any:
+    """Return the compiled routine for some types of arguments."""
+    context, flags = cpu_target.target_context, RoutineFlags()
+    cpu_target.options.parse_as_flags(flags, OPTIONS)
+    for name in ("no_compile", "no_cpython_wrapper", "no_cfunc_wrapper"):
+        setattr(flags, name, True)
+    library = RoutineLibrary(context.codegen(), function.__qualname__)
+    with global_compiler_lock:
+        typing = cpu_target.typing_context
+        done = compile_internal(typing, context, library, function, args, None, flags, {})
+    if inline:
+        library.get_function(done.fndesc.llvm_func_name).add_function_attribute("alwaysinline")
+    return done

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import part, routine
+from robsim.kernels.machine.routine import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.pixel_shades import SMOOTH, find_density
 from robsim.kernels.raster.texel_levels import find_level, sample_picture
@@ -70,7 +70,7 @@ def _find_row_extremes(tone, least, greatest):
         least[x], greatest[x] = min(tone[x], tone[other]), max(tone[x], tone[other])
 
 
-@part
+@fragment
 def _compare_rows(least, greatest, differs, above, here, below):
     """Compute which pixels of a row have several tones near them; return whether there are any."""
     any_differs = 0
@@ -84,7 +84,7 @@ def _compare_rows(least, greatest, differs, above, here, below):
     return any_differs != 0
 
 
-@part
+@fragment
 def _list_near_faces(face, x, y, near):
     """Enter the faces near a pixel; return their number, and whether the background is near."""
     count, has_background = 0, False
@@ -92,7 +92,7 @@ def _list_near_faces(face, x, y, near):
         previous = NO_FACE
         for i in range(max(x - 1, 0), min(x + 2, face.shape[1])):
             each = face[j, i]
-            is_new = each != previous and each != NO_FACE
+            is_new = each != previous and each != NO_FACE  # noqa: PLR1714 - no tuple in a kernel
             has_background |= each == NO_FACE
             previous = each
             for k in range(count if is_new else 0):
@@ -103,7 +103,7 @@ def _list_near_faces(face, x, y, near):
     return count, has_background
 
 
-@part
+@fragment
 def _find_pixel_axes(rays, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
     if rays is None:
@@ -121,20 +121,24 @@ def _compare_rays(one, other, count):
     return (float(other[0]) - float(one[0])) / count, (float(other[1]) - float(one[1])) / count
 
 
-@part
+@fragment
 def _view_from_pixel(rays, row, axes):
     """Return an affine function of the image at the centre of a pixel, and its two changes."""
     value = row[0] * axes[0] + row[1] * axes[1] + row[2]
     if rays is None:
         return value, row[0], row[1]
-    return (
-        value,
-        row[0] * axes[2] + row[1] * axes[3],
-        row[0] * axes[4] + row[1] * axes[5],
-    )
+    return (value, row[0] * axes[2] + row[1] * axes[3], row[0] * axes[4] + row[1] * axes[5])
 
 
-@part
+@fragment
+def _compare_depths(rays, planes, one, other, axes):
+    """Return how much nearer a face is than another one, at a pixel, and the two changes."""
+    a, b, c = _view_from_pixel(rays, planes[one, 2], axes)
+    d, e, f = _view_from_pixel(rays, planes[other, 2], axes)
+    return a - d, b - e, c - f
+
+
+@fragment
 def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
     """Keep the faces that meet a pixel; return their number, and how many sides cross the pixel.
 
@@ -159,7 +163,7 @@ def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
     return kept, crossings
 
 
-@part
+@fragment
 def _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
     """Compute the shares of one face or two faces that a line divides; return whether it does.
 
@@ -180,7 +184,9 @@ def _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
         scale = max(abs(b), abs(c)) / max(abs(right), abs(down))
         gap = max(abs(a + scale * value), abs(b + scale * right), abs(c + scale * down))
         return gap <= SAME_LINE * max(abs(b), abs(c))
-    value, right, down = _view_from_pixel(rays, planes[near[0, k], 2] - planes[near[0, other], 2], axes)
+    value, right, down = _view_from_pixel(
+        rays, planes[near[0, k], 2] - planes[near[0, other], 2], axes
+    )
     return value > 0.5 * (abs(right) + abs(down))  # the divided face is in front
 
 
@@ -206,7 +212,7 @@ def divide_square(value, right, down):
     return area, math.copysign(x, right), math.copysign(y, down)
 
 
-@part
+@fragment
 def _count_hits(rays, planes, pattern, axes, near, count, shares):
     """Compute the share of the places in a pixel that see each face, and their moments."""
     inside = near[3]
@@ -217,9 +223,8 @@ def _count_hits(rays, planes, pattern, axes, near, count, shares):
         for j in range(k):  # of two faces, the nearer one keeps the places of both
             both = inside[j] & inside[k]
             if both != 0:
-                gap = planes[near[0, j], 2] - planes[near[0, k], 2]
-                value, right, down = _view_from_pixel(rays, gap, axes)
-                nearer = _find_positive(value, right, down, pattern)
+                gap = _compare_depths(rays, planes, near[0, j], near[0, k], axes)
+                nearer = _find_positive(*gap, pattern)
                 inside[k] &= ~(both & nearer)
                 inside[j] &= ~(both & ~nearer)
     for k in range(count):
@@ -233,7 +238,7 @@ def _count_hits(rays, planes, pattern, axes, near, count, shares):
         shares[k, 1], shares[k, 2] = across / PLACES, along / PLACES
 
 
-@part
+@fragment
 def _find_positive(value, right, down, pattern):
     """Return the places of a pixel where an affine function is not negative, as bits."""
     value, right, down = np.float32(value), np.float32(right), np.float32(down)

@@ -2,7 +2,7 @@
 
 import math
 
-from robsim.kernels.machine.routine import part, routine
+from robsim.kernels.machine.routine import fragment, routine
 
 NEAR = 1e-4  # depth in metres up to which a camera sees nothing
 LEAST_SLOPE = 1e-150  # of a side; below, it is parallel to the rows
@@ -61,7 +61,7 @@ def _multiply_row(M, x, y, z, out):
     out[2] = x * M[0, 2] + y * M[1, 2] + z * M[2, 2]
 
 
-@part
+@fragment
 def _compute_sides(inverse, first, end, placed):
     """Compute the planes through the eye and each side of a face; inside they are positive.
 
@@ -78,12 +78,16 @@ def _compute_sides(inverse, first, end, placed):
         _multiply_row(inverse, x, y, z, side)
         slope = abs(side[0])
         if slope > LEAST_SLOPE:
-            side[0], side[1], side[2] = math.copysign(1.0, side[0]), side[1] / slope, side[2] / slope
+            side[0], side[1], side[2] = (
+                math.copysign(1.0, side[0]),
+                side[1] / slope,
+                side[2] / slope,
+            )
         else:
             side[0] = 0.0
 
 
-@part
+@fragment
 def _compute_texels(texel, T, inverse, f, placed):
     """Compute the column and row of a picture, both divided by the depth.
 
@@ -99,7 +103,7 @@ def _compute_texels(texel, T, inverse, f, placed):
             row[k] += offset * near[k]
 
 
-@part
+@fragment
 def _find_box(plane, width, height, first, end, f, placed):
     """Compute the columns and rows that may see a face; return whether there are any.
 

@@ -1,7 +1,7 @@
 """Pictures of a camera, in one call."""
 
 from robsim.kernels.machine.jit import kernel
-from robsim.kernels.machine.routine import part
+from robsim.kernels.machine.routine import fragment
 from robsim.kernels.raster.edge_coverage import smooth_edges
 from robsim.kernels.raster.face_placement import place_faces
 from robsim.kernels.raster.pixel_faces import find_pixel_faces
@@ -55,7 +55,7 @@ def draw_pictures(
             _average_blocks(fine, samples, images[k])
 
 
-@part
+@fragment
 def _average_blocks(image, count, out):
     """Compute the means out (h, w) of blocks of count x count pixels of an image."""
     height, width = out.shape

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import part, routine
+from robsim.kernels.machine.routine import fragment, routine
 
 NO_FACE = -1
 
@@ -21,7 +21,7 @@ def find_pixel_faces(faces, plane, placed, buffers):
         _cover_pixels(plane.rays, sides, placed.plane[f, 2], placed.box[f], f, buffers)
 
 
-@part
+@fragment
 def _cover_pixels(rays, sides, near, box, f, buffers):
     """Enter a face into the pixels that it covers."""
     if rays is None:
@@ -30,7 +30,7 @@ def _cover_pixels(rays, sides, near, box, f, buffers):
         _cover_rays(sides, near, box, f, rays, buffers)
 
 
-@part
+@fragment
 def _cover_rows(sides, near, box, f, buffers):
     """Enter a face into the rows of an image without distortion."""
     face = np.int32(f)
@@ -57,7 +57,7 @@ def _cover_rows(sides, near, box, f, buffers):
             nearness[i] = z if is_nearer else nearness[i]
 
 
-@part
+@fragment
 def _cover_rays(sides, near, box, f, rays, buffers):
     """Enter a face into the pixels whose rays meet it."""
     face, inside, left, right = np.int32(f), buffers.inside, box[0], box[1] + 1

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import part, routine
+from robsim.kernels.machine.routine import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 
@@ -40,14 +40,14 @@ def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
             start = end
 
 
-@part
+@fragment
 def _fill(pixels, value):
     """Enter a value into all pixels."""
     for i in range(pixels.size):
         pixels[i] = value
 
 
-@part
+@fragment
 def _find_run_end(seen, y, start):
     """Return the end of the pixels from `start` on in a row that see one face."""
     face, end, width = seen[y, start], start + 1, seen.shape[1]
@@ -63,7 +63,7 @@ def _find_run_end(seen, y, start):
     return end
 
 
-@part
+@fragment
 def _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image):
     """Compute the grey values of a run of pixels that see a picture.
 
@@ -105,7 +105,7 @@ def find_density(rays, x, y):
     return math.log2(abs(float(rays[0, y, at + 1]) - float(rays[0, y, at])))
 
 
-@part
+@fragment
 def _find_texels(rays, planes, face, y, start, stop, buffers):
     """Compute the texel coordinates of the pixels from `start` to `stop` in a row."""
     u, v, one, n = buffers.u, buffers.v, np.float32(1.0), stop - start
@@ -134,7 +134,7 @@ def _round_plane(plane, x, y):
     return f(u[0]), f(v[0]), f(n[0]), f(u[1]), f(v[1]), f(n[1]), f(at_u), f(at_v), f(at_n)
 
 
-@part
+@fragment
 def _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image):
     """Compute grey values between the two levels around the levels at both ends of a run."""
     top, n = pictures.count[picture] - 1, stop - start

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import part, routine
+from robsim.kernels.machine.routine import fragment, routine
 
 SHARPER = 0.25  # of the squared size of a pixel in texels, the mean of both axes and half a level
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
@@ -54,7 +54,7 @@ def sample_picture(pictures, picture, u, v, level):
     return value / 256.0
 
 
-@part
+@fragment
 def read_texels(pictures, picture, level, n, buffers, out):
     """Compute the grey values out[:n] of one level at the texel coordinates of the buffers.
 
