@@ -103,7 +103,7 @@ def _list_near_faces(face, x, y, near):
     return count, has_background
 
 
-@fragment
+@routine
 def _find_pixel_axes(rays, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
     if rays is None:
@@ -238,7 +238,7 @@ def _count_hits(rays, planes, pattern, axes, near, count, shares):
         shares[k, 1], shares[k, 2] = across / PLACES, along / PLACES
 
 
-@fragment
+@routine
 def _find_positive(value, right, down, pattern):
     """Return the places of a pixel where an affine function is not negative, as bits."""
     value, right, down = np.float32(value), np.float32(right), np.float32(down)
