@@ -238,7 +238,7 @@ def _count_hits(rays, planes, pattern, axes, near, count, shares):
         shares[k, 1], shares[k, 2] = across / PLACES, along / PLACES
 
 
-@routine
+@fragment
 def _find_positive(value, right, down, pattern):
     """Return the places of a pixel where an affine function is not negative, as bits."""
     value, right, down = np.float32(value), np.float32(right), np.float32(down)
