@@ -23,6 +23,7 @@ sys.path.insert(0, str(HERE))  # the scripts of this folder import each other by
 
 import kinematics  # noqa: E402
 import numpy_baseline  # noqa: E402
+import pictures  # noqa: E402
 import schemes  # noqa: E402
 import speed  # noqa: E402
 import startup  # noqa: E402
@@ -127,6 +128,7 @@ def main():
         print(f"{name:22}{row}", flush=True)
     print()
     varied.main()
+    pictures.main(told.cold)
     print(f"\n{'us':28}{'ours':>10}{'theirs':>10}{'factor':>8}")
     for what, ours, who, theirs in peers(told.peer) if told.peer else ():
         print(f"{what:28}{1e6 * ours:10.2f}{1e6 * theirs:10.2f}{theirs / ours:8.1f}  {who}")

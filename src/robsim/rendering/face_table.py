@@ -9,28 +9,35 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.raster.raster_arrays import Faces, Pictures
+from robsim.rendering.recent_values import RecentValues
 from robsim.rendering.rendered_face import RenderedFace
 
+Copies = tuple[NDArray[np.uint32], NDArray[np.int64]]
+
 MOST_LEVELS = 16
+MOST_KEPT_TEXELS = 4_000_000  # of a picture whose copies are kept: 22 MB
 SMALLEST_AREA = 1e-30  # m^2; smaller faces have no direction and are left out
+
+_COPIES: RecentValues[Copies] = RecentValues(8)
 
 
 def build_faces(bodies: Sequence[Iterable[RenderedFace]]) -> tuple[Faces, Pictures]:
     """Return the faces and pictures of bodies, each a list of faces."""
     listed = [(b, face) for b, faces in enumerate(bodies) for face in faces]
-    normals = _compute_normals([face.corners for _, face in listed])
-    kept = [k for k, normal in enumerate(normals) if np.isfinite(normal).all()]
-    listed, normals = [listed[k] for k in kept], normals[kept]
-    sizes = np.array([len(face.corners) for _, face in listed], dtype=np.int64)
+    corners, first = _join_corners([face for _, face in listed])
+    normals = _compute_normals(corners, first)
+    has_area = np.isfinite(normals[:, 0])
+    if not has_area.all():
+        listed = [listed[k] for k in np.flatnonzero(has_area)]
+        corners, first = _join_corners([face for _, face in listed])
     body = np.array([b for b, _ in listed], dtype=np.int64)
     pictures = _list_pictures(face.picture for _, face in listed)
     index = {id(picture): k for k, picture in enumerate(pictures)}
     faces = Faces(
-        corners=np.concatenate([np.empty((0, 3)), *(face.corners for _, face in listed)]),
-        corner_body=np.repeat(body, sizes),
-        first=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        corners=corners,
+        first=first,
         body=body,
-        normal=normals,
+        normal=normals[has_area],
         grey=np.array([face.grey for _, face in listed], dtype=float),
         picture=np.array([index.get(id(face.picture), -1) for _, face in listed], dtype=np.int64),
         texel=np.array([face.texel for _, face in listed], dtype=float).reshape(-1, 2, 4),
@@ -39,12 +46,21 @@ def build_faces(bodies: Sequence[Iterable[RenderedFace]]) -> tuple[Faces, Pictur
     return faces, build_pictures(pictures)
 
 
-def _compute_normals(faces: list[Array]) -> Array:
+def _join_corners(faces: list[RenderedFace]) -> tuple[Array, NDArray[np.int64]]:
+    """Return the corners (C, 3) of faces, and the first corner (F + 1,) of each."""
+    corners = np.concatenate([np.empty((0, 3)), *(face.corners for face in faces)])
+    sizes = [len(face.corners) for face in faces]
+    return corners, np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+
+def _compute_normals(corners: Array, first: NDArray[np.int64]) -> Array:
     """Return the outward unit normals (F, 3) of faces; NaN for a face without area."""
-    areas = np.empty((len(faces), 3))
-    for k, corners in enumerate(faces):
-        spokes = corners[1:] - corners[0]
-        areas[k] = np.cross(spokes[:-1], spokes[1:]).sum(axis=0)
+    sizes = np.diff(first)
+    spokes = corners - np.repeat(corners[first[:-1]], sizes, axis=0)
+    following = np.arange(1, len(corners) + 1)
+    following[first[1:] - 1] = first[:-1]
+    products = np.cross(spokes, spokes[following])
+    areas = np.add.reduceat(products, first[:-1]) if len(sizes) else products
     lengths = np.linalg.norm(areas, axis=1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(lengths > SMALLEST_AREA, areas / lengths, np.nan)
@@ -56,23 +72,40 @@ def _list_pictures(pictures: Iterable[NDArray[np.uint8] | None]) -> list[NDArray
 
 
 def build_pictures(pictures: Sequence[NDArray[np.uint8]]) -> Pictures:
-    """Return pictures with their halved copies.
+    """Return pictures with their halved copies."""
+    pairs, level = [np.zeros(0, np.uint32)], np.zeros((len(pictures), MOST_LEVELS, 4), np.int64)
+    count, at = np.zeros(len(pictures), dtype=np.int64), 0
+    for p, picture in enumerate(pictures):
+        packed, table = _find_copies(picture)
+        count[p], level[p, : len(table)] = len(table), table
+        level[p, : len(table), 0] += at
+        pairs.append(packed)
+        at += len(packed)
+    return Pictures(pairs[1] if len(pairs) == 2 else np.concatenate(pairs), level, count)
+
+
+def _find_copies(picture: NDArray[np.uint8]) -> Copies:
+    """Return the halved copies of a picture; the last ones of pictures that cannot change."""
+    if picture.flags.writeable or picture.size > MOST_KEPT_TEXELS:
+        return _build_copies(picture)
+    return _COPIES.find(id(picture), picture, lambda: _build_copies(picture))
+
+
+def _build_copies(picture: NDArray[np.uint8]) -> Copies:
+    """Return the pairs of a picture and its halved copies, and the table (levels, 4) of copies.
 
     A level has the mean of 2 x 2 texels of the level before, with a border of one texel. The levels
     of a picture end with the last one that has at least one texel along each side.
     """
-    pairs, level = [], np.zeros((len(pictures), MOST_LEVELS, 4), dtype=np.int64)
-    count, at = np.zeros(len(pictures), dtype=np.int64), 0
-    for p, picture in enumerate(pictures):
-        values = picture.astype(float)
-        for k in range(MOST_LEVELS):
-            level[p, k] = at, values.shape[1] + 2, values.shape[1], values.shape[0]
-            pairs.append(_pack_pairs(values))
-            at, count[p] = at + len(pairs[-1]), k + 1
-            if min(values.shape) < 2:
-                break
-            values = _halve(values)
-    return Pictures(np.concatenate([np.zeros(1, np.uint32), *pairs])[1:], level, count)
+    pairs: list[NDArray[np.uint32]] = []
+    table, at, values = [], 0, picture.astype(float)
+    while True:
+        table.append([at, values.shape[1] + 2, values.shape[1], values.shape[0]])
+        pairs.append(_pack_pairs(values))
+        at += len(pairs[-1])
+        if min(values.shape) < 2 or len(table) == MOST_LEVELS:
+            return np.concatenate(pairs), np.array(table)
+        values = _halve(values)
 
 
 def _pack_pairs(values: Array) -> NDArray[np.uint32]:

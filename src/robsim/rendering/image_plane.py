@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.kernels.formulas.perspective import NO_LENS
 from robsim.kernels.raster.raster_arrays import ImagePlane
+from robsim.rendering.recent_values import RecentValues
 from robsim.vision.camera import Camera
+
+MOST_KEPT_RAYS = 2_000_000  # of an image whose rays are kept: 16 MB
+_PLANES: RecentValues[ImagePlane] = RecentValues(4)
 
 
 def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
@@ -17,16 +21,21 @@ def build_image_plane(camera: Camera, samples: int) -> ImagePlane:
     width, height = camera.size
     fine = camera.resized(width * samples, height * samples) if samples > 1 else camera
     if camera.lens_kind == NO_LENS:
-        empty, no_rays = np.zeros((2, 0)), np.zeros((2, 0, 0), dtype=np.float32)
-        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), False, no_rays, empty, empty)
-    rays = _compute_rays(fine)
-    unit = np.eye(3)
-    return ImagePlane(unit, unit, True, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
+        return ImagePlane(np.array(fine.K), np.linalg.inv(fine.K), None, None, None)
+    if width * height * samples**2 > MOST_KEPT_RAYS:
+        return _build_lens_plane(fine)
+    return _PLANES.find((camera, samples), None, lambda: _build_lens_plane(fine))
+
+
+def _build_lens_plane(camera: Camera) -> ImagePlane:
+    """Return the image plane of a camera with distortion."""
+    rays, unit = _compute_rays(camera), np.eye(3)
+    return ImagePlane(unit, unit, rays, _find_line_ends(rays[1]), _find_line_ends(rays[0].T))
 
 
 def crop_image_plane(plane: ImagePlane, top: int, end: int) -> ImagePlane:
     """Return the image plane of the rows from `top` to `end` of an image."""
-    if plane.bends:
+    if plane.rays is not None:
         rays = np.ascontiguousarray(plane.rays[:, top:end])
         ends = _find_line_ends(rays[1]), _find_line_ends(rays[0].T)
         return plane._replace(rays=rays, row_ends=ends[0], column_ends=ends[1])

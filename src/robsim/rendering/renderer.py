@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.raster.picture import average_blocks, draw_picture
+from robsim.kernels.raster.edge_coverage import PLACES
+from robsim.kernels.raster.picture import draw_pictures
 from robsim.kernels.raster.raster_arrays import ImagePlane, PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
 from robsim.rendering.image_plane import build_image_plane, crop_image_plane
@@ -16,7 +18,7 @@ from robsim.rendering.rendered_face import RenderedFace
 from robsim.vision.camera import Camera
 from robsim.vision.tags.target_renderer import BACKGROUND, spread_places
 
-PLACES = 4  # places along each side of a pixel at an edge
+NEIGHBOURS = 9  # pixels whose faces a pixel at an edge may see
 FULL_LIGHT = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -43,15 +45,17 @@ class Renderer:
         background: float = BACKGROUND,
     ) -> None:
         assert camera.size is not None
-        width, height = camera.size
+        width, height = self._size = camera.size
         self._samples, self._background = samples, float(background)
+        self._bodies = len(bodies)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
         self._windows: dict[tuple[int, int], ImagePlane] = {}  # by first row and end of samples
-        self._pattern = spread_places(PLACES)
+        self._pattern = np.ascontiguousarray(spread_places(math.isqrt(PLACES)).T, dtype=np.float32)
         self._placed = _allocate_placed(len(self._faces.body), len(self._faces.corners))
         self._buffers = _allocate_buffers(width * samples, height * samples)
-        self._fine = np.empty((height * samples, width * samples), dtype=np.float32)
+        rows = height * samples if samples > 1 else 0
+        self._fine = np.empty((rows, width * samples), dtype=np.float32)
 
     def draw(self, T_c_b: Array, light: Sequence[float] = FULL_LIGHT) -> NDArray[np.float32]:
         """Return the grey values (h, w) of the bodies at poses (bodies, 4, 4) in camera axes.
@@ -59,7 +63,20 @@ class Renderer:
         `light` is (lx, ly, lz, ambient): the unit direction of the rays in camera axes, and the
         share of light from everywhere.
         """
-        return self._draw_window(T_c_b, light, self._plane, self._buffers, self._fine)
+        image: NDArray[np.float32] = self.draw_many(np.asarray(T_c_b)[None], [light])[0]
+        return image
+
+    def draw_many(
+        self, T_c_b: Array, light: Sequence[Sequence[float]] | Array | None = None
+    ) -> NDArray[np.float32]:
+        """Return the grey values (B, h, w) of the bodies at poses (B, bodies, 4, 4).
+
+        The pictures are drawn one after the other in one call, without the GIL, and have the bits
+        of single pictures. `light` (B, 4) has a row for each picture; by default, all light is
+        from everywhere.
+        """
+        lights = [FULL_LIGHT] * len(T_c_b) if light is None else light
+        return self._draw_window(T_c_b, lights, self._plane, self._buffers, self._size[1])
 
     def draw_rows(
         self, T_c_b: Array, light: Sequence[float], top: int, end: int
@@ -68,44 +85,45 @@ class Renderer:
 
         The values differ from those of `draw` by rounding errors.
         """
-        n, height = self._samples, len(self._fine) // self._samples
+        n, height = self._samples, self._size[1]
         first, last = max(top - 1, 0), min(end + 1, height)  # rows to find edges at the border
         window = (first * n, last * n)
         if window not in self._windows:
             self._windows[window] = crop_image_plane(self._plane, *window)
-        rows, all_rows = (last - first) * n, self._buffers
-        buffers = all_rows._replace(face=all_rows.face[:rows], nearness=all_rows.nearness[:rows])
-        fine = self._fine[:rows]
-        image = self._draw_window(T_c_b, light, self._windows[window], buffers, fine)
-        return image[top - first : end - first]
+        rows = (last - first) * n
+        names = ("face", "nearness", "tone")
+        part = {name: getattr(self._buffers, name)[:rows] for name in names}
+        buffers = self._buffers._replace(**part)
+        poses = np.asarray(T_c_b)[None]
+        image = self._draw_window(poses, [light], self._windows[window], buffers, last - first)[0]
+        return np.asarray(image[top - first : end - first])
 
     def _draw_window(
         self,
         T_c_b: Array,
-        light: Sequence[float],
+        lights: Sequence[Sequence[float]] | Array,
         plane: ImagePlane,
         buffers: PixelBuffers,
-        fine: NDArray[np.float32],
+        height: int,
     ) -> NDArray[np.float32]:
-        """Return the grey values of the pixels of an image plane; `fine` has all their samples."""
-        poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :3])
-        draw_picture(
+        """Return the grey values (B, height, w) of the pixels of an image plane."""
+        poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :, :3])
+        images = np.empty((len(poses), height, self._size[0]), dtype=np.float32)
+        draw_pictures(
             self._faces,
             self._pictures,
             plane,
             poses,
-            np.array(light, dtype=float),
+            np.array(lights, dtype=float).reshape(-1, 4),
             self._background,
             self._pattern,
+            self._samples,
             self._placed,
             buffers,
-            fine,
+            self._fine[: height * self._samples],
+            images,
         )
-        if self._samples == 1:
-            return fine.copy()
-        image = np.empty([n // self._samples for n in fine.shape], dtype=np.float32)
-        average_blocks(fine, self._samples, image)
-        return image
+        return images
 
 
 def _allocate_placed(faces: int, corners: int) -> PlacedFaces:
@@ -127,8 +145,11 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         index=np.empty(width, dtype=np.int32),
         upper=np.empty(width, dtype=np.uint32),
         lower=np.empty(width, dtype=np.uint32),
+        tone=np.empty((height, width), dtype=np.int32),
         differs=np.empty(width, dtype=np.int32),
         least=np.empty((3, width), dtype=np.int32),
         greatest=np.empty((3, width), dtype=np.int32),
+        near=np.empty((4, NEIGHBOURS), dtype=np.int64),
+        shares=np.empty((NEIGHBOURS, 3)),
         **floats,
     )

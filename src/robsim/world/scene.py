@@ -568,9 +568,9 @@ class Scene(SceneCoordinates):
         >>> eye = MountedCamera("eye", Camera([[2, 0, 1], [0, 2, 1], [0, 0, 1]], size=(3, 3)))
         >>> cube = Object("cube", Block(1, 1, 1, albedo=0.8), pose=Pose.at(0, 0, 2))
         >>> Scene(objects=cube, cameras=eye).picture(samples=8, light=Light(ambient=1.0))
-        array([[ 54,  75,  54],
-               [ 75, 204,  75],
-               [ 54,  75,  54]], dtype=uint8)
+        array([[ 54,  76,  54],
+               [ 76, 204,  76],
+               [ 54,  76,  54]], dtype=uint8)
         """
         from robsim.world import scene_picture as pictures
 

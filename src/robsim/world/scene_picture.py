@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from threading import Lock
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, move_runs_last
 from robsim.base.errors import InputError
 from robsim.declare import fields_of
-from robsim.geometry.pose import Pose, homogeneous_matrix
+from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Primitive
 from robsim.rendering.development import Development
 from robsim.rendering.light import Light
+from robsim.rendering.recent_values import RecentValues
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
 from robsim.rendering.sensor import Sensor
@@ -30,6 +32,7 @@ from robsim.world.object import Object
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
 MOST_SAMPLES = 8
+MOST_KEPT_PIXELS = 2_000_000  # with samples, of a camera whose buffers are kept: 24 MB
 CAMERA_AXES = {"K": 2, "distortion": 1}  # of one camera
 P = TypeVar("P", Tag, Optics, Camera)
 KEPT_RENDERERS = 64  # of runs with different cameras or tags
@@ -64,7 +67,7 @@ class NoiseKey(NamedTuple):
 class CameraPictures:
     """Pictures of one camera at many coordinates of its scene.
 
-    The memory of a renderer belongs to one thread.
+    A renderer has one memory, so that one thread may use it at a time, under the `lock`.
     """
 
     def __init__(
@@ -76,7 +79,7 @@ class CameraPictures:
         background: float = 50.0,
     ) -> None:
         self.bodies, self.eye, self.samples = bodies, eye, samples
-        self.light, self.background = light, background
+        self.light, self.background, self.lock = light, background, Lock()
         self.frames = list(_list_faces(bodies, eye, 0))
         self._differ = (
             eye.camera.rows.shape[1] > 1
@@ -95,10 +98,12 @@ class CameraPictures:
         assert self.eye.camera.size is not None
         width, height = self.eye.camera.size
         T_c_b, light = self.place(q, runs)
+        if not self._differ:
+            return self._renderer(0).draw_many(T_c_b, light)
         images = np.empty((len(light), height, width), dtype=np.float32)
         for b, image in enumerate(images):
             run = int(b if runs is None else runs[b])
-            image[:] = self._renderer(run if self._differ else 0).draw(T_c_b[b], light[b])
+            image[:] = self._renderer(run).draw(T_c_b[b], light[b])
         return images
 
     def take(
@@ -127,15 +132,15 @@ class CameraPictures:
         """Return the poses (B, bodies, 4, 4) in camera axes, and the light (B, 4), at q (nq, B)."""
         tree = self.bodies.tree
         poses = tree.bodies(q, runs)
-
-        def find_pose(name: str) -> Pose:
-            return Pose(homogeneous_matrix(tree.frame(poses, name, runs), (q.shape[1],)))
-
-        T_c_w = find_pose(self.eye.name).inv()
-        T_c_b = [(T_c_w @ find_pose(name)).matrix for name, _ in self.frames]
-        toward = T_c_w.rotation @ self.light.unit_direction
-        light = np.column_stack([toward, np.full(len(toward), self.light.ambient)])
-        return np.stack([*T_c_b, np.empty((q.shape[1], 4, 4))], axis=1)[:, :-1], light
+        T_w_c = tree.frame(poses, self.eye.name, runs)
+        T_c_b = np.zeros((q.shape[1], len(self.frames), 4, 4))
+        T_c_b[:, :, 3, 3] = 1.0
+        for k, (name, _) in enumerate(self.frames):
+            T_c_b[:, k, :3] = np.moveaxis(
+                _express_in_camera(T_w_c, tree.frame(poses, name, runs)), -1, 0
+            )
+        toward = np.einsum("jib,j->bi", T_w_c[:, :3], self.light.unit_direction)
+        return T_c_b, np.column_stack([toward, np.full(len(toward), self.light.ambient)])
 
     def _make_development(self, run: int) -> Development:
         """Return the development of the pictures of a run."""
@@ -148,6 +153,13 @@ class CameraPictures:
         camera = take_run(self.eye.camera, run)
         faces = [faces for _, faces in _list_faces(self.bodies, self.eye, run)]
         return Renderer(camera, faces, self.samples, self.background)
+
+
+def _express_in_camera(T_w_c: Array, T_w_b: Array) -> Array:
+    """Return T_c_b (3, 4, B) from T_w_c and T_w_b (3, 4, B)."""
+    from_camera = np.array(np.broadcast_to(T_w_b, (*T_w_b.shape[:2], T_w_c.shape[2])))
+    from_camera[:, 3] -= T_w_c[:, 3]
+    return np.asarray(np.einsum("jib,jkb->ikb", T_w_c[:, :3], from_camera))
 
 
 def draw_bodies(
@@ -164,8 +176,28 @@ def draw_bodies(
     lead, (width, height) = q.shape[:-1], eye.camera.size
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
-    pictures = CameraPictures(bodies, eye, samples, light, background)
-    return pictures.draw(move_runs_last(q, 1)).reshape(*lead, height, width)
+    pictures = _find_pictures(bodies, eye, samples, light, background)
+    with pictures.lock:
+        return pictures.draw(move_runs_last(q, 1)).reshape(*lead, height, width)
+
+
+def _find_pictures(
+    bodies: PictureBodies, eye: MountedCamera, samples: int, light: Light, background: float
+) -> CameraPictures:
+    """Return the pictures of a camera; the last ones are kept."""
+
+    def build() -> CameraPictures:
+        return CameraPictures(bodies, eye, samples, light, background)
+
+    width, height = eye.camera.size or (0, 0)
+    if width * height * samples**2 > MOST_KEPT_PIXELS:
+        return build()
+    held = bodies.robots, bodies.objects, bodies.cameras
+    key = (*map(id, held), eye.name, samples, light, background)
+    return _RECENT.find(key, held, build)
+
+
+_RECENT: RecentValues[CameraPictures] = RecentValues(4)
 
 
 def _has_arrays(value: Tag | Optics) -> bool:

@@ -99,7 +99,8 @@ def _list_changes(eye: MountedCamera) -> Iterator[PictureChange]:
             yield PictureChange(phrase, replace(eye, optics=without), {path: off})
     yield PictureChange("without the other bodies, which hide marks", eye, {}, alone=True)
     width, height = eye.camera.size or (0, 0)
-    K = eye.camera.K + [[0, 0, width / 2], [0, 0, height / 2], [0, 0, 0]]
+    K = eye.camera.K.copy()
+    K[:2, 2] += width / 2, height / 2
     wider = replace(eye, camera=replace(eye.camera, K=K, size=(2 * width, 2 * height)))
     phrase = "with a larger image: its border cuts marks"
     yield PictureChange(phrase, wider, {}, offset=(width / 2, height / 2))

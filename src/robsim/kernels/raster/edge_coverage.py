@@ -1,192 +1,249 @@
 """Pixels at the edges of faces, by the share of each face in the pixel."""
 
+import math
+
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.routine import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
-from robsim.kernels.raster.pixel_shades import find_density
-from robsim.kernels.raster.texel_levels import find_level, find_texel, sample_picture
+from robsim.kernels.raster.pixel_shades import SMOOTH, find_density
+from robsim.kernels.raster.texel_levels import find_level, sample_picture
 
-MOST = 9  # faces in the neighbourhood of a pixel
-SMOOTH = 2.0  # difference of grey values of a curved surface, between whose faces is no edge
+PLACES = 16  # in a pixel that several lines divide
+ALL_PLACES = (1 << PLACES) - 1
+SAME_LINE = 1e-6  # of a pixel, the distance of two sides that are one
 
 
-@part
+@routine
 def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
-    """Compute the pixels anew that have another face in their neighbourhood.
+    """Compute the pixels anew that have another tone in their neighbourhood.
 
-    `pattern` (n, 2) are places in a pixel. The value is the mean over these places, each of the
-    nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for each pixel.
+    The value is the mean over the area of the pixel, if one line divides it between two faces or a
+    face and the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the
+    pixel, each of the nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for
+    each face and pixel.
     """
     height, width = image.shape
-    near, sums = np.empty(MOST, np.int64), np.empty((MOST, 3))
-    for y in range(min(2, height)):
-        _find_row_extremes(buffers.face[y], buffers.least[y], buffers.greatest[y])
-    for y in range(height):
+    face, tone, first, sides = buffers.face, buffers.tone, faces.first, placed.sides
+    least, greatest, planes, rays = buffers.least, buffers.greatest, placed.plane, plane.rays
+    differs, near, shares = buffers.differs, buffers.near, buffers.shares
+    for y in range(-1, height):
         below = min(y + 1, height - 1)
-        least, greatest = buffers.least[below % 3], buffers.greatest[below % 3]
-        _find_row_extremes(buffers.face[below], least, greatest)
-        if not _compare_rows(buffers, max(y - 1, 0) % 3, y % 3, below % 3):
+        _find_row_extremes(tone[below], least[below % 3], greatest[below % 3])
+        if y < 0 or not _compare_rows(least, greatest, differs, max(y - 1, 0), y, below):
             continue
         for x in range(width):
-            if buffers.differs[x] == 0:
+            if differs[x] == 0:
                 continue
-            count, has_background = _list_near_faces(buffers.face, x, y, near)
-            if not has_background and _is_smooth(faces, placed, near, count):
-                continue
-            axes = _find_pixel_axes(plane, x, y)
-            count, is_whole = _drop_distant_faces(faces, placed, axes, near, count)
-            if count == 0 or (count == 1 and is_whole):
+            count, has_background = _list_near_faces(face, x, y, near)
+            axes = _find_pixel_axes(rays, x, y)
+            count, crossings = _drop_distant_faces(rays, first, sides, pattern, axes, near, count)
+            if count == 0 or (count == 1 and crossings == 0):
                 continue  # the value at its centre is the value of the pixel
-            _count_hits(faces, placed, pattern, axes, near, count, sums)
-            value, hits = _add_shares(faces, pictures, plane, placed, x, y, near, count, sums)
+            if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
+                _count_hits(rays, planes, pattern, axes, near, count, shares)
+            value, total = 0.0, 0.0
+            for k in range(count):
+                share, f = shares[k, 0], near[0, k]
+                if share > 0.0:
+                    right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
+                    if faces.picture[f] >= 0:
+                        X = axes[0] + right * axes[2] + down * axes[4]
+                        Y = axes[1] + right * axes[3] + down * axes[5]
+                        u, v, level = find_level(planes, f, X, Y, find_density(rays, x, y))
+                        grey *= sample_picture(pictures, faces.picture[f], u, v, level)
+                    value, total = value + share * grey, total + share
             if has_background:
-                value, hits = value + (len(pattern) - hits) * background, len(pattern)
-            if hits > 0:
-                image[y, x] = value / hits
+                value, total = value + (1.0 - total) * background, 1.0
+            if total > 0.0:
+                image[y, x] = value / total
 
 
-@kernel
-def _find_row_extremes(face, least, greatest):
-    """Compute the least and the greatest face of each pixel of a row and its two neighbours."""
-    n = face.size
+@routine
+def _find_row_extremes(tone, least, greatest):
+    """Compute the least and the greatest tone of each pixel of a row and its two neighbours."""
+    n = tone.size
     for x in range(1, n - 1):
-        least[x] = min(min(face[x - 1], face[x]), face[x + 1])  # noqa: PLW3301 - in one register
-        greatest[x] = max(max(face[x - 1], face[x]), face[x + 1])  # noqa: PLW3301
+        least[x] = min(min(tone[x - 1], tone[x]), tone[x + 1])  # noqa: PLW3301 - in one register
+        greatest[x] = max(max(tone[x - 1], tone[x]), tone[x + 1])  # noqa: PLW3301
     for x, other in ((0, min(1, n - 1)), (n - 1, max(n - 2, 0))):
-        least[x], greatest[x] = min(face[x], face[other]), max(face[x], face[other])
+        least[x], greatest[x] = min(tone[x], tone[other]), max(tone[x], tone[other])
 
 
-@part
-def _compare_rows(buffers, above, here, below):
-    """Compute which pixels of a row have several faces near them; return whether there are any."""
-    differs, any_differs = buffers.differs, 0
-    a, b, c = buffers.least[above], buffers.least[here], buffers.least[below]
-    d, e, f = buffers.greatest[above], buffers.greatest[here], buffers.greatest[below]
+@fragment
+def _compare_rows(least, greatest, differs, above, here, below):
+    """Compute which pixels of a row have several tones near them; return whether there are any."""
+    any_differs = 0
+    a, b, c = least[above % 3], least[here % 3], least[below % 3]
+    d, e, f = greatest[above % 3], greatest[here % 3], greatest[below % 3]
     for x in range(differs.size):
         low = min(min(a[x], b[x]), c[x])  # noqa: PLW3301
         high = max(max(d[x], e[x]), f[x])  # noqa: PLW3301
-        differs[x] = high - low
-        any_differs |= high - low
+        differs[x] = (high - low) & ~(SMOOTH - 1)
+        any_differs |= differs[x]
     return any_differs != 0
 
 
-@part
+@fragment
 def _list_near_faces(face, x, y, near):
     """Enter the faces near a pixel; return their number, and whether the background is near."""
     count, has_background = 0, False
     for j in range(max(y - 1, 0), min(y + 2, face.shape[0])):
+        previous = NO_FACE
         for i in range(max(x - 1, 0), min(x + 2, face.shape[1])):
-            each, is_new = face[j, i], True
-            for k in range(count):
-                is_new &= near[k] != each
-            if each == NO_FACE:
-                has_background = True
-            elif is_new:
-                near[count] = each
+            each = face[j, i]
+            is_new = each != previous and each != NO_FACE  # noqa: PLR1714 - no tuple in a kernel
+            has_background |= each == NO_FACE
+            previous = each
+            for k in range(count if is_new else 0):
+                is_new &= near[0, k] != each
+            if is_new:
+                near[0, count] = each
                 count += 1
     return count, has_background
 
 
-@part
-def _is_smooth(faces, placed, near, count):
-    """Return whether faces without pictures have nearly the same grey value."""
-    low, high, is_plain = np.inf, -np.inf, True
-    for k in range(count):
-        is_plain &= faces.picture[near[k]] < 0
-        low, high = min(low, placed.shade[near[k]]), max(high, placed.shade[near[k]])
-    return is_plain and high - low < SMOOTH
-
-
-@part
-def _find_pixel_axes(plane, x, y):
+@routine
+def _find_pixel_axes(rays, x, y):
     """Return the image coordinates of a pixel, and their changes to the right and downwards."""
-    if not plane.bends:
+    if rays is None:
         return float(x), float(y), 1.0, 0.0, 0.0, 1.0
-    rays = plane.rays
     left, right = max(x - 1, 0), min(x + 1, rays.shape[2] - 1)
     top, bottom = max(y - 1, 0), min(y + 1, rays.shape[1] - 1)
-    return (
-        float(rays[0, y, x]),
-        float(rays[1, y, x]),
-        (rays[0, y, right] - rays[0, y, left]) / (right - left),
-        (rays[1, y, right] - rays[1, y, left]) / (right - left),
-        (rays[0, bottom, x] - rays[0, top, x]) / (bottom - top),
-        (rays[1, bottom, x] - rays[1, top, x]) / (bottom - top),
+    across = _compare_rays(rays[:, y, left], rays[:, y, right], right - left)
+    down = _compare_rays(rays[:, top, x], rays[:, bottom, x], bottom - top)
+    return float(rays[0, y, x]), float(rays[1, y, x]), *across, *down
+
+
+@routine
+def _compare_rays(one, other, count):
+    """Return the mean change of a ray (2,) in a pixel, of `count`."""
+    return (float(other[0]) - float(one[0])) / count, (float(other[1]) - float(one[1])) / count
+
+
+@fragment
+def _view_from_pixel(rays, row, axes):
+    """Return an affine function of the image at the centre of a pixel, and its two changes."""
+    value = row[0] * axes[0] + row[1] * axes[1] + row[2]
+    if rays is None:
+        return value, row[0], row[1]
+    return (value, row[0] * axes[2] + row[1] * axes[3], row[0] * axes[4] + row[1] * axes[5])
+
+
+@fragment
+def _compare_depths(rays, planes, one, other, axes):
+    """Return how much nearer a face is than another one, at a pixel, and the two changes."""
+    a, b, c = _view_from_pixel(rays, planes[one, 2], axes)
+    d, e, f = _view_from_pixel(rays, planes[other, 2], axes)
+    return a - d, b - e, c - f
+
+
+@fragment
+def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
+    """Keep the faces that meet a pixel; return their number, and how many sides cross the pixel.
+
+    `near` takes for each face the number of its sides that cross the pixel, the last of them, and
+    the places of the pixel inside all sides, as bits.
+    """
+    kept, crossings = 0, 0
+    for k in range(count):
+        f, crossed, reach, inside = near[0, k], 0, 0.0, ALL_PLACES
+        for i in range(first[f], first[f + 1]):
+            value, right, down = _view_from_pixel(rays, sides[i], axes)
+            half = 0.5 * (abs(right) + abs(down))
+            reach = value + half
+            if reach < 0.0:
+                break
+            if value < half:
+                near[2, kept], crossed = i, crossed + 1
+                inside &= _find_positive(value, right, down, pattern)
+        if reach >= 0.0:
+            near[0, kept], near[1, kept], near[3, kept] = f, crossed, inside
+            kept, crossings = kept + 1, crossings + crossed
+    return kept, crossings
+
+
+@fragment
+def _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
+    """Compute the shares of one face or two faces that a line divides; return whether it does.
+
+    `shares` takes the area of each face, and its first moments from the centre of the pixel.
+    """
+    if count > 2 or crossings == 0 or near[1, 0] > 1 or (count == 2 and near[1, 1] > 1):
+        return False
+    k = 0 if near[1, 0] == 1 else 1
+    value, right, down = _view_from_pixel(rays, sides[near[2, k]], axes)
+    share, at_right, at_down = divide_square(value, right, down)
+    shares[k, 0], shares[k, 1], shares[k, 2] = share, at_right, at_down
+    if count == 1:
+        return True
+    other = 1 - k
+    shares[other, 0], shares[other, 1], shares[other, 2] = 1.0 - share, -at_right, -at_down
+    if crossings == 2:  # both have the same side, or the pixel is divided twice
+        a, b, c = _view_from_pixel(rays, sides[near[2, other]], axes)
+        scale = max(abs(b), abs(c)) / max(abs(right), abs(down))
+        gap = max(abs(a + scale * value), abs(b + scale * right), abs(c + scale * down))
+        return gap <= SAME_LINE * max(abs(b), abs(c))
+    value, right, down = _view_from_pixel(
+        rays, planes[near[0, k], 2] - planes[near[0, other], 2], axes
     )
+    return value > 0.5 * (abs(right) + abs(down))  # the divided face is in front
 
 
-@part
-def _drop_distant_faces(faces, placed, axes, near, count):
-    """Keep the faces that meet a pixel; return their number, and whether the last one fills it."""
-    X, Y, right_x, right_y, down_x, down_y = axes
-    kept, is_whole = 0, False
+@routine
+def divide_square(value, right, down):
+    """Return the area of the unit square where value + right x + down y >= 0, and its moments.
+
+    The moments are the integrals of x and y. The line crosses the square, whose centre is 0.
+    """
+    p, q = abs(right), abs(down)
+    high, low = max(p, q), min(p, q)
+    if abs(value) <= 0.5 * (high - low):  # the line meets two opposite sides
+        offset, slope = value / high, low / high
+        area = 0.5 + offset
+        along, across = 0.125 - 0.5 * offset * offset - slope * slope / 24.0, slope / 12.0
+    else:  # the line cuts a corner
+        rest = 0.5 * (p + q) - abs(value)
+        corner = 0.5 * rest * rest / (high * low)
+        area = corner if value < 0.0 else 1.0 - corner
+        along = corner * (0.5 - rest / (3.0 * high))
+        across = corner * (0.5 - rest / (3.0 * low))
+    x, y = (along, across) if p >= q else (across, along)
+    return area, math.copysign(x, right), math.copysign(y, down)
+
+
+@fragment
+def _count_hits(rays, planes, pattern, axes, near, count, shares):
+    """Compute the share of the places in a pixel that see each face, and their moments."""
+    inside = near[3]
     for k in range(count):
-        margin, spread = np.inf, np.inf  # the least ones inside all sides
-        for i in range(faces.first[near[k]], faces.first[near[k] + 1]):
-            a, b = placed.sides[i, 0], placed.sides[i, 1]
-            value = a * X + b * Y + placed.sides[i, 2]
-            reach = 0.5 * (abs(a * right_x + b * right_y) + abs(a * down_x + b * down_y))
-            spread = min(spread, value + reach)
-            margin = min(margin, value - reach)
-        if spread >= 0.0:
-            near[kept], is_whole = near[k], margin >= 0.0
-            kept += 1
-    return kept, is_whole
-
-
-@part
-def _count_hits(faces, placed, pattern, axes, near, count, sums):
-    """Compute for each near face the number of places that see it, and the sum of these places."""
-    X0, Y0, right_x, right_y, down_x, down_y = axes
+        value, right, down = _view_from_pixel(rays, planes[near[0, k], 2], axes)
+        if value < 0.5 * (abs(right) + abs(down)):  # the plane of the face passes the eye
+            inside[k] &= _find_positive(value, right, down, pattern)
+        for j in range(k):  # of two faces, the nearer one keeps the places of both
+            both = inside[j] & inside[k]
+            if both != 0:
+                gap = _compare_depths(rays, planes, near[0, j], near[0, k], axes)
+                nearer = _find_positive(*gap, pattern)
+                inside[k] &= ~(both & nearer)
+                inside[j] &= ~(both & ~nearer)
     for k in range(count):
-        sums[k, 0], sums[k, 1], sums[k, 2] = 0.0, 0.0, 0.0
-    for s in range(len(pattern)):
-        X = X0 + right_x * pattern[s, 0] + down_x * pattern[s, 1]
-        Y = Y0 + right_y * pattern[s, 0] + down_y * pattern[s, 1]
-        best, nearest = -1, 0.0
-        for k in range(count):
-            f = near[k]
-            z = placed.plane[f, 2, 0] * X + placed.plane[f, 2, 1] * Y + placed.plane[f, 2, 2]
-            if z > nearest and _contains(faces, placed, f, X, Y):
-                best, nearest = k, z
-        if best >= 0:
-            sums[best, 0] += 1.0
-            sums[best, 1] += X
-            sums[best, 2] += Y
+        area, across, along, bits = 0, np.float32(0.0), np.float32(0.0), inside[k]
+        for s in range(PLACES if bits != 0 else 0):
+            hit = np.int32(bits >> s & 1)
+            area += hit
+            across += hit * pattern[0, s]
+            along += hit * pattern[1, s]
+        shares[k, 0] = area / PLACES
+        shares[k, 1], shares[k, 2] = across / PLACES, along / PLACES
 
 
-@part
-def _contains(faces, placed, f, X, Y):
-    """Return whether a face contains a point of the image."""
-    for i in range(faces.first[f], faces.first[f + 1]):
-        if placed.sides[i, 0] * X + placed.sides[i, 1] * Y + placed.sides[i, 2] < 0.0:
-            return False
-    return True
-
-
-@part
-def _add_shares(faces, pictures, plane, placed, x, y, near, count, sums):
-    """Return the sum of grey values over the places that see a face, and their number."""
-    value, hits = 0.0, 0.0
-    for k in range(count):
-        n, f = sums[k, 0], near[k]
-        if n == 0.0:
-            continue
-        hits += n
-        value += n * _find_grey(
-            faces, pictures, plane, placed, f, x, y, sums[k, 1] / n, sums[k, 2] / n
-        )
-    return value, hits
-
-
-@part
-def _find_grey(faces, pictures, plane, placed, f, x, y, X, Y):
-    """Return the grey value of a face at a point of the image in the pixel (x, y)."""
-    picture, shade = faces.picture[f], float(placed.shade[f])
-    if picture < 0:
-        return shade
-    u, v, _ = find_texel(placed.plane, f, X, Y)
-    density = find_density(plane.rays, x, y) if plane.bends else 0.0
-    level = find_level(placed.plane, f, X, Y, density)
-    return shade * sample_picture(pictures, picture, u, v, level)
+@fragment
+def _find_positive(value, right, down, pattern):
+    """Return the places of a pixel where an affine function is not negative, as bits."""
+    value, right, down = np.float32(value), np.float32(right), np.float32(down)
+    bits, across, along = np.int32(0), pattern[0], pattern[1]
+    for s in range(PLACES):
+        is_positive = value + right * across[s] + down * along[s] >= np.float32(0.0)
+        bits |= np.int32(1 << s) if is_positive else np.int32(0)
+    return np.int64(bits)

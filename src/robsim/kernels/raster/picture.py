@@ -1,6 +1,7 @@
-"""The picture of a camera, in one call."""
+"""Pictures of a camera, in one call."""
 
 from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.routine import fragment
 from robsim.kernels.raster.edge_coverage import smooth_edges
 from robsim.kernels.raster.face_placement import place_faces
 from robsim.kernels.raster.pixel_faces import find_pixel_faces
@@ -8,33 +9,54 @@ from robsim.kernels.raster.pixel_shades import shade_pixels
 
 
 @kernel
-def draw_picture(faces, pictures, plane, T_c_b, light, background, pattern, placed, buffers, image):
-    """Compute the grey values image (h, w) of bodies at poses T_c_b (bodies, 3, 4).
+def draw_pictures(
+    faces,
+    pictures,
+    plane,
+    T_c_b,
+    light,
+    background,
+    pattern,
+    samples,
+    placed,
+    buffers,
+    fine,
+    images,
+):
+    """Compute the grey values images (B, h, w) of bodies at poses T_c_b (B, bodies, 3, 4).
 
     Parameters
     ----------
     faces, pictures, plane, placed, buffers : named tuples
         Arrays that `raster_arrays` describes; `placed` and `buffers` are overwritten.
-    T_c_b : array of shape (bodies, 3, 4)
+    T_c_b : array of shape (B, bodies, 3, 4)
         Poses of the bodies in camera axes.
-    light : array of shape (4,)
+    light : array of shape (B, 4)
         Unit direction of the light in camera axes, and the share of light from everywhere.
     background : float
         Grey value of pixels without a face.
-    pattern : array of shape (n, 2)
+    pattern : array of shape (2, n)
         Places in a pixel at an edge, from -0.5 to 0.5.
-    image : array of float32, shape (h, w)
+    samples : int
+        Divisions along each side of a pixel.
+    fine : array of float32, shape (h samples, w samples)
+        Buffer of a picture with its samples; without rows if `samples` is 1.
+    images : array of float32, shape (B, h, w)
         Grey values, the result.
     """
-    height, width = image.shape
-    place_faces(faces, T_c_b, plane, light, width, height, placed)
-    find_pixel_faces(faces, plane, placed, buffers)
-    shade_pixels(faces, pictures, plane, placed, background, buffers, image)
-    smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image)
+    for k in range(len(images)):
+        image = images[k] if samples == 1 else fine
+        height, width = image.shape
+        place_faces(faces, T_c_b[k], plane, light[k], width, height, placed)
+        find_pixel_faces(faces, plane, placed, buffers)
+        shade_pixels(faces, pictures, plane, placed, background, buffers, image)
+        smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image)
+        if samples > 1:
+            _average_blocks(fine, samples, images[k])
 
 
-@kernel
-def average_blocks(image, count, out):
+@fragment
+def _average_blocks(image, count, out):
     """Compute the means out (h, w) of blocks of count x count pixels of an image."""
     height, width = out.shape
     for y in range(height):

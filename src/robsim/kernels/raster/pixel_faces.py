@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.routine import fragment, routine
 
 NO_FACE = -1
 
 
-@part
+@routine
 def find_pixel_faces(faces, plane, placed, buffers):
     """Compute the nearest face at the centre of each pixel (NO_FACE without one), and 1/Z."""
     buffers.face[:] = NO_FACE
@@ -18,13 +18,19 @@ def find_pixel_faces(faces, plane, placed, buffers):
         if placed.box[f, 0] > placed.box[f, 1]:
             continue
         sides = placed.sides[faces.first[f] : faces.first[f + 1]]
-        if plane.bends:
-            _cover_rays(sides, placed.plane[f, 2], placed.box[f], f, plane.rays, buffers)
-        else:
-            _cover_rows(sides, placed.plane[f, 2], placed.box[f], f, buffers)
+        _cover_pixels(plane.rays, sides, placed.plane[f, 2], placed.box[f], f, buffers)
 
 
-@part
+@fragment
+def _cover_pixels(rays, sides, near, box, f, buffers):
+    """Enter a face into the pixels that it covers."""
+    if rays is None:
+        _cover_rows(sides, near, box, f, buffers)
+    else:
+        _cover_rays(sides, near, box, f, rays, buffers)
+
+
+@fragment
 def _cover_rows(sides, near, box, f, buffers):
     """Enter a face into the rows of an image without distortion."""
     face = np.int32(f)
@@ -33,9 +39,9 @@ def _cover_rows(sides, near, box, f, buffers):
         for i in range(sides.shape[0]):
             slope, value = sides[i, 0], sides[i, 1] * y + sides[i, 2]
             if slope > 0.0:
-                low = max(low, -value / slope)
+                low = max(low, -value)
             elif slope < 0.0:
-                high = min(high, -value / slope)
+                high = min(high, value)
             elif value < 0.0:
                 high = low - 1.0
         if low > high:
@@ -51,7 +57,7 @@ def _cover_rows(sides, near, box, f, buffers):
             nearness[i] = z if is_nearer else nearness[i]
 
 
-@part
+@fragment
 def _cover_rays(sides, near, box, f, rays, buffers):
     """Enter a face into the pixels whose rays meet it."""
     face, inside, left, right = np.int32(f), buffers.inside, box[0], box[1] + 1

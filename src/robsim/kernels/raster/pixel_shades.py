@@ -4,34 +4,50 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.routine import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 
 BLOCK = 32  # pixels that are compared at once
 SHORT = 16  # pixels of a run that is not divided
+TONES = 16.0  # of a grey value
+SMOOTH = 32  # tones between the faces of a curved surface, which have no edge
+BACKGROUND_TONE, PICTURE_TONE = np.int32(-SMOOTH), 300 * TONES  # below and above grey values
 LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
-@part
+@routine
 def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
-    """Compute the grey value of the face at the centre of each pixel, or of the background."""
+    """Compute the grey value of the face at the centre of each pixel, and its tone.
+
+    The tone is a whole number: the grey value in sixteenths, or a number of its own for the
+    background and for each picture.
+    """
     seen = buffers.face
     for y in range(image.shape[0]):
         start = 0
         while start < image.shape[1]:
-            face, end = seen[y, start], _find_run_end(seen, y, start)
+            face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
             if face != NO_FACE and faces.picture[face] >= 0:
                 picture = faces.picture[face]
                 _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
+                tone = np.int32(PICTURE_TONE + SMOOTH * face)
             else:
-                grey = np.float32(background if face == NO_FACE else placed.shade[face])
-                for x in range(start, end):
-                    image[y, x] = grey
+                grey = background if face == NO_FACE else placed.shade[face]
+                tone = BACKGROUND_TONE if face == NO_FACE else np.int32(TONES * grey)
+                _fill(image[y, start:end], np.float32(grey))
+            _fill(buffers.tone[y, start:end], tone)
             start = end
 
 
-@part
+@fragment
+def _fill(pixels, value):
+    """Enter a value into all pixels."""
+    for i in range(pixels.size):
+        pixels[i] = value
+
+
+@fragment
 def _find_run_end(seen, y, start):
     """Return the end of the pixels from `start` on in a row that see one face."""
     face, end, width = seen[y, start], start + 1, seen.shape[1]
@@ -47,78 +63,78 @@ def _find_run_end(seen, y, start):
     return end
 
 
-@part
+@fragment
 def _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image):
     """Compute the grey values of a run of pixels that see a picture.
 
     The level changes linearly within a part of the run, which is short where it changes fast.
     """
-    here = _find_pixel_level(plane, placed.plane, face, start, y)
+    here = _find_pixel_level(plane.rays, placed.plane, face, start, y)
     while start < end:
-        stop = end
-        there = _find_pixel_level(plane, placed.plane, face, stop - 1, y)
+        stop, there = end, _find_pixel_level(plane.rays, placed.plane, face, end - 1, y)
         while abs(there - here) > LEVEL_STEP and stop - start > SHORT:
             stop = start + (stop - start) // 2
-            there = _find_pixel_level(plane, placed.plane, face, stop - 1, y)
-        _find_texels(plane.bends, plane.rays, placed.plane, face, y, start, stop, buffers)
+            there = _find_pixel_level(plane.rays, placed.plane, face, stop - 1, y)
+        _find_texels(plane.rays, placed.plane, face, y, start, stop, buffers)
         shade = np.float32(placed.shade[face])
         _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image)
         start, here = stop, there
 
 
-@kernel
-def _find_pixel_level(plane, planes, face, x, y):
+@routine
+def _find_pixel_level(rays, planes, face, x, y):
     """Return the level of a picture at the centre of a pixel."""
-    if not plane.bends:
-        return find_level(planes, face, float(x), float(y), 0.0)
-    X, Y = float(plane.rays[0, y, x]), float(plane.rays[1, y, x])
-    return find_level(planes, face, X, Y, find_density(plane.rays, x, y))
+    X, Y = _find_coordinates(rays, x, y)
+    return find_level(planes, face, X, Y, find_density(rays, x, y))[2]
 
 
-@kernel
+@routine
+def _find_coordinates(rays, x, y):
+    """Return the image coordinates of a pixel."""
+    if rays is None:
+        return float(x), float(y)
+    return float(rays[0, y, x]), float(rays[1, y, x])
+
+
+@routine
 def find_density(rays, x, y):
     """Return the binary logarithm of the width of a pixel in image coordinates."""
+    if rays is None:
+        return 0.0
     at = min(x, rays.shape[2] - 2)
     return math.log2(abs(float(rays[0, y, at + 1]) - float(rays[0, y, at])))
 
 
-@part
-def _find_texels(bends, rays, planes, face, y, start, stop, buffers):
+@fragment
+def _find_texels(rays, planes, face, y, start, stop, buffers):
     """Compute the texel coordinates of the pixels from `start` to `stop` in a row."""
-    u, v, one = buffers.u, buffers.v, np.float32(1.0)
-    ux, uy, uc = _round_row(planes, face, 0)
-    vx, vy, vc = _round_row(planes, face, 1)
-    nx, ny, nc = _round_row(planes, face, 2)
-    if bends:
+    u, v, one, n = buffers.u, buffers.v, np.float32(1.0), stop - start
+    if rays is None:
+        ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], start, y)
+        for i in range(n):
+            x = np.float32(i)
+            depth = one / (n0 + nx * x)
+            u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
+    else:
+        ux, vx, nx, uy, vy, ny, u0, v0, n0 = _round_plane(planes[face], 0, 0)
         X, Y = rays[0, y, start:stop], rays[1, y, start:stop]
-        for i in range(stop - start):
-            depth = one / (nx * X[i] + ny * Y[i] + nc)
-            u[i] = (ux * X[i] + uy * Y[i] + uc) * depth
-            v[i] = (vx * X[i] + vy * Y[i] + vc) * depth
-        return
-    u0 = _find_row_value(planes, face, 0, start, y)
-    v0 = _find_row_value(planes, face, 1, start, y)
-    n0 = _find_row_value(planes, face, 2, start, y)
-    for i in range(stop - start):
-        x = np.float32(i)
-        depth = one / (n0 + nx * x)
-        u[i], v[i] = (u0 + ux * x) * depth, (v0 + vx * x) * depth
+        for i in range(n):
+            depth = one / (nx * X[i] + ny * Y[i] + n0)
+            u[i] = (ux * X[i] + uy * Y[i] + u0) * depth
+            v[i] = (vx * X[i] + vy * Y[i] + v0) * depth
 
 
-@part
-def _find_row_value(planes, face, k, x, y):
-    """Return a number of a face, such as 1/Z, at a pixel."""
-    return np.float32(planes[face, k, 0] * x + planes[face, k, 1] * y + planes[face, k, 2])
+@routine
+def _round_plane(plane, x, y):
+    """Return the numbers of a plane (3, 3) in single precision, for coordinates from (x, y) on."""
+    f = np.float32
+    u, v, n = plane[0], plane[1], plane[2]
+    at_u, at_v = u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]
+    at_n = n[0] * x + n[1] * y + n[2]
+    return f(u[0]), f(v[0]), f(n[0]), f(u[1]), f(v[1]), f(n[1]), f(at_u), f(at_v), f(at_n)
 
 
-@part
-def _round_row(planes, face, k):
-    """Return three numbers of a face in single precision."""
-    row = planes[face, k, 0], planes[face, k, 1], planes[face, k, 2]
-    return np.float32(row[0]), np.float32(row[1]), np.float32(row[2])
-
-
-@part
+@fragment
 def _mix_levels(pictures, picture, here, there, shade, y, start, stop, buffers, image):
     """Compute grey values between the two levels around the levels at both ends of a run."""
     top, n = pictures.count[picture] - 1, stop - start

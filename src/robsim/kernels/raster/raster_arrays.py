@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 class Faces(NamedTuple):
     """The faces of bodies, in body axes.
 
-    corners (C, 3), the corners of all faces, counterclockwise as seen from outside; corner_body
-    (C,), the body of each; first (F + 1,), the first corner of each face; body (F,); normal (F, 3),
-    outwards; grey (F,), from 0 to 255; picture (F,), -1 for none; texel (F, 2, 4), the column and
-    row of the picture as affine functions of a point; nearer (F,), a factor of 1/Z, which puts ink
-    before the paper on which it lies.
+    corners (C, 3), the corners of all faces, counterclockwise as seen from outside; first (F + 1,),
+    the first corner of each face; body (F,); normal (F, 3), outwards; grey (F,), from 0 to 255;
+    picture (F,), -1 for none; texel (F, 2, 4), the column and row of the picture as affine
+    functions of a point; nearer (F,), a factor of 1/Z, which puts ink before the paper on which it
+    lies.
     """
 
     corners: Any
-    corner_body: Any
     first: Any
     body: Any
     normal: Any
@@ -44,15 +43,15 @@ class Pictures(NamedTuple):
 class ImagePlane(NamedTuple):
     """The image of a camera.
 
-    matrix (3, 3), from points in camera axes to image coordinates; inverse (3, 3); bends, whether
-    the lens distorts; rays (2, h, w), float32, the image coordinates of each pixel; and, for
-    each row and column, the least ones from there to the end and the greatest ones up to there:
-    row_ends (2, h) of Y and column_ends (2, w) of X. They are empty without a distortion.
+    matrix (3, 3), from points in camera axes to image coordinates; inverse (3, 3). With a
+    distortion: rays (2, h, w), float32, the image coordinates of each pixel; and, for each row and
+    column, the least ones from there to the end and the greatest ones up to there: row_ends (2, h)
+    of Y and column_ends (2, w) of X. Without, these are None, and the kernels for lenses are not
+    compiled.
     """
 
     matrix: Any
     inverse: Any
-    bends: Any
     rays: Any
     row_ends: Any
     column_ends: Any
@@ -61,10 +60,10 @@ class ImagePlane(NamedTuple):
 class PlacedFaces(NamedTuple):
     """The faces before a camera, as functions of the image coordinates (X, Y, 1).
 
-    sides (C, 3), not negative inside; plane (F, 3, 3), texel column / Z, texel row / Z and 1/Z;
-    box (F, 4), the first and last column and row, the first beyond the last for an unseen face;
-    shade (F,), the grey value in its light, or its factor for a picture; points (C, 3), in camera
-    axes.
+    sides (C, 3), between each corner and the one before, not negative inside; plane (F, 3, 3),
+    texel column / Z, texel row / Z and 1/Z; box (F, 4), the first and last column and row, the
+    first beyond the last for an unseen face; shade (F,), the grey value in its light, or its factor
+    for a picture; points (C, 3), in camera axes.
     """
 
     sides: Any
@@ -75,16 +74,22 @@ class PlacedFaces(NamedTuple):
 
 
 class PixelBuffers(NamedTuple):
-    """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, and rows.
+    """The buffers of an image: face (h, w) at the centre of each pixel, 1/Z there, tone and rows.
+
+    The tone (h, w) is a number that is nearly equal for pixels without an edge between them.
 
     Rows (w,): texel coordinates u and v; their fractions x and y; index, of the texel to the upper
     left; upper and lower, pairs of texels; fine and coarse, grey values of two levels; inside, 1/Z
-    of a ray that meets a face; differs, pixels at an edge. least and greatest (3, w) are the faces
-    near each pixel.
+    of a ray that meets a face; differs, pixels with several tones near them. least and greatest
+    (3, w) are the tones near each pixel in three rows.
+
+    Of one pixel at an edge: near (4, 9), the faces near it, the number of their sides that cross
+    it, the last of these, and the places inside all sides; shares (9, 3), area and moments of each.
     """
 
     face: Any
     nearness: Any
+    tone: Any
     u: Any
     v: Any
     x: Any
@@ -98,3 +103,5 @@ class PixelBuffers(NamedTuple):
     differs: Any
     least: Any
     greatest: Any
+    near: Any
+    shares: Any

@@ -9,75 +9,52 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.routine import fragment, routine
 
 SHARPER = 0.25  # of the squared size of a pixel in texels, the mean of both axes and half a level
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
 
-@kernel
-def find_texel(planes, face, X, Y):
-    """Return the texel coordinates of a face at image coordinates, and 1/Z.
-
-    `planes` (F, 3, 3) are the texel coordinates over Z and 1/Z of each face.
-    """
-    near = planes[face, 2, 0] * X + planes[face, 2, 1] * Y + planes[face, 2, 2]
-    u = (planes[face, 0, 0] * X + planes[face, 0, 1] * Y + planes[face, 0, 2]) / near
-    v = (planes[face, 1, 0] * X + planes[face, 1, 1] * Y + planes[face, 1, 2]) / near
-    return u, v, near
-
-
-@kernel
+@routine
 def find_level(planes, face, X, Y, density):
-    """Return the level of a face at image coordinates.
+    """Return the texel coordinates and the level of a face at image coordinates.
 
-    Its texels are half a level smaller than a pixel, because the mixture of four texels blurs as
-    well: this is nearest to the mean over the pixel (by 4 dB for pictures with the spectrum of
-    natural images). `density` is the binary logarithm of image coordinates per pixel.
+    `planes` (F, 3, 3) are the texel coordinates over Z and 1/Z of each face. The texels of the
+    level are half a level smaller than a pixel, because the mixture of four texels blurs as well:
+    this is nearest to the mean over the pixel (by 4 dB for pictures with the spectrum of natural
+    images). `density` is the binary logarithm of image coordinates per pixel.
     """
-    u, v, near = find_texel(planes, face, X, Y)
+    plane = planes[face]
+    near = plane[2, 0] * X + plane[2, 1] * Y + plane[2, 2]
+    u = (plane[0, 0] * X + plane[0, 1] * Y + plane[0, 2]) / near
+    v = (plane[1, 0] * X + plane[1, 1] * Y + plane[1, 2]) / near
     square = 0.0
     for k in range(2):
-        along_u = planes[face, 0, k] - u * planes[face, 2, k]
-        along_v = planes[face, 1, k] - v * planes[face, 2, k]
+        along_u, along_v = plane[0, k] - u * plane[2, k], plane[1, k] - v * plane[2, k]
         square += along_u * along_u + along_v * along_v
-    return 0.5 * math.log2(max(SHARPER * square / (near * near), 1e-12)) + density
+    return u, v, 0.5 * math.log2(max(SHARPER * square / (near * near), 1e-12)) + density
 
 
-@kernel
+@routine
 def sample_picture(pictures, picture, u, v, level):
-    """Return the grey value of a picture at texel coordinates."""
+    """Return the grey value of a picture at texel coordinates, between two levels."""
     level = min(max(level, 0.0), pictures.count[picture] - 1.0)
-    lower = int(level)
-    value = _sample_level(pictures, picture, lower, u, v)
-    if level > lower:
-        other = _sample_level(pictures, picture, lower + 1, u, v)
-        value += (level - lower) * (other - value)
-    return value
+    lower, value = int(level), 0.0
+    for k in range(lower, min(lower + 2, pictures.count[picture])):
+        weight = 1.0 - abs(level - k)
+        scale, numbers = 1.0 / (1 << k), pictures.level[picture, k]
+        x = min(max(u * scale + 0.5, 0.5), numbers[2] + 0.5)
+        y = min(max(v * scale + 0.5, 0.5), numbers[3] + 0.5)
+        row, column = int(y), int(x)
+        for below in range(2):
+            pair = pictures.pairs[numbers[0] + (row + below) * numbers[1] + column]
+            left, right = float(pair & LOW_HALF), float(pair >> SHIFT)
+            share = y - row if below else 1.0 - (y - row)
+            value += weight * share * (left + (x - column) * (right - left))
+    return value / 256.0
 
 
-@kernel
-def _sample_level(pictures, picture, level, u, v):
-    """Return the grey value of one level at texel coordinates of the picture."""
-    first, stride, width, height = pictures.level[picture, level]
-    scale = 1.0 / (1 << level)
-    x = min(max(u * scale + 0.5, 0.5), width + 0.5)
-    y = min(max(v * scale + 0.5, 0.5), height + 0.5)
-    i, j = int(x), int(y)
-    at = first + j * stride + i
-    upper = _mix_pair(pictures.pairs[at], x - i)
-    lower = _mix_pair(pictures.pairs[at + stride], x - i)
-    return (upper + (y - j) * (lower - upper)) / 256.0
-
-
-@kernel
-def _mix_pair(pair, share):
-    """Return the value between two neighbours."""
-    left, right = float(pair & LOW_HALF), float(pair >> SHIFT)
-    return left + share * (right - left)
-
-
-@part
+@fragment
 def read_texels(pictures, picture, level, n, buffers, out):
     """Compute the grey values out[:n] of one level at the texel coordinates of the buffers.
 

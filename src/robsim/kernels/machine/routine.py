@@ -1,0 +1,99 @@
+"""Kernels that only kernels call: their code is optimised once, in their caller.
+
+Numba optimises a kernel and makes its machine code even if only other kernels call it, and LLVM
+optimises its code again in each caller. The code of a routine goes to the caller as it is. Its
+types are found apart from its caller, which is faster than the inlining by Numba: the time for the
+types of a function grows faster than its length. A routine must not allocate arrays, because its
+code does not count references: nothing would free them.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Flags, compile_internal
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.extending import intrinsic
+
+OPTIONS = {"nopython": True, "error_model": "numpy"}  # without fast-math, as all kernels
+HASH = hash(Flags())
+
+
+class RoutineFlags(Flags):
+    """Options of a routine. Numba compares them for each operator of a routine."""
+
+    def __hash__(self) -> int:
+        return HASH  # Numba's own is the same for all options, and computed each time
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, RoutineFlags):
+            return bool(self._values == other._values)
+        return bool(super().__eq__(other))
+
+
+class RoutineLibrary(JITCodeLibrary):
+    """The code of a routine, which its caller optimises."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Leave the code as it is."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+def routine(function: Callable[..., Any], inline: bool = False) -> Any:
+    """Return a function that kernels can call, without machine code of its own."""
+    compiled: dict[tuple[Any, ...], Any] = {}
+
+    def call(typing: Any, *args: Any) -> Any:
+        kinds = tuple(types.unliteral(each) for each in args)
+        if kinds not in compiled:
+            compiled[kinds] = _compile_routine(function, kinds, inline)
+        done = compiled[kinds]
+
+        def emit(context: Any, builder: Any, sig: Any, values: Any) -> Any:
+            context.active_code_library.add_linking_library(done.library)
+            cast = [
+                context.cast(builder, value, given, kind)
+                for value, given, kind in zip(values, args, kinds, strict=True)
+            ]
+            return context.call_internal(builder, done.fndesc, done.signature, cast)
+
+        return done.signature.return_type(*args), emit
+
+    own = inspect.signature(function)
+    typing = inspect.Parameter("typing", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    parameters = [typing, *own.parameters.values()]
+    call.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return intrinsic(call)
+
+
+def fragment(function: Callable[..., Any]) -> Any:
+    """Return a routine that LLVM inlines into each caller.
+
+    It is for code with many arguments that is called for each pixel. Named tuples that it takes are
+    written to memory, so it takes only the arrays that it needs where time counts.
+    """
+    return routine(function, inline=True)
+
+
+def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline: bool) -> Any:
+    """Return the compiled routine for some types of arguments."""
+    context, flags = cpu_target.target_context, RoutineFlags()
+    cpu_target.options.parse_as_flags(flags, OPTIONS)
+    for name in ("no_compile", "no_cpython_wrapper", "no_cfunc_wrapper"):
+        setattr(flags, name, True)
+    library = RoutineLibrary(context.codegen(), function.__qualname__)
+    with global_compiler_lock:
+        typing = cpu_target.typing_context
+        done = compile_internal(typing, context, library, function, args, None, flags, {})
+    if inline:
+        library.get_function(done.fndesc.llvm_func_name).add_function_attribute("alwaysinline")
+    return done
