@@ -47,6 +47,7 @@ class Renderer:
         assert camera.size is not None
         width, height = self._size = camera.size
         self._samples, self._background = samples, float(background)
+        self._bodies = len(bodies)
         self._faces, self._pictures = build_faces(bodies)
         self._plane = build_image_plane(camera, samples)
         self._pattern = np.ascontiguousarray(spread_places(math.isqrt(PLACES)).T, dtype=np.float32)
@@ -74,7 +75,9 @@ class Renderer:
         from everywhere.
         """
         poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :, :3])
-        lights = [FULL_LIGHT] * len(poses) if light is None else light
+        lights = np.array([FULL_LIGHT] * len(poses) if light is None else light, dtype=float)
+        lights = lights.reshape(-1, 4)
+        assert poses.shape == (len(lights), self._bodies, 3, 4), poses.shape
         width, height = self._size
         images = np.empty((len(poses), height, width), dtype=np.float32)
         draw_pictures(
@@ -82,7 +85,7 @@ class Renderer:
             self._pictures,
             self._plane,
             poses,
-            np.array(lights, dtype=float).reshape(-1, 4),
+            lights,
             self._background,
             self._pattern,
             self._samples,
