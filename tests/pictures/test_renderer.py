@@ -69,6 +69,14 @@ def test_many_pictures_have_the_bits_of_single_ones(lens, samples):
     np.testing.assert_array_equal(full[0], renderer.draw(poses[0], (0, 0, 1, 1)))
 
 
+def test_poses_of_another_number_of_bodies_are_refused():
+    renderer = Renderer(rs.Camera(K, (96, 72)), build_bodies())
+    poses, light = build_poses(2)
+    for wrong in ((poses[:, :2], light), (poses, light[:1]), (poses[:1], light)):
+        with pytest.raises(AssertionError):
+            renderer.draw_many(*wrong)
+
+
 def test_no_pictures_and_no_bodies():
     renderer = Renderer(rs.Camera(K, (96, 72)), build_bodies())
     assert renderer.draw_many(np.empty((0, 3, 4, 4)), np.empty((0, 4))).shape == (0, 72, 96)

@@ -108,13 +108,15 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """Return the grey values (B, height, w) of the pixels of an image plane."""
         poses = np.ascontiguousarray(np.asarray(T_c_b, dtype=float)[:, :, :3])
+        light = np.array(lights, dtype=float).reshape(-1, 4)
+        assert poses.shape == (len(light), self._bodies, 3, 4), poses.shape
         images = np.empty((len(poses), height, self._size[0]), dtype=np.float32)
         draw_pictures(
             self._faces,
             self._pictures,
             plane,
             poses,
-            np.array(lights, dtype=float).reshape(-1, 4),
+            light,
             self._background,
             self._pattern,
             self._samples,
