@@ -1,0 +1,54 @@
+"""The pictures of an experiment as they are stored with its runs, and beside its texts."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from robsim.base.atomic_files import write_whole
+from robsim.base.errors import FileError
+from robsim.geometry.grey_picture import GreyPicture
+from robsim.geometry.picture_spec import get_picture_path
+
+SOURCE = "pictures of the run"
+
+
+def pack_pictures(pictures: Iterable[GreyPicture]) -> str:
+    """Return pictures as a text, "" for none: JSON of {SHA-256: PNG file in base64}.
+
+    >>> import numpy as np
+    >>> picture = GreyPicture(np.zeros((2, 3), dtype=np.uint8))
+    >>> unpack_pictures(pack_pictures([picture])) == [picture]
+    True
+    """
+    packed = {each.digest: base64.b64encode(each.png).decode() for each in pictures}
+    return json.dumps(packed) if packed else ""
+
+
+def unpack_pictures(text: str) -> list[GreyPicture]:
+    """Return the pictures in a text; raise FileError if it is invalid or was changed."""
+    try:
+        packed = json.loads(text or "{}")
+        contents = {key: base64.b64decode(data, validate=True) for key, data in packed.items()}
+    except (ValueError, TypeError, AttributeError, RecursionError, binascii.Error) as error:
+        raise FileError(f"{SOURCE}: not in the form that RobSim writes: {error!s:.200}") from None
+    found = []
+    for digest, data in contents.items():
+        found.append(picture := GreyPicture.from_png(data, SOURCE))
+        if picture.digest != digest:
+            raise FileError(
+                f"{SOURCE}: sha256 {digest[:12]}... is stored with the data of "
+                f"{picture.digest[:12]}...: the run was changed"
+            )
+    return found
+
+
+def write_picture(picture: GreyPicture, folder: Path) -> Path:
+    """Write a picture beside the texts of a folder that name it by its SHA-256."""
+    path = get_picture_path(folder, picture.digest)
+    if not path.exists():
+        write_whole(path, picture.png)
+    return path
