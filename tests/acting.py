@@ -19,7 +19,7 @@ from robsim.declare.schema import SchemaDefinitions
 from robsim.declare.spec import MISSING, Context
 from robsim.files.toml import write_toml
 from robsim.plot.scene_content import build_scene_content
-from robsim.rendering.rendered_face import find_shape_grey
+from robsim.rendering.rendered_face import find_shape_grey, list_shape_faces
 from robsim.run.experiment import Experiment
 
 NUMBER = re.compile(r"(?<![\w^.])-?\d+(\.\d+)?([eE][-+]?\d+)?")
@@ -164,15 +164,18 @@ def same(one, other) -> bool:
 
 def pictures(tables) -> dict:
     """Return all points of a figure of the scene, its frame, its tags and boards, and the grey
-    values of shapes in pictures."""
+    values of all faces in pictures."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
     targets = {each.name: np.array(repr(each.target)) for each in scene.objects}
     parts = [link.shapes for robot in scene.robots for link in robot.links]
     parts += [each.shapes for each in scene.objects]
     parts += [(each.camera.body,) for each in scene.cameras if each.camera.body]
-    greys = np.array([find_shape_grey(shape) for shapes in parts for shape in shapes])
-    return {**found, **targets, "display": scene.display.matrix, "greys": greys}
+    shapes = [shape for some in parts for shape in some]
+    faces = [face for shape in shapes for face in list_shape_faces(shape)]
+    greys = [find_shape_grey(shape) for shape in shapes]
+    greys += [face.picture.mean() for face in faces if face.picture is not None]
+    return {**found, **targets, "display": scene.display.matrix, "greys": np.array(greys)}
 
 
 def files(tables) -> dict:

@@ -107,6 +107,11 @@ class GreyPicture:
         content = f"P5\n{width} {height}\n255\n".encode() + self.grey.tobytes()
         return hashlib.sha256(content).hexdigest()
 
+    @cached_property
+    def mean_color(self) -> str:
+        """The mean grey value as a colour of Matplotlib, "0" black to "1" white."""
+        return f"{self.grey.mean() / 255:.3g}"
+
     def __eq__(self, other: object) -> bool:
         """Return whether the other picture has the same grey values."""
         return isinstance(other, GreyPicture) and self.digest == other.digest

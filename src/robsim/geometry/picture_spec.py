@@ -9,72 +9,87 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from robsim.base.errors import FileError, InputError, check_known, format_value, suggest_names
+from robsim.base.errors import FileError, InputError, format_value, suggest_names
 from robsim.base.file_content import format_relative_path
-from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw, Spec
+from robsim.declare.spec import Context, FieldValue, Raw, Spec, make_expected_error
 from robsim.geometry.grey_picture import GreyPicture
 
 FOLDER = "pictures"  # beside a text, with the pictures that it names by their SHA-256 only
 KEYS = ("file", "sha256")
 DIGEST = "[0-9a-f]{64}"
 LONGEST_PATH = 1000
-FindPicture = Callable[[str], GreyPicture | None]
+PATH = {"type": "string", "minLength": 1, "maxLength": LONGEST_PATH}
+PICTURE_FILE = {
+    "type": "object",
+    "properties": {"file": PATH, "sha256": {"type": "string", "pattern": f"^{DIGEST}$"}},
+    "additionalProperties": False,
+    "minProperties": 1,
+}
 
 
-@dataclass(frozen=True)
 class PictureSpec(Spec):
     """A field with a grey picture: a path or a table in a text, also an array in Python.
 
     Examples
     --------
     >>> import numpy as np
-    >>> PictureSpec().check(np.zeros((2, 3), dtype=np.uint8), "picture").grey.shape
+    >>> PICTURE.check(np.zeros((2, 3), dtype=np.uint8), "picture").grey.shape
     (2, 3)
     """
 
-    forms: ClassVar[tuple[str, ...]] = ("plain", "table")
-    phrase: ClassVar[str] = (
-        'the path of a picture, or a table: { file = "cat.png", sha256 = "..." }'
-    )
+    phrase: ClassVar[str] = 'the path of a picture, or { file = "cat.png", sha256 = "..." }'
     python_phrase: ClassVar[str] = "the path of a picture, a GreyPicture or an array of uint8"
+    json: ClassVar[Mapping[str, Any]] = {"anyOf": [PATH, PICTURE_FILE]}
 
     def check(self, value: object, what: str) -> GreyPicture:
-        if isinstance(value, GreyPicture):
-            return value
-        if isinstance(value, str | os.PathLike):
-            return GreyPicture.from_file(value)
-        return GreyPicture(value)  # type: ignore[arg-type]  # checked there
+        return open_picture(value)
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
-        table = {"file": raw} if isinstance(raw, str) else raw
-        if not isinstance(table, Mapping) or not table:
-            raise InputError(f"must be {self.words()}, got {format_value(raw)}")
-        for key, value in table.items():
-            _check_key(key, value)
-        try:
-            return _find_picture(table.get("file"), table.get("sha256"), c)
-        except FileError as error:  # one problem among others of the text
-            raise InputError(str(error)) from None
+        return _read_picture(raw, c)
 
-    def write(self, value: Any, c: Context) -> Raw:
-        picture: GreyPicture = value
-        if "read_origin" in c.facts:  # a short text, which may refer to files
-            reference = _refer_to_file(picture, c.facts["folder"])
-            if reference is not None:
-                return reference
-        c.facts.get("pictures", {})[picture.digest] = picture
-        return {"sha256": picture.digest}
+    def write(self, value: object, c: Context) -> Raw:
+        return _write_picture(open_picture(value), c)
 
-    def schema(self, define: DefineSchema) -> JSONSchema:
-        path = {"type": "string", "minLength": 1, "maxLength": LONGEST_PATH}
-        keys = {"file": path, "sha256": {"type": "string", "pattern": f"^{DIGEST}$"}}
-        table = {"type": "object", "properties": keys, "additionalProperties": False}
-        return {"anyOf": [path, {**table, "minProperties": 1}]}
+
+PICTURE = PictureSpec()
+
+
+def open_picture(value: Any) -> GreyPicture:
+    """Return a picture: itself, the picture of a file, or of an array."""
+    if isinstance(value, str | os.PathLike):
+        return GreyPicture.from_file(value)
+    return value if isinstance(value, GreyPicture) else GreyPicture(value)
+
+
+def _read_picture(raw: Raw, c: Context) -> GreyPicture:
+    """Return the picture of a text; raise InputError if it cannot be found."""
+    table = {"file": raw} if isinstance(raw, str) else raw
+    if not isinstance(table, Mapping) or not table:
+        raise make_expected_error(PictureSpec.phrase, raw)
+    for key, value in table.items():
+        _check_key(key, value)
+    try:
+        return _find_picture(table.get("file"), table.get("sha256"), c)
+    except FileError as error:  # one problem among others of the text
+        raise InputError(str(error)) from None
+
+
+def _write_picture(picture: GreyPicture, c: Context) -> Raw:
+    """Return the text of a picture: its file in a short text, or its SHA-256."""
+    if "read_origin" in c.facts:  # a short text, which may refer to files
+        reference = refer_to_file(picture, c.facts["folder"])
+        if reference is not None:
+            return reference
+    found = c.facts.get("pictures", {})
+    if not picture.path or picture.digest not in found:  # rather one without a file
+        found[picture.digest] = picture
+    return {"sha256": picture.digest}
 
 
 def _check_key(key: str, value: Raw) -> None:
@@ -89,12 +104,11 @@ def _check_key(key: str, value: Raw) -> None:
 
 def _find_picture(file: str | None, digest: str | None, c: Context) -> GreyPicture:
     """Return the picture of a digest among the stored ones, or of a file; raise FileError."""
-    find: FindPicture = c.facts.get("find_picture", _find_nothing)
     folder = Path(c.facts.get("folder", ""))
     path = folder / (file or "")
     if digest is None:
         return GreyPicture.from_file(path)
-    if (stored := find(digest)) is not None:
+    if (stored := _find_known(digest, c)) is not None:
         return stored if file is None else replace(stored, path=os.path.abspath(path))
     if file is None:
         path = get_picture_path(folder, digest)
@@ -108,8 +122,12 @@ def _find_picture(file: str | None, digest: str | None, c: Context) -> GreyPictu
     return found if file else replace(found, path="")
 
 
-def _find_nothing(digest: str) -> None:
-    """Return that no picture is stored."""
+def _find_known(digest: str, c: Context) -> GreyPicture | None:
+    """Return a picture that is stored with a run, or of the experiment that a text changes."""
+    with suppress(InputError):  # an experiment without a text
+        pictures: Mapping[str, GreyPicture] = getattr(c.facts.get("known"), "pictures", {})
+        return pictures.get(digest)
+    return None
 
 
 def _check_digest(picture: GreyPicture, expected: str, path: Path) -> None:
@@ -130,7 +148,7 @@ def get_picture_path(folder: Path, digest: str) -> Path:
     return folder / FOLDER / f"{digest[:16]}.png"
 
 
-def _refer_to_file(picture: GreyPicture, folder: Path) -> str | None:
+def refer_to_file(picture: GreyPicture, folder: Path) -> str | None:
     """Return the path of the file of a picture; None if it has another content now."""
     if not picture.path:
         return None
@@ -140,49 +158,3 @@ def _refer_to_file(picture: GreyPicture, folder: Path) -> str | None:
     except FileError:
         return None
     return format_relative_path(Path(picture.path), folder)
-
-
-PICTURE = PictureSpec()
-FacePictures = tuple[tuple[str, GreyPicture], ...]
-
-
-@dataclass(frozen=True)
-class FacePicturesSpec(PictureSpec):
-    """A field with a picture on every face of a solid, or with pictures by the names of faces.
-
-    A dict is stored as pairs in the order of `names`, so that equal solids have equal hashes.
-    """
-
-    names: tuple[str, ...] = ()
-    python_phrase: ClassVar[str] = "a picture, or a dict of pictures by the names of faces"
-
-    def check(self, value: object, what: str) -> Any:
-        if isinstance(value, tuple):
-            value = dict(value)
-        if not isinstance(value, Mapping):
-            return super().check(value, what)
-        for name in value:
-            check_known(name, self.names, "no face {}", "faces")
-        pairs = [(each, value[each]) for each in self.names if each in value]
-        return tuple((name, PICTURE.check(each, f"{what}.{name}")) for name, each in pairs)
-
-    def read(self, raw: Raw, c: Context) -> FieldValue:
-        if not isinstance(raw, Mapping) or not raw or raw.keys() & set(KEYS):
-            return super().read(raw, c)
-        for name in raw:
-            check_known(name, self.names, "no face {}", "faces")
-        return tuple((each, PICTURE.read(raw[each], c)) for each in self.names if each in raw)
-
-    def write(self, value: Any, c: Context) -> Raw:
-        if isinstance(value, GreyPicture):
-            return super().write(value, c)
-        return {name: PICTURE.write(each, c) for name, each in value}
-
-    def words(self) -> str:
-        return f"{self.phrase}, or a table of them by faces, {', '.join(self.names)}"
-
-    def schema(self, define: DefineSchema) -> JSONSchema:
-        one = super().schema(define)
-        faces = {"type": "object", "properties": dict.fromkeys(self.names, one)}
-        every = {**faces, "additionalProperties": False, "minProperties": 1}
-        return {"anyOf": [*one["anyOf"], every]}

@@ -73,7 +73,7 @@ class BodyShapes:
     def build_solid(self, label: str, shape: Primitive, color: str | None = None) -> WireSolid:
         """Return a primitive as a solid, in its own colour or in another one."""
         wire: WireSolid = self._find("solid", shape, _build_unlabelled_solid)
-        return replace(wire, label=label, color=palette.convert_color(color or shape.color))
+        return replace(wire, label=label, color=palette.convert_color(color or shape.figure_color))
 
     def build_camera_solid(self, eye: MountedCamera, depth: float) -> WireSolid:
         """Return the body of a camera, or a frustum; the depth of a frustum is in metres."""

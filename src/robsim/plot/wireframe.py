@@ -194,9 +194,8 @@ def build_shape_solid(label: str, shape: Primitive, color: str | None = None) ->
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     has_border = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
-    return WireSolid(
-        label, palette.convert_color(color or shape.color), corners[shape.edges], faces, has_border
-    )
+    shown = palette.convert_color(color or shape.figure_color)
+    return WireSolid(label, shown, corners[shape.edges], faces, has_border)
 
 
 def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:

@@ -11,7 +11,6 @@ from robsim.declare.short_numbers import shorten_numbers
 from robsim.files.robot_library import describe_origin
 from robsim.files.toml import Tables, parse_toml
 from robsim.files.toml_layout import format_toml
-from robsim.geometry.grey_picture import GreyPicture
 from robsim.run.experiment_text import read_experiment, write_experiment
 
 
@@ -28,35 +27,20 @@ def write_brief_text(experiment: Any, folder: Path) -> str | None:
         return text if _is_text_of(text, experiment, folder) else None
 
 
-def find_text_pictures(experiment: Any, folder: Path) -> list[GreyPicture]:
-    """Return the pictures without a file that a text of an experiment can name."""
-    found: dict[str, GreyPicture] = {}
-    make_brief_tables(experiment, folder, found)
-    return list(found.values())
-
-
-def make_brief_tables(
-    experiment: Any, folder: Path, pictures: dict[str, GreyPicture] | None = None
-) -> Tables:
-    """Return the tables of an experiment for a file of a folder, without defaults.
-
-    The pictures that they name by their digests are added to `pictures`.
-    """
+def make_brief_tables(experiment: Any, folder: Path) -> Tables:
+    """Return the tables of an experiment for a file of a folder, without defaults."""
 
     def origin(robot: Any) -> Any:
         return describe_origin(robot, folder)
 
-    facts = {"brief": True, "short": True, "read_origin": origin, "folder": folder}
-    return write_experiment(experiment, **facts, pictures={} if pictures is None else pictures)
+    return write_experiment(experiment, brief=True, short=True, read_origin=origin, folder=folder)
 
 
 def _is_text_of(text: str, experiment: Any, folder: Path) -> bool:
     """Return whether reading a text reproduces an experiment to the last bit."""
     try:
-        source = str(folder / "brief.toml")
-        tables = parse_toml(text, source)
-        fields = read_experiment(tables, source, pictures=experiment.pictures)
-        again = type(experiment)(**fields)
+        source, make = str(folder / "brief.toml"), type(experiment)
+        again = make(**read_experiment(parse_toml(text, source), source, known=experiment))
     except InputError:
         return False
     return bool(write_experiment(again) == write_experiment(experiment))

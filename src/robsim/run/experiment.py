@@ -41,9 +41,10 @@ from robsim.engine.workers import Progress, advance_loop
 from robsim.files.overrides import Changes
 from robsim.files.toml import Tables, read_toml_text
 from robsim.geometry.grey_picture import GreyPicture
+from robsim.geometry.picture_spec import refer_to_file
 from robsim.run import experiment_overview
 from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
-from robsim.run.brief_text import find_text_pictures, write_brief_text
+from robsim.run.brief_text import write_brief_text
 from robsim.run.checkpoint import CheckpointFile
 from robsim.run.experiment_overrides import (
     apply_changes,
@@ -61,7 +62,13 @@ from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.mission_run import MissionRun
 from robsim.run.provenance import get_run_attributes, read_run_settings
 from robsim.run.run_checks import check_instance, check_starts, check_task, count_periods
-from robsim.run.stored_pictures import pack_pictures, unpack_pictures, write_picture
+from robsim.run.stored_pictures import (
+    StoredPictures,
+    find_pictures,
+    pack_pictures,
+    unpack_pictures,
+    write_picture,
+)
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.actuation import Actuation
@@ -293,8 +300,8 @@ class Experiment(Value, Generic[TaskT_co]):
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {format_value(text)}")
         changes = parse_dotted_changes(set, source)
-        stored = {each.digest: each for each in pictures}
-        experiment = cls._from_fields(read_experiment_text(text, source, stored), source)
+        known = StoredPictures({each.digest: each for each in pictures})
+        experiment = cls._from_fields(read_experiment_text(text, source, known=known), source)
         return (
             cls._from_fields(apply_changes(experiment, changes), source) if changes else experiment
         )
@@ -614,9 +621,7 @@ class Experiment(Value, Generic[TaskT_co]):
         InputError
             If the experiment has no text.
         """
-        found: dict[str, GreyPicture] = {}
-        write_complete_text(self._single_run, found)
-        return found
+        return find_pictures(self._single_run)
 
     def write_pictures(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write the pictures that a text of this experiment names by their SHA-256 only.
@@ -644,8 +649,8 @@ class Experiment(Value, Generic[TaskT_co]):
         >>> load_scenario(examples.path("visp_tutorial")).write_pictures(".")
         []
         """
-        found = find_text_pictures(self._single_run, Path(folder))
-        return [write_picture(each, Path(folder)) for each in found]
+        nameless = (x for x in self.pictures.values() if refer_to_file(x, Path(folder)) is None)
+        return [write_picture(each, Path(folder)) for each in nameless]
 
     @cached_property
     def hash(self) -> str:

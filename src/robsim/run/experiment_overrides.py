@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from robsim.base.errors import InputError
@@ -11,18 +10,15 @@ from robsim.declare.problems import Problems
 from robsim.declare.tables import get_table_keys
 from robsim.files.overrides import Changes, merge_tables, nest_value, parse_changes
 from robsim.files.toml import Tables, parse_toml
-from robsim.geometry.grey_picture import GreyPicture
 from robsim.run.experiment_text import ExperimentTable, make_task_table, read_experiment
 
 TOP = get_table_keys(ExperimentTable)
 
 
-def read_experiment_text(
-    text: str, source: str, pictures: Mapping[str, GreyPicture]
-) -> dict[str, Any]:
-    """Return the fields of the experiment of a TOML text, which may name pictures by digests."""
+def read_experiment_text(text: str, source: str, **facts: Any) -> dict[str, Any]:
+    """Return the fields of the experiment of a TOML text; `facts` are those of its reader."""
     tables = parse_toml(text, source)
-    return {**read_experiment(tables, source, pictures=pictures), "study": tables.get("study")}
+    return {**read_experiment(tables, source, **facts), "study": tables.get("study")}
 
 
 def parse_dotted_changes(changes: Changes, source: str) -> list[tuple[str, Any]]:

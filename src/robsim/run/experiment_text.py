@@ -7,7 +7,6 @@ from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -32,7 +31,6 @@ from robsim.engine.endings import ENDING_LIST
 from robsim.engine.recorder import LONGEST
 from robsim.files.robot_library import load_origin_robot
 from robsim.files.toml import write_toml
-from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.run.beliefs import find_common_belief, replace_beliefs
@@ -48,7 +46,6 @@ SCENE = get_table_keys(Scene)
 SCENE_SPEC, BELIEF = Table(Scene), BeliefSpec()
 
 
-NO_PICTURES: Mapping[str, GreyPicture] = MappingProxyType({})
 RECORD = OneOf(
     Word(("all", "summary")),
     Integer(1),
@@ -157,21 +154,17 @@ class ExperimentTable(TaskTable):
 
 
 def read_experiment(
-    tables: Mapping[str, Raw],
-    source: str,
-    old: Any = None,
-    in_file: bool = True,
-    pictures: Mapping[str, GreyPicture] = NO_PICTURES,
+    tables: Mapping[str, Raw], source: str, old: Any = None, in_file: bool = True, **facts: Any
 ) -> dict[str, Any]:
     """Return the fields of an experiment from tables, or from changes to an old experiment.
 
-    The text may name `pictures`, and those of the old experiment, by their digests. An error lists
-    all problems. It is a FileError that names the source, unless the tables are not `in_file`.
+    An error lists all problems. It is a FileError that names the source, unless the tables are not
+    `in_file`. The fact `known` is an object with the `pictures` that the text names by SHA-256, by
+    default the old experiment.
     """
     problems, folder = Problems(source if in_file else ""), Path(source).parent
-    library = partial(load_origin_robot, folder=folder)
-    c = Context(problems, facts={"library": library, "folder": folder, "belief": None})
-    c = c.with_facts(find_picture=partial(_find_picture, pictures=pictures, old=old))
+    c = Context(problems, facts={"belief": None, "known": old, "folder": folder, **facts})
+    c = c.with_facts(library=partial(load_origin_robot, folder=folder))
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
     scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
@@ -183,13 +176,6 @@ def read_experiment(
         problems.add("", "a value has a class that a text cannot represent there")
     problems.stop()
     return own_fields or {}
-
-
-def _find_picture(digest: str, pictures: Mapping[str, GreyPicture], old: Any) -> GreyPicture | None:
-    """Return the picture of a digest among those given and those of an old experiment."""
-    with suppress(InputError):  # an old experiment without a text
-        return pictures.get(digest) or (old and old.pictures.get(digest))
-    return None
 
 
 def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
@@ -264,7 +250,7 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
 
     With the fact `brief`, the tables omit defaults. With `short`, robots and beliefs are written as
     differences from their sources. A dict `pictures` gets the pictures that the tables name by
-    their digests.
+    their SHA-256.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)
@@ -296,8 +282,8 @@ def _make_run_table(of: Any, brief: bool) -> RunTable | None:
     return None if len(omitted) == len(RUN) else RunTable(**values)
 
 
-def write_complete_text(of: Any, pictures: dict[str, GreyPicture] | None = None) -> str:
-    """Return the exact TOML text of an experiment; its pictures are added to `pictures`.
+def write_complete_text(of: Any) -> str:
+    """Return the exact TOML text of an experiment.
 
     Raise InputError if it contains Python code, several starts, or numbers that differ from run to
     run.
@@ -307,6 +293,6 @@ def write_complete_text(of: Any, pictures: dict[str, GreyPicture] | None = None)
     if np.ndim(of.start) > 1:
         raise InputError(f"a text holds one start, not a batch of shape {np.shape(of.start)}")
     try:
-        return write_toml(write_experiment(of, pictures={} if pictures is None else pictures))
+        return write_toml(write_experiment(of))
     except NoTextError as reason:
         raise InputError(f"this experiment has no text: {reason}") from None

@@ -5,15 +5,36 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from robsim.base.atomic_files import write_whole
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, InputError
+from robsim.declare.spec import NoTextError
 from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.picture_spec import get_picture_path
+from robsim.run.experiment_text import write_experiment
 
 SOURCE = "pictures of the run"
+
+
+@dataclass(frozen=True)
+class StoredPictures:
+    """Pictures by SHA-256, for the reader of a text that names them."""
+
+    pictures: Mapping[str, GreyPicture]
+
+
+def find_pictures(experiment: Any) -> dict[str, GreyPicture]:
+    """Return the pictures of an experiment by SHA-256; raise InputError if it has no text."""
+    found: dict[str, GreyPicture] = {}
+    try:
+        write_experiment(experiment, pictures=found)
+    except NoTextError as reason:
+        raise InputError(f"this experiment has no text: {reason}") from None
+    return found
 
 
 def pack_pictures(pictures: Iterable[GreyPicture]) -> str:

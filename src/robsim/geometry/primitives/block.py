@@ -10,26 +10,25 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Role, register
+from robsim.declare import Role, Table, register
 from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.grey_picture import GreyPicture, PictureLike
 from robsim.geometry.hull import Hull
-from robsim.geometry.picture_spec import FacePictures, FacePicturesSpec
+from robsim.geometry.picture_spec import PICTURE
 from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.primitives.block_pictures import BlockPictures
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
 # a rectangular tube between two rings of four corners, 0-3 and 4-7
 RING_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 OUTWARD = {  # the directions of the faces, in their order
-    "-z": (0, 0, -1),
-    "+z": (0, 0, 1),
-    "-y": (0, -1, 0),
-    "+x": (1, 0, 0),
-    "+y": (0, 1, 0),
-    "-x": (-1, 0, 0),
+    "bottom": (0, 0, -1),
+    "top": (0, 0, 1),
+    "right": (0, -1, 0),
+    "front": (1, 0, 0),
+    "left": (0, 1, 0),
+    "back": (-1, 0, 0),
 }
-UPWARD = {"x": (0, 0, 1), "y": (0, 0, 1), "z": (0, 1, 0)}  # the upper ends of pictures on faces
-BlockPictures = GreyPicture | FacePictures
 TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
 
 
@@ -38,15 +37,15 @@ TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) fo
 class Block(Primitive):
     """Box, centred at the origin: x along its length, y along its width, z along its height.
 
-    The block has 8 vertices, 12 edges and 6 faces (chapter, section 2.1). `picture` is a grey
-    picture on every face, or a dict of pictures by the names of faces: "-z" (bottom), "+z" (top),
-    "-y", "+x", "+y" and "-x". A picture fills its face. As seen from outside, it is upright along
-    z, and along y on the bottom and the top. Its grey values replace the albedo there.
+    The block has 8 vertices, 12 edges and 6 faces (chapter, section 2.1). A `picture` is on every
+    face, `pictures` are on single faces (`BlockPictures`). A picture fills its face and replaces
+    the albedo there. As seen from outside, it is upright along z, and on the top and the bottom
+    along y.
 
     Raises
     ------
     FileError or InputError
-        If a picture cannot be read, as by `Poster`, or a face does not exist.
+        If a picture cannot be read, as by `Poster`.
 
     Examples
     --------
@@ -59,11 +58,14 @@ class Block(Primitive):
     width: SideLength
     height: SideLength
     color: FigureColour = "k"
-    picture: Annotated[
+    picture: Annotated[GreyPicture | None, PICTURE, Role.FIGURE, "Picture on every face."] = field(
+        default=None, kw_only=True
+    )
+    pictures: Annotated[
         BlockPictures | None,
-        FacePicturesSpec(tuple(OUTWARD)),
+        Table(BlockPictures),
         Role.FIGURE,
-        "Picture on every face, or pictures by the names of faces.",
+        "Pictures on single faces, which replace `picture` there.",
     ] = field(default=None, kw_only=True)
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
@@ -75,27 +77,29 @@ class Block(Primitive):
             height: float,
             color: str = "k",
             *,
-            picture: PictureLike | Mapping[str, PictureLike] | FacePictures | None = None,
             pose: Pose = IDENTITY,
             mass: float | None = None,
             density: float | None = None,
             albedo: float = 0.6,
+            picture: PictureLike | None = None,
+            pictures: BlockPictures | None = None,
         ) -> None: ...
 
     @property
     def face_pictures(self) -> Mapping[int, FacePicture]:
         """The pictures on faces, by the index of the face."""
-        given = self.picture
-        if given is None:
-            return {}
-        names = tuple(OUTWARD)
-        named = dict.fromkeys(names, given) if isinstance(given, GreyPicture) else dict(given)
-        return {names.index(name): self._place_picture(name, named[name]) for name in named}
+        own = {} if self.pictures is None else vars(self.pictures)
+        found = {name: own.get(name) or self.picture for name in OUTWARD}
+        return {
+            k: self._place_picture(name, picture)
+            for k, (name, picture) in enumerate(found.items())
+            if picture is not None
+        }
 
     def _place_picture(self, name: str, picture: GreyPicture) -> FacePicture:
         """Return a picture on the face of a name."""
-        outward, up = np.array(OUTWARD[name]), np.array(UPWARD[name[1]])
-        sides, T = np.array([self.length, self.width, self.height]), np.eye(4)
+        outward, sides = np.array(OUTWARD[name]), np.array([self.length, self.width, self.height])
+        up, T = np.array((0, 1, 0) if outward[2] else (0, 0, 1)), np.eye(4)
         T[:3] = np.column_stack([np.cross(up, outward), -up, -outward, outward * sides / 2])
         right, down = abs(T[:3, :2].T) @ sides
         return FacePicture.on_rectangle(picture, self.pose @ Pose(T), (right, down))

@@ -14,7 +14,7 @@ from robsim.declare import Role, register
 from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.grey_picture import GreyPicture, PictureLike
 from robsim.geometry.hull import Hull
-from robsim.geometry.picture_spec import PictureSpec
+from robsim.geometry.picture_spec import PICTURE
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
@@ -27,7 +27,8 @@ class Poster(Primitive):
     The origin is the middle of the poster. An upright poster that faces a camera therefore has the
     orientation of the camera, as a `Tag` has. `picture` is the path of a file (PNG, JPEG, BMP,
     TIFF, PPM or WebP), a `GreyPicture`, or an array of uint8 of shape (h, w); the height follows
-    from its proportions. The back has the grey value of `albedo`. A run stores the grey values, so
+    from its proportions. The back has the grey value of `albedo`. Figures show the poster in the
+    mean grey of the picture, or in a `color` other than white. A run stores the grey values, so
     that it can be repeated without the file.
 
     Raises
@@ -45,7 +46,7 @@ class Poster(Primitive):
     (0.3, array([-0.2 , -0.15,  0.  ]))
     """
 
-    picture: Annotated[GreyPicture, PictureSpec(), Role.FIGURE, "Picture on the front."]
+    picture: Annotated[GreyPicture, PICTURE, Role.FIGURE, "Picture on the front."]
     width: SideLength
     color: FigureColour = "w"
 
@@ -73,6 +74,11 @@ class Poster(Primitive):
         """The height in metres, from the proportions of the picture."""
         rows, columns = self.picture.grey.shape
         return float(self.width * rows / columns)
+
+    @property
+    def figure_color(self) -> str:
+        """Colour in figures: the mean grey of the picture, unless `color` is not white."""
+        return self.picture.mean_color if self.color == "w" else self.color
 
     @property
     def face_pictures(self) -> Mapping[int, FacePicture]:

@@ -144,6 +144,11 @@ class Primitive:
         raise NotImplementedError
 
     @property
+    def figure_color(self) -> str:
+        """Colour of the solid in figures: its colour, or the mean grey of its picture."""
+        return self.color
+
+    @property
     def faces(self) -> tuple[Face, ...]:
         """Vertex indices around each face."""
         raise NotImplementedError
