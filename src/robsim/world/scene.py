@@ -553,6 +553,11 @@ class Scene(SceneCoordinates):
             If the camera has no size, an argument is out of its range, or the pictures are too
             large.
 
+        Warns
+        -----
+        FileWarning
+            If the file of a mesh cannot be read. Its collision shapes replace it, if there are any.
+
         Examples
         --------
         >>> from robsim import Camera

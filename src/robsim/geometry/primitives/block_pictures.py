@@ -25,7 +25,7 @@ class BlockPictures:
     >>> import numpy as np
     >>> label = np.zeros((20, 30), dtype=np.uint8)
     >>> BlockPictures(top=label).top
-    GreyPicture(30 x 20 pixels, 2d21f5c7bb5d)
+    GreyPicture(30 x 20 pixels, 5384d4dbdd96)
     """
 
     front: Annotated[GreyPicture | None, PICTURE, Role.FIGURE, "Picture towards +x."] = None
