@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
@@ -46,6 +47,8 @@ class WireSolid:
         For each face, whether all its sides are edges.
     transparent : bool
         Whether the solid is transparent.
+    pictures : tuple of FacePicture
+        Pictures on faces, in axes of the frame of the solid. Only pages show them.
     """
 
     label: str
@@ -54,6 +57,7 @@ class WireSolid:
     faces: tuple[Array, ...] = ()
     has_border: tuple[bool, ...] = ()
     transparent: bool = False
+    pictures: tuple[FacePicture, ...] = ()
 
     @property
     def points(self) -> Array:
@@ -195,7 +199,8 @@ def build_shape_solid(label: str, shape: Primitive, color: str | None = None) ->
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     has_border = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
     shown = palette.convert_color(color or shape.figure_color)
-    return WireSolid(label, shown, corners[shape.edges], faces, has_border)
+    pictures = tuple(shape.face_pictures.values())
+    return WireSolid(label, shown, corners[shape.edges], faces, has_border, pictures=pictures)
 
 
 def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:

@@ -102,7 +102,7 @@ class Block(Primitive):
         up, T = np.array((0, 1, 0) if outward[2] else (0, 0, 1)), np.eye(4)
         T[:3] = np.column_stack([np.cross(up, outward), -up, -outward, outward * sides / 2])
         right, down = abs(T[:3, :2].T) @ sides
-        return FacePicture.on_rectangle(picture, self.pose @ Pose(T), (right, down))
+        return FacePicture(picture, self.pose @ Pose(T), (right, down))
 
     @property
     def faces(self) -> tuple[Face, ...]:

@@ -84,7 +84,7 @@ class Poster(Primitive):
     def face_pictures(self) -> Mapping[int, FacePicture]:
         """The picture, on the first face."""
         size = self.width, self.height
-        return {0: FacePicture.on_rectangle(self.picture, self.pose, size)}
+        return {0: FacePicture(self.picture, self.pose, size)}
 
     @property
     def faces(self) -> tuple[Face, ...]:
