@@ -17,7 +17,8 @@ schema = 1
 robots = [{{ model = "free_camera" }}]
 cameras = [{{ name = "eye", on = "free_camera.body", focal = 80, size = [96, 72] }}]
 task = {{ kind = "ibvs", target = "dots" }}
-run = {{ duration = "0.2 s" }}
+start = {{ q = ["2 cm", "1 cm", "-10 cm", 0, 0, 0, 1] }}
+run = {{ duration = "0.4 s" }}
 
 [[objects]]
 name = "dots"
@@ -108,6 +109,22 @@ def test_a_run_with_other_data_of_a_picture_is_refused(tmp_path):
         with pytest.raises(rs.errors.FileError) as error:
             rs.Experiment.of(run.assign_attrs(pictures=text))
         assert message in str(error.value)
+
+
+def test_pictures_that_are_too_large_for_a_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("robsim.run.stored_pictures.MOST_BYTES", 1000)
+    run = rs.load_scenario(write_scenario(tmp_path)).run(record="summary")
+    assert run.attrs["scenario"] == "" and "pictures" not in run.attrs
+    reason = "its pictures take 0.0 MB as PNG files; a run stores at most 0 MB of them"
+    with pytest.raises(rs.errors.InputError, match=f"cannot be repeated .*: {reason}"):
+        rs.Experiment.of(run)
+
+
+def test_a_bag_contains_the_pictures_of_its_experiment(tmp_path):
+    cell = rs.load_scenario(write_scenario(tmp_path / "here"))
+    path = rs.logs.write_bag(cell.run(), tmp_path / "run.mcap")
+    shutil.rmtree(tmp_path / "here")
+    assert rs.Experiment.of(rs.logs.read_bag(path)).scene == cell.scene
 
 
 def test_a_picture_that_has_changed_since_is_an_error_with_both_hashes(tmp_path):

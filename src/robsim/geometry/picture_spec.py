@@ -21,7 +21,8 @@ from robsim.declare.spec import Context, FieldValue, Raw, Spec, make_expected_er
 from robsim.geometry.grey_picture import GreyPicture
 
 FOLDER = "pictures"  # beside a text, with the pictures that it names by their SHA-256 only
-KEYS = ("file", "sha256")
+PICTURE_KEY = "sha256"
+KEYS = ("file", PICTURE_KEY)
 DIGEST = "[0-9a-f]{64}"
 LONGEST_PATH = 1000
 PATH = {"type": "string", "minLength": 1, "maxLength": LONGEST_PATH}
@@ -89,7 +90,7 @@ def _write_picture(picture: GreyPicture, c: Context) -> Raw:
     found = c.facts.get("pictures", {})
     if not picture.path or picture.digest not in found:  # rather one without a file
         found[picture.digest] = picture
-    return {"sha256": picture.digest}
+    return {PICTURE_KEY: picture.digest}
 
 
 def _check_key(key: str, value: Raw) -> None:

@@ -41,7 +41,7 @@ from robsim.engine.workers import Progress, advance_loop
 from robsim.files.overrides import Changes
 from robsim.files.toml import Tables, read_toml_text
 from robsim.geometry.grey_picture import GreyPicture
-from robsim.geometry.picture_spec import refer_to_file
+from robsim.geometry.picture_spec import PICTURE_KEY, refer_to_file
 from robsim.run import experiment_overview
 from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
 from robsim.run.brief_text import write_brief_text
@@ -915,11 +915,12 @@ class Experiment(Value, Generic[TaskT_co]):
     def origin(self) -> dict[str, str]:
         """The attributes of a run that store its experiment, or the reason why it has no text."""
         try:
-            scenario = {"scenario": self._single_run.to_toml(complete=True)}
+            text = self._single_run.to_toml(complete=True)
+            named = self.pictures if PICTURE_KEY in text else {}  # rarely, and the search is fast
+            pictures = pack_pictures(named.values())
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
-        pictures = pack_pictures(self.pictures.values())
-        return {**scenario, **({"pictures": pictures} if pictures else {})}
+        return {"scenario": text, **({"pictures": pictures} if pictures else {})}
 
     @property
     def _single_run(self) -> Experiment:

@@ -18,6 +18,7 @@ from robsim.geometry.picture_spec import get_picture_path
 from robsim.run.experiment_text import write_experiment
 
 SOURCE = "pictures of the run"
+MOST_BYTES = 12_000_000  # of all PNG files; the header of a run file has at most 16 MB
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,18 @@ def find_pictures(experiment: Any) -> dict[str, GreyPicture]:
 def pack_pictures(pictures: Iterable[GreyPicture]) -> str:
     """Return pictures as a text, "" for none: JSON of {SHA-256: PNG file in base64}.
 
+    Raise InputError if they take more than a run can store.
+
     >>> import numpy as np
     >>> picture = GreyPicture(np.zeros((2, 3), dtype=np.uint8))
     >>> unpack_pictures(pack_pictures([picture])) == [picture]
     True
     """
-    packed = {each.digest: base64.b64encode(each.png).decode() for each in pictures}
+    contents = {each.digest: each.png for each in pictures}
+    if (size := sum(map(len, contents.values()))) > MOST_BYTES:
+        most = f"a run stores at most {MOST_BYTES / 1e6:.0f} MB of them"
+        raise InputError(f"its pictures take {size / 1e6:.1f} MB as PNG files; {most}")
+    packed = {digest: base64.b64encode(png).decode() for digest, png in contents.items()}
     return json.dumps(packed) if packed else ""
 
 
