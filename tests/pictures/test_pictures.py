@@ -169,6 +169,7 @@ def test_a_camera_inside_a_body_does_not_see_it():
         (np.zeros((3, 4, 4), np.uint8), "expected grey values of uint8"),
         (np.zeros((0, 4), np.uint8), "expected grey values of uint8"),
         (np.zeros((3, 4), np.uint16), "got uint16"),
+        (np.broadcast_to(np.uint8(0), (10_000, 5_001)), "50010000 pixels; at most 50000000"),
         (np.full((2, 2), np.nan), "got float64"),
         (None, "expected grey values of uint8"),
     ],

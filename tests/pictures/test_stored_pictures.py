@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import pickle
 import shutil
 from dataclasses import replace
 
@@ -85,6 +86,19 @@ def test_a_stored_run_needs_no_file_of_its_pictures(tmp_path):
     np.testing.assert_array_equal(rebuilt.scene.picture(samples=2, exact=True), before)
     assert rs.replay(again).identical(again)
     assert json.loads(again.attrs["pictures"]).keys() == {GreyPicture(draw_noise()).digest}
+
+
+def test_a_picture_of_a_batch_of_runs_is_stored_once(tmp_path):
+    cell = rs.load_scenario(write_scenario(tmp_path))
+    batch = cell.with_(start=np.array([cell.start, cell.start]), record="summary").run()
+    assert len(json.loads(batch.attrs["pictures"])) == 1
+    alone = rs.Experiment.of(batch.isel(run=slice(1, 2)))
+    assert alone.scene == cell.scene and alone.first_run == 1
+
+
+def test_a_process_gets_the_pictures_of_an_experiment(tmp_path):
+    cell = rs.load_scenario(write_scenario(tmp_path))
+    assert pickle.loads(pickle.dumps(cell)) == cell
 
 
 def test_equal_pictures_are_stored_once(tmp_path):
