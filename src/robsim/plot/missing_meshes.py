@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from itertools import chain
 
-from robsim.base.errors import FileWarning
-from robsim.geometry.primitives.unreadable_meshes import describe_unreadable_meshes
+from robsim.geometry.primitives.unreadable_meshes import warn_unreadable_meshes
 from robsim.plot.wireframe import list_scene_shapes
 from robsim.world.scene import Scene
 
 
 def warn_missing_meshes(scene: Scene) -> None:
     """Issue one FileWarning if meshes of a scene are not drawn; it reports their number."""
-    message = describe_unreadable_meshes(chain.from_iterable(list_scene_shapes(scene).values()))
-    if message:
-        warnings.warn(message, FileWarning, stacklevel=3)
+    warn_unreadable_meshes(chain.from_iterable(list_scene_shapes(scene).values()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from robsim.features.feature import Feature, Observation
 from robsim.features.interaction_matrix import InteractionMatrix, check_features, stack_interactions
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import POSE
+from robsim.geometry.primitives.unreadable_meshes import warn_unreadable_meshes
 from robsim.rendering.light import Light
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
@@ -577,6 +579,8 @@ class Scene(SceneCoordinates):
         if not isinstance(light, Light):
             raise InputError(f"light: expected a Light, got {format_value(light)}")
         grey = GREY.check(background, "background")
+        parts = [link.shapes for robot in self.robots for link in robot.links]
+        warn_unreadable_meshes(chain(*parts, *(thing.shapes for thing in self.objects)))
         images = draw_bodies(bodies, values, self.camera(camera), count, light, grey)
         if as_bool(exact, "exact"):
             return images

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, move_runs_last
-from robsim.base.errors import FileWarning, InputError
-from robsim.base.unit_warnings import find_user_stacklevel
+from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.geometry.primitives import Primitive
-from robsim.geometry.primitives.unreadable_meshes import describe_unreadable_meshes
 from robsim.rendering.light import Light
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
@@ -60,7 +56,6 @@ def draw_bodies(
     lead, (width, height) = q.shape[:-1], eye.camera.size
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
-    _warn_unreadable_meshes(bodies)
     frames = dict(_list_faces(bodies, eye))
     poses = bodies.tree.bodies(move_runs_last(q, 1))
 
@@ -76,14 +71,6 @@ def draw_bodies(
         T_here = np.array([T[k] for T in T_c_b]).reshape(-1, 4, 4)
         images[k] = renderer.draw(T_here, (*toward, light.ambient))
     return images.reshape(*lead, height, width)
-
-
-def _warn_unreadable_meshes(bodies: PictureBodies) -> None:
-    """Issue a FileWarning if meshes of robots or objects are not in the picture."""
-    parts = [link.shapes for robot in bodies.robots for link in robot.links]
-    parts += [thing.shapes for thing in bodies.objects]
-    if message := describe_unreadable_meshes(chain.from_iterable(parts)):
-        warnings.warn(message, FileWarning, stacklevel=find_user_stacklevel())
 
 
 def _list_faces(
