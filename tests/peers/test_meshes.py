@@ -246,3 +246,11 @@ def test_a_picture_shows_a_mesh(tmp_path):
     away = np.hypot(*(np.mgrid[:120, :120] - 59.5))
     rim = 200 * 0.1 / np.sqrt(0.5**2 - 0.1**2)  # of the ball, in pixels
     assert (image[away < rim - 2] == 153).all() and (image[away > rim + 1] == 50).all()
+
+
+def test_a_picture_warns_of_a_mesh_without_a_folder():
+    thing = rs.Object("arm", rs.shapes.Mesh("arm.stl"))
+    lens = rs.Camera([[20, 0, 9.5], [0, 20, 9.5], [0, 0, 1]], (20, 20))
+    scene = rs.Scene(objects=thing, cameras=rs.MountedCamera("eye", lens))
+    with pytest.warns(rs.errors.FileWarning, match="'arm.stl': its folder is not known"):
+        assert (scene.picture(background=7) == 7).all()

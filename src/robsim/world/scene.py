@@ -558,7 +558,8 @@ class Scene(SceneCoordinates):
         Warns
         -----
         FileWarning
-            If the file of a mesh cannot be read. Its collision shapes replace it, if there are any.
+            If the file of a mesh is unknown, as in a repeated run, or cannot be read. The collision
+            shapes of the mesh replace it, if there are any.
 
         Examples
         --------
@@ -580,7 +581,8 @@ class Scene(SceneCoordinates):
             raise InputError(f"light: expected a Light, got {format_value(light)}")
         grey = GREY.check(background, "background")
         parts = [link.shapes for robot in self.robots for link in robot.links]
-        warn_unreadable_meshes(chain(*parts, *(thing.shapes for thing in self.objects)))
+        shapes = chain(*parts, *(thing.shapes for thing in self.objects))
+        warn_unreadable_meshes(shapes, with_unknown=True)
         images = draw_bodies(bodies, values, self.camera(camera), count, light, grey)
         if as_bool(exact, "exact"):
             return images
