@@ -112,7 +112,7 @@ def test_pictures_on_the_faces_of_a_block_are_as_by_rays(faces, turn):
     for rpy in ((0.6, 0.5, 0.3), (-0.6 + np.pi, 0.5, 0.3)):
         pose = rs.Pose.at(-0.1, 0, 0.9, rpy=rpy) @ rs.Pose.at(rpy=(0, 0, turn))
         scene = rs.Scene(objects=rs.Object("box", shape, pose=pose), cameras=build_camera())
-        exact = cast_picture(scene, "eye", [], LIGHT, background=50.0)
+        exact = cast_picture(scene, "eye", [], LIGHT, places=6, background=50.0)
         assert find_psnr(scene.picture(light=LIGHT, samples=2, exact=True), exact) > 42
 
 
