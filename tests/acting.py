@@ -167,15 +167,19 @@ def same(one, other) -> bool:
 
 def pictures(tables) -> dict:
     """Return all points of a figure of the scene, its frame, its tags and boards, the grey
-    values of shapes in pictures, and pictures of cameras with optics."""
+    values of all faces in pictures, and pictures of cameras with optics."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
     targets = {each.name: np.array(repr(each.target)) for each in scene.objects}
     parts = [link.shapes for robot in scene.robots for link in robot.links]
     parts += [each.shapes for each in scene.objects]
     parts += [(each.camera.body,) for each in scene.cameras if each.camera.body]
-    greys = np.array([find_shape_grey(shape) for shapes in parts for shape in shapes])
+    shapes = [shape for some in parts for shape in some]
+    faces = [face for shape in shapes for face in list_shape_faces(shape)]
+    greys = [find_shape_grey(shape) for shape in shapes]
+    greys += [face.picture.mean() for face in faces if face.picture is not None]
     developed = {("eye", eye.name): draw_moving_shape(eye) for eye in scene.cameras if eye.optics}
+    greys = np.array(greys)
     return {**found, **targets, **developed, "display": scene.display.matrix, "greys": greys}
 
 

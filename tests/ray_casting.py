@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from robsim.shapes import Block, Poster
+
 
 def cast_picture(scene, camera, q, light, places=12, background=128.0):
     """Return the grey values (h, w): the mean of places x places rays of each pixel."""
@@ -44,20 +46,47 @@ def _paint(shape, number, corners, T, rays, toward, ambient, grey, depth):
         hit &= (points - a) @ np.cross(normal, b - a) >= 0
     lit = ambient + (1 - ambient) * max(0.0, -normal @ toward)
     depth[hit] = z[hit]
-    picture = getattr(shape, "picture", None)
-    if picture is not None and number == 0:
-        body = (points[hit] - T[:3, 3]) @ T[:3, :3]
-        grey[hit] = lit * _read(picture.grey.astype(float), shape, body)
+    local = shape.pose.inv() @ ((points[hit] - T[:3, 3]) @ T[:3, :3])
+    picture, x, y = _find_picture(shape, number, local)
+    if picture is not None:
+        grey[hit] = lit * _read(picture.grey.astype(float), x, y)
     else:
         grey[hit] = lit * 255 * shape.albedo
 
 
-def _read(values, poster, points):
-    """Return the picture at points of its plane, between the four nearest texels."""
+# the axes to the right and upwards of a face of a block, as seen from outside
+BLOCK_AXES = {
+    "bottom": "-x+y",
+    "top": "+x+y",
+    "right": "+x+z",
+    "front": "+y+z",
+    "left": "-x+z",
+    "back": "-y+z",
+}
+
+
+def _find_picture(shape, number, points):
+    """Return the picture of a face, and its coordinates from -0.5 to 0.5, to the right and down."""
+    if isinstance(shape, Poster):
+        front = shape.picture if number == 0 else None
+        return front, points[:, 0] / shape.width, points[:, 1] / shape.height
+    given, name = None, ""
+    if isinstance(shape, Block):
+        name = list(BLOCK_AXES)[number]
+        given = getattr(shape.pictures, name, None) or shape.picture
+    if given is None:
+        return None, None, None
+    sides = dict(zip("xyz", (shape.length, shape.width, shape.height), strict=True))
+    shares = {axis: points[:, k] / sides[axis] for k, axis in enumerate("xyz")}
+    signs = {"+": 1, "-": -1}
+    right_sign, right, up_sign, up = BLOCK_AXES[name]
+    return given, signs[right_sign] * shares[right], -signs[up_sign] * shares[up]
+
+
+def _read(values, x, y):
+    """Return the picture at places from -0.5 to 0.5, between the four nearest texels."""
     rows, columns = values.shape
-    local = poster.pose.inv() @ points
-    u = (local[:, 0] / poster.width + 0.5) * columns - 0.5
-    v = (local[:, 1] / poster.height + 0.5) * rows - 0.5
+    u, v = (x + 0.5) * columns - 0.5, (y + 0.5) * rows - 0.5
     u, v = np.clip(u, 0, columns - 1), np.clip(v, 0, rows - 1)
     i, j = np.minimum(u.astype(int), columns - 2), np.minimum(v.astype(int), rows - 2)
     a, b = u - i, v - j

@@ -209,6 +209,11 @@ def shaped(table):
     return [solid(table), linked("shapes", [table], 0)]
 
 
+def pictured(table, **others):
+    """The same with other pictures."""
+    return [(*each, {"picture": [PHOTOS[1]], **others}) for each in shaped(table)]
+
+
 def followed(table):
     robot = {"model": "planar_2r", "name": "arm"}
     follow = {"kind": "follow_joints", "joints": ["upper", "fore"], "trajectory": table}
@@ -364,6 +369,11 @@ PAIR = {"camera": ["eye", "second"]}
 SWITCHED = {"first": {"kind": "pbvs", **SERVO}, "second": {"kind": "ibvs", **SERVO}}
 CORNERS = {"length": "20 cm", "width": "16 cm", "height": "6 cm"}
 ROUND = {"radius": "9 cm", "n": 5}
+BLOCK_FACES = ("front", "back", "left", "right", "top", "bottom")
+PHOTOS = [
+    str(rs.examples.path(name).parent / "thumbnails" / f"{name}.webp")
+    for name in ("car", "unicycle_docking")
+]
 JOINTS = [["0 deg", "0 deg"], ["10 deg", "20 deg"], ["15 deg", "0 deg"]]
 UNIFORM = {"kind": "uniform", "low": 0.5, "high": 2.0}
 
@@ -543,7 +553,8 @@ RECIPES = {
         followed({"kind": "blends", "points": JOINTS, "corner": "2 deg", **LIMITS})
     ],
     "shape ball": shaped({"kind": "ball", **ROUND}),
-    "shape block": shaped({"kind": "block", **CORNERS}),
+    "shape block": pictured({"kind": "block", **CORNERS}, pictures=[{"top": PHOTOS[1]}]),
+    "shape poster": pictured({"kind": "poster", "width": "10 cm", "picture": PHOTOS[0]}),
     "shape camera": shaped({"kind": "camera", **CORNERS}),
     "shape capsule": shaped({"kind": "capsule", "length": "10 cm", **ROUND}),
     "shape wheel": shaped({"kind": "wheel", "width": "6 cm", **ROUND}),
@@ -664,6 +675,14 @@ RECIPES = {
         reaching(to={"position": "31, 0, 50 cm"}, duration="0.5 s", mask="position", **SHAPED),
     ],
     "task mission": [(mission(), ("task",))],
+    "BlockPictures": [
+        linked(
+            "shapes",
+            [{"kind": "block", **CORNERS, "pictures": {"top": PHOTOS[1]}}],
+            *(0, "pictures"),
+            others={key: [PHOTOS[0]] for key in BLOCK_FACES},
+        )
+    ],
     "shape mesh": [linked("shapes", [{"kind": "mesh", "filename": "a.stl"}], 0)],
     **{
         f"image effect {name}": [imperfect("sensing", {"kind": name, **given})]

@@ -5,6 +5,7 @@ from robsim.geometry.grey_picture import GreyPicture as GreyPicture
 from robsim.geometry.inertia import Inertia as Inertia
 from robsim.geometry.primitives import Ball as Ball
 from robsim.geometry.primitives import Block as Block
+from robsim.geometry.primitives import BlockPictures as BlockPictures
 from robsim.geometry.primitives import CameraBody as CameraBody
 from robsim.geometry.primitives import Capsule as Capsule
 from robsim.geometry.primitives import Mesh as Mesh

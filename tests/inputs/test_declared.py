@@ -88,6 +88,7 @@ JOINED = {
     "car": {"steering": {"limit": "30 deg", "wheelbase": "30 cm"}},
 }
 COUPLED = {"ackermann": "car", "rolling": "car", "chord": "inspection_a", "mimic": "inspection_a"}
+PHOTO = str(rs.examples.path("car").parent / "thumbnails" / "car.webp")
 # what must be given of a kind
 NEEDED = {
     "blends": {"points": FOLLOWED, **LIMITS},
@@ -99,6 +100,7 @@ NEEDED = {
     "capsule": {"radius": "1 cm", "length": "1 cm"},
     "tapered_cylinder": {"radius": "1 cm", "end_radius": "2 cm", "length": "1 cm"},
     "mesh": {"filename": "plate.stl"},
+    "poster": {"picture": PHOTO, "width": "1 m"},
     "wheel": {"radius": "1 cm", "width": "1 cm"},
     "sphere": {"radius": "1 cm"},
     "arc": {"radius": "1 m", "angle": "1 rad"},
@@ -145,6 +147,11 @@ OTHERS = {
     Steering: ((*LINK, "steering"), {"limit": "30 deg", "wheelbase": "30 cm"}, {"joint": "car"}),
     DHRow: ((*LINK, "dh"), {"theta": "0 deg", "d": "1 m", "a": "1 m", "alpha": "0 deg"}, {}),
     rs.shapes.Inertia: ((*LINK, "inertia"), {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}, {}),
+    rs.shapes.BlockPictures: (
+        ("objects", 0, "shapes", 0, "pictures"),
+        {"top": PHOTO},
+        {"kind": "block", "length": "1 cm", "width": "1 cm", "height": "1 cm"},
+    ),
     rs.Object: (("objects", 0), {}, {}),
     rs.MountedCamera: (("cameras", 0), {}, {}),
     rs.Motion: (("motions", 0), {}, {}),
@@ -191,6 +198,8 @@ def make_tables(kind, name, path, table, around):
     for key in path[:-1]:
         if isinstance(inside, dict):
             inside.setdefault(key, [])
+        elif len(inside) == key:
+            inside.append({})
         inside = inside[key]
     if isinstance(inside, list) and len(inside) == path[-1]:
         inside.append({})

@@ -39,6 +39,32 @@ def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
         assert page.locator("#seconds").inner_text() == f"{index * 0.04:.2f} s"
 
 
+def test_pictures_are_drawn_on_their_faces(opened, tmp_path):
+    """Each square has the grey value of its place on the face, and is seen from outside."""
+    grey = np.array([[0, 60, 120], [160, 200, 255]], dtype=np.uint8)
+    pictures = rs.shapes.BlockPictures(top=grey, left=grey)
+    shapes = rs.shapes.Poster(grey, 0.6), rs.shapes.Block(0.4, 0.2, 0.1, pictures=pictures)
+    things = [rs.Object(name, shape) for name, shape in zip("ab", shapes, strict=True)]
+    page = opened(export_html(rs.Scene(objects=things), tmp_path / "pictures.html").as_uri())
+    for name, shape in zip("ab", shapes, strict=True):
+        drawn = f"{FRAME.format(name)}.children.filter((n) => n.material.vertexColors)"
+        for k, (number, face) in enumerate(shape.face_pictures.items()):
+            geometry = f"{drawn}[{k}].geometry.attributes"
+            points, light = (
+                np.reshape(page.evaluate(f"Array.from({geometry}.{each}.array)"), (6, 6, 3))
+                for each in ("position", "color")
+            )
+            places = face.texel @ np.column_stack([points.mean(axis=1), np.ones(6)]).T
+            columns, rows = np.floor(places).astype(int)
+            assert sorted(3 * rows + columns) == [0, 1, 2, 3, 4, 5]
+            srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+            assert abs(255 * srgb - grey[rows, columns][:, None, None]).max() < 0.01
+            corners = shape.vertices[list(shape.faces[number])]
+            outward = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+            sides = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 1])
+            assert (sides @ outward > 0).all()
+
+
 def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp_path):
     """Normals at the corners of triangles equal the true surface normals; a capsule has no line."""
     shapes = (

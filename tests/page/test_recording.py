@@ -48,6 +48,29 @@ def test_frames_are_where_the_scene_has_them(demo, tmp_path):
         assert np.abs(poses(back, frame) - true).max() < 1e-4
 
 
+def test_pictures_are_on_their_faces(tmp_path):
+    grey = np.random.default_rng(0).integers(0, 256, (288, 192), dtype=np.uint8)
+    label = np.array([[0, 255]], dtype=np.uint8)
+    pictures = rs.shapes.BlockPictures(top=label, back=label)
+    shapes = rs.shapes.Poster(grey, 0.6), rs.shapes.Block(0.4, 0.2, 0.1, pictures=pictures)
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    (square,) = experiment.scene.objects
+    scene = dataclasses.replace(
+        experiment.scene, objects=dataclasses.replace(square, shapes=shapes, marks=square.marks)
+    )
+    run = experiment.with_(scene=scene, duration=0.2).run()
+    back = load_recording(export_html(run, tmp_path / "run.html"))
+    poster, block = [part for part in back.header["parts"] if "pictures" in part]
+    (wall,), (top, rear) = poster["pictures"], block["pictures"]
+    means = grey.reshape(96, 3, 96, 2).mean(axis=(1, 3))
+    np.testing.assert_allclose(back.arrays[wall["greys"]], means, atol=0.51)
+    np.testing.assert_allclose(wall["corners"][:6], [-0.3, -0.45, 0, 0.3, -0.45, 0])
+    assert top["greys"] == rear["greys"] and (back.arrays[top["greys"]] == label).all()
+    np.testing.assert_allclose(top["corners"][:6], [-0.2, 0.1, 0.05, 0.2, 0.1, 0.05])
+    np.testing.assert_allclose(rear["corners"][:6], [-0.2, 0.1, 0.05, -0.2, -0.1, 0.05])
+    assert int(poster["color"][1:3], 16) == pytest.approx(grey.mean(), abs=0.6)
+
+
 def test_numbers_come_back_as_float32(demo, tmp_path):
     back = load_recording(export_html(demo, tmp_path / "run.html"))
     assert np.array_equal(back.arrays["camera.pixels"], demo.pixels.values.astype(np.float32))

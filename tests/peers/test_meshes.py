@@ -213,3 +213,44 @@ def test_thirty_links_of_a_hundred_thousand_triangles_make_a_page_of_less_than_1
     for part in list_scene_parts(rs.Scene(robot), 1.0):
         assert 1000 < len(part.wire.faces) < 9000
         assert np.ptp(part.wire.points[:, 2]) > 0.19  # still as large
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles"),
+        ("v 0 0 0\nf 1 1 1\n", "no triangles with an area"),
+    ],
+)
+@pytest.mark.parametrize("more", ["", BOX])
+def test_a_picture_warns_of_a_mesh_without_faces(tmp_path, content, text, more):
+    robot = urdf(tmp_path, "../meshes/flat.obj", more=more)
+    (tmp_path / "arm/meshes/flat.obj").write_text(content)
+    lens = rs.Camera([[20, 0, 9.5], [0, 20, 9.5], [0, 0, 1]], (20, 20))
+    eye = rs.MountedCamera("eye", lens, pose=rs.Pose.at(0, 0, -1))
+    scene = rs.Scene(robots=robot, cameras=eye)
+    with pytest.warns(
+        rs.errors.FileWarning, match=f"1 of 1 meshes .* '../meshes/flat.obj': {text}"
+    ) as seen:
+        image = scene.picture(background=7)
+    assert seen[0].filename == __file__
+    assert (image[9:11, 9:11] != 7).all() == bool(more)  # its collision shape
+
+
+def test_a_picture_shows_a_mesh(tmp_path):
+    robot = urdf(tmp_path, "../meshes/ball.stl")
+    BALL.export(tmp_path / "arm/meshes/ball.stl")
+    lens = rs.Camera([[200, 0, 59.5], [0, 200, 59.5], [0, 0, 1]], (120, 120))
+    eye = rs.MountedCamera("eye", lens, pose=rs.Pose.at(0, 0, -0.5))
+    image = rs.Scene(robots=robot, cameras=eye).picture(light=rs.shapes.Light(ambient=1.0))
+    away = np.hypot(*(np.mgrid[:120, :120] - 59.5))
+    rim = 200 * 0.1 / np.sqrt(0.5**2 - 0.1**2)  # of the ball, in pixels
+    assert (image[away < rim - 2] == 153).all() and (image[away > rim + 1] == 50).all()
+
+
+def test_a_picture_warns_of_a_mesh_without_a_folder():
+    thing = rs.Object("arm", rs.shapes.Mesh("arm.stl"))
+    lens = rs.Camera([[20, 0, 9.5], [0, 20, 9.5], [0, 0, 1]], (20, 20))
+    scene = rs.Scene(objects=thing, cameras=rs.MountedCamera("eye", lens))
+    with pytest.warns(rs.errors.FileWarning, match="'arm.stl': its folder is not known"):
+        assert (scene.picture(background=7) == 7).all()

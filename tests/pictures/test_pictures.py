@@ -1,11 +1,14 @@
 """Pictures of scenes against rays, against projected points, and against each other."""
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from ray_casting import cast_picture, find_psnr
 
 import robsim as rs
-from robsim.shapes import Ball, Block, GreyPicture, Light, Poster, Wheel
+from robsim.shapes import Ball, Block, BlockPictures, GreyPicture, Light, Poster, Wheel
 
 LENSES = {
     "pinhole": {},
@@ -98,6 +101,28 @@ def test_the_middle_of_a_spot_is_where_the_camera_projects_it(lens):
         assert np.linalg.norm(middle - expected) < 0.12  # a lens moves the middle of a wide spot
 
 
+@pytest.mark.parametrize("faces", [(), ("top", "back", "left"), ("bottom", "front", "right")])
+@pytest.mark.parametrize("turn", [0.0, np.pi])
+def test_pictures_on_the_faces_of_a_block_are_as_by_rays(faces, turn):
+    clouds = draw_clouds(90, 120)
+    clouds[:45, :60] = 255  # the upper left quarter
+    pictures = BlockPictures(**dict.fromkeys(faces, clouds))
+    own = {"pictures": pictures} if faces else {"picture": clouds}
+    shape = Block(0.5, 0.4, 0.3, albedo=0.2, pose=rs.Pose.at(0.1, 0, 0), **own)
+    for rpy in ((0.6, 0.5, 0.3), (-0.6 + np.pi, 0.5, 0.3)):
+        pose = rs.Pose.at(-0.1, 0, 0.9, rpy=rpy) @ rs.Pose.at(rpy=(0, 0, turn))
+        scene = rs.Scene(objects=rs.Object("box", shape, pose=pose), cameras=build_camera())
+        exact = cast_picture(scene, "eye", [], LIGHT, places=6, background=50.0)
+        assert find_psnr(scene.picture(light=LIGHT, samples=2, exact=True), exact) > 42
+
+
+def test_a_picture_on_a_single_face_replaces_the_picture_of_all():
+    grey = [np.full((2, 2), 20 * k, dtype=np.uint8) for k in range(3)]
+    block = Block(1, 1, 1, picture=grey[1], pictures=BlockPictures(top=grey[2]))
+    values = [block.face_pictures[k].picture.grey[0, 0] for k in range(6)]
+    assert values == [20, 40, 20, 20, 20, 20]  # the top is the second face
+
+
 def test_a_single_picture_has_the_bits_of_a_batch():
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
     q = np.array(arm.scene.home) + 0.05 * np.arange(3)[:, None]
@@ -144,6 +169,7 @@ def test_a_camera_inside_a_body_does_not_see_it():
         (np.zeros((3, 4, 4), np.uint8), "expected grey values of uint8"),
         (np.zeros((0, 4), np.uint8), "expected grey values of uint8"),
         (np.zeros((3, 4), np.uint16), "got uint16"),
+        (np.broadcast_to(np.uint8(0), (10_000, 5_001)), "50010000 pixels; at most 50000000"),
         (np.full((2, 2), np.nan), "got float64"),
         (None, "expected grey values of uint8"),
     ],
@@ -153,6 +179,31 @@ def test_arrays_that_are_no_picture(picture, text):
         Poster(picture, 1.0)
 
 
+def encode_png(width, height, bits, kind, rows=None):
+    """Return a PNG file of black rows; the header may state more rows than there are."""
+    samples = {0: 1, 2: 3}[kind]
+    row = bytes(1 + width * samples * bits // 8)
+    parts = {
+        b"IHDR": struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0),
+        b"IDAT": zlib.compress(row * (rows or height)),
+        b"IEND": b"",
+    }
+    chunks = [
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in parts.items()
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def test_a_colour_picture_is_grey_by_its_luminance(tmp_path):
+    from PIL import Image
+
+    colors = np.random.default_rng(0).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+    Image.fromarray(colors).save(tmp_path / "colors.png")
+    grey = GreyPicture.from_file(tmp_path / "colors.png").grey
+    np.testing.assert_allclose(grey, colors @ [0.299, 0.587, 0.114], atol=0.51)
+
+
 def test_files_that_are_no_picture(tmp_path):
     from PIL import Image
 
@@ -160,12 +211,28 @@ def test_files_that_are_no_picture(tmp_path):
     Image.fromarray(grey).save(tmp_path / "grey.png")
     Image.fromarray(np.dstack([grey] * 4)).save(tmp_path / "alpha.png")
     Image.fromarray(grey.astype(np.uint16) * 257).save(tmp_path / "deep.png")
+    Image.fromarray(grey.astype(np.float32)).save(tmp_path / "float.tiff")
+    Image.fromarray(grey).convert("P").save(tmp_path / "clear.png", transparency=0)
+    (tmp_path / "deep.ppm").write_bytes(b"P6 4 3 65535\n" + bytes(72))
+    (tmp_path / "deep_colors.png").write_bytes(encode_png(4, 3, bits=16, kind=2))
+    (tmp_path / "huge.png").write_bytes(encode_png(10_000, 5_001, bits=8, kind=0, rows=1))
+    (tmp_path / "bomb.png").write_bytes(encode_png(100_000, 100_000, bits=8, kind=0, rows=1))
+    Image.fromarray(grey).save(tmp_path / "program.eps")
+    Image.fromarray(grey).save(tmp_path / "paper.pdf")
     (tmp_path / "cut.png").write_bytes((tmp_path / "grey.png").read_bytes()[:200])
     (tmp_path / "text.png").write_text("no picture")
     assert GreyPicture.from_file(tmp_path / "grey.png") == GreyPicture(grey)
     for name, text in {
         "alpha.png": "mode 'RGBA'; expected 8 bits, without an alpha channel",
-        "deep.png": "expected 8 bits",
+        "deep.png": "mode 'I;16'; expected 8 bits",
+        "float.tiff": "mode 'F'; expected 8 bits",
+        "clear.png": "mode 'P'; expected 8 bits, without an alpha channel",
+        "deep.ppm": "a picture of 16 bits; expected 8 bits",
+        "deep_colors.png": "a picture of 16 bits; expected 8 bits",
+        "huge.png": "10000 x 5001 pixels; at most 50000000",
+        "bomb.png": "more than 50000000 pixels",
+        "program.eps": "no picture of PNG, JPEG",
+        "paper.pdf": "no picture of PNG, JPEG",
         "cut.png": "cannot be read",
         "text.png": "no picture of PNG, JPEG",
         "none.png": "no such file",

@@ -21,7 +21,7 @@ from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, warn_missing_meshes
 
 MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
@@ -152,7 +152,9 @@ class MarkDetection:
         """The pictures of each camera; each thread has its own."""
         if not hasattr(self._of_thread, "pictures"):
             sights = {pair.camera: pair.sight for pair in self.pairs}
-            self._of_thread.pictures = {name: _make_pictures(each) for name, each in sights.items()}
+            self._of_thread.pictures = {
+                name: CameraPictures(_list_bodies(each), each.eye) for name, each in sights.items()
+            }
         pictures: dict[str, CameraPictures] = self._of_thread.pictures
         return pictures
 
@@ -166,6 +168,7 @@ def check_detection(
         if eye.camera.size is None:
             raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
         detectors[sight.key].check(thing.target, np.asarray(thing.marks), eye.camera)
+        warn_missing_meshes(_list_bodies(sight))
         seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))
         if seconds > dt:
             raise InputError(
@@ -174,11 +177,10 @@ def check_detection(
             )
 
 
-def _make_pictures(sight: CameraTarget) -> CameraPictures:
-    """Return the pictures of the camera of a pair."""
+def _list_bodies(sight: CameraTarget) -> PictureBodies:
+    """Return the bodies in the pictures of a pair."""
     scene = sight.scene
-    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
-    return CameraPictures(bodies, sight.eye)
+    return PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
 
 
 def compute_picture_hash(picture: NDArray[np.uint8]) -> float:

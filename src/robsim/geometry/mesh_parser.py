@@ -57,7 +57,10 @@ def parse_mesh_file(path: Path) -> tuple[ColoredMesh, ...]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             whole = _group_by_color(_read_scene_meshes(trimesh, path, data))
-            share = DRAWN_TRIANGLES / sum(len(triangles) for _, triangles, _ in whole)
+            count = sum(len(triangles) for _, triangles, _ in whole)
+            if not count:
+                raise FileError("no triangles with an area")
+            share = DRAWN_TRIANGLES / count
             return tuple(
                 _make_colored_mesh(
                     trimesh, *_simplify_mesh(fast_simplification, points, triangles, share), color

@@ -27,6 +27,7 @@ from robsim.run.log import NANO, Log, Stream
 from robsim.run.log_commands import LOG_INTRINSICS
 from robsim.run.run_checks import check_instance
 from robsim.run.run_from_log import make_run_from_log
+from robsim.run.stored_pictures import unpack_pictures
 from robsim.servo.camera_target import PairKey
 
 CLOCKS = ("header", "log")
@@ -180,8 +181,10 @@ def _load_bag_experiment(bag: Bag) -> Experiment:
     """Return the experiment in a bag; raise FileError if there is none."""
     if bag.topics.get(EXPERIMENT) not in TYPES["experiment"]:
         raise FileError(f"it has no {EXPERIMENT}: give the experiment, read_bag(path, experiment)")
-    text = next((each.message.data for _, each in bag.messages(EXPERIMENT)), "")
-    return Experiment.from_text(text, f"topic {EXPERIMENT}")
+    messages = (each.message.data for _, each in bag.messages(EXPERIMENT))
+    text, pictures = next(messages, ""), next(messages, "")
+    known = unpack_pictures(pictures)
+    return Experiment.from_text(text, f"topic {EXPERIMENT}", pictures=known)
 
 
 class _BagReader:

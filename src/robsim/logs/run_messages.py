@@ -77,14 +77,11 @@ def generate_messages(
     poses = _frame_poses(scene, arrays.q)
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
     lenses = {camera: scene.camera(camera).camera for camera in arrays.marks}
-    text = experiment.origin["scenario"]
-    if text:
-        yield TopicMessage(
-            topics.EXPERIMENT,
-            message_types.TEXT,
-            start,
-            make_message(message_types.TEXT, data=text),
-        )
+    origin = experiment.origin
+    for text in (origin["scenario"], origin.get("pictures")):
+        if text:
+            message = make_message(message_types.TEXT, data=text)
+            yield TopicMessage(topics.EXPERIMENT, message_types.TEXT, start, message)
     still = _transforms_message(
         {name: poses[name][0] for name in poses if name not in moving}, start
     )

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robsim.geometry.face_picture import FacePicture, shrink_picture
+from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette, wireframe
 from robsim.plot.goal_outlines import build_frame_outline
@@ -17,6 +19,7 @@ from robsim.plot.wireframe import ScenePart, WireSolid
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 
+MOST_TEXELS = 96  # rows and columns of a picture on a page
 T = TypeVar("T")
 BodyKey = tuple[str, int]  # kind of the result, and identity of the body
 
@@ -31,7 +34,8 @@ class BodyShapes:
     Attributes
     ----------
     arrays : dict
-        Corners of triangles, ends of edges, or points (n, 3) in metres, by name.
+        Corners of triangles, ends of edges, or points (n, 3) in metres, by name, and grey values
+        (rows, columns) of pictures.
     """
 
     def __init__(self, former: BodyShapes | None = None) -> None:
@@ -73,7 +77,7 @@ class BodyShapes:
     def build_solid(self, label: str, shape: Primitive, color: str | None = None) -> WireSolid:
         """Return a primitive as a solid, in its own colour or in another one."""
         wire: WireSolid = self._find("solid", shape, _build_unlabelled_solid)
-        return replace(wire, label=label, color=palette.convert_color(color or shape.color))
+        return replace(wire, label=label, color=palette.convert_color(color or shape.figure_color))
 
     def build_camera_solid(self, eye: MountedCamera, depth: float) -> WireSolid:
         """Return the body of a camera, or a frustum; the depth of a frustum is in metres."""
@@ -89,6 +93,11 @@ class BodyShapes:
         """
         triangles, edges = self._find("arrays", wire.segments, lambda _: _list_triangles(wire))
         return {"triangles": self._store(triangles), "edges": self._store(edges)}
+
+    def store_picture(self, face: FacePicture) -> dict[str, Any]:
+        """Return the name of the grey values of a picture, and the corners of its face."""
+        greys = self._find("picture", face.picture, lambda _: _name_greys(face.picture))
+        return {"greys": self._store(greys), "corners": face.corners.ravel().tolist()}
 
     def store_points(self, points: ArrayLike) -> str:
         """Return the name of an array of points (n, 3)."""
@@ -140,3 +149,8 @@ def _name_points(points: ArrayLike) -> tuple[str, NDArray[Any]]:
     values = np.ascontiguousarray(np.asarray(points, dtype=np.float32).reshape(-1, 3))
     digest = hashlib.blake2b(values.tobytes(), digest_size=9)
     return f"shape {digest.hexdigest()}", values
+
+
+def _name_greys(picture: GreyPicture) -> tuple[str, NDArray[Any]]:
+    """Return the grey values of a picture with at most MOST_TEXELS rows and columns, and a name."""
+    return f"picture {picture.digest[:18]}", shrink_picture(picture.grey, MOST_TEXELS)

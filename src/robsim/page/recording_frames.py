@@ -125,4 +125,6 @@ def _build_solid_entry(
     entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}
     if part.to:
         return {**entry, "to": frames.add_frame(part.to, group, of)}
-    return {**entry, **frames.shapes.store_solid(part.wire), "sheer": part.wire.transparent}
+    entry |= {**frames.shapes.store_solid(part.wire), "sheer": part.wire.transparent}
+    pictures = [frames.shapes.store_picture(each) for each in part.wire.pictures]
+    return {**entry, **({"pictures": pictures} if pictures and group == "true" else {})}

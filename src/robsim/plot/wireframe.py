@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
@@ -46,6 +47,8 @@ class WireSolid:
         For each face, whether all its sides are edges.
     transparent : bool
         Whether the solid is transparent.
+    pictures : tuple of FacePicture
+        Pictures on faces, in axes of the frame of the solid. Only pages show them.
     """
 
     label: str
@@ -54,6 +57,7 @@ class WireSolid:
     faces: tuple[Array, ...] = ()
     has_border: tuple[bool, ...] = ()
     transparent: bool = False
+    pictures: tuple[FacePicture, ...] = ()
 
     @property
     def points(self) -> Array:
@@ -194,9 +198,9 @@ def build_shape_solid(label: str, shape: Primitive, color: str | None = None) ->
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     has_border = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
-    return WireSolid(
-        label, palette.convert_color(color or shape.color), corners[shape.edges], faces, has_border
-    )
+    shown = palette.convert_color(color or shape.figure_color)
+    pictures = tuple(shape.face_pictures.values())
+    return WireSolid(label, shown, corners[shape.edges], faces, has_border, pictures=pictures)
 
 
 def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:

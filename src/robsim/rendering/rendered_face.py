@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.geometry.primitives import Poster, Primitive
+from robsim.geometry.primitives import Primitive
 from robsim.vision.tags.board import Board
 from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
@@ -49,7 +49,7 @@ def find_shape_grey(shape: Primitive) -> float:
 
 
 def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
-    """Return the faces of a solid, of a poster, or of the content of a mesh file.
+    """Return the faces of a solid with its pictures, or of the content of a mesh file.
 
     >>> from robsim.shapes import Block
     >>> faces = list_shape_faces(Block(0.1, 0.1, 0.1, albedo=0.4))
@@ -60,9 +60,8 @@ def list_shape_faces(shape: Primitive) -> list[RenderedFace]:
     for solid in shape.shown():
         points, polygons = solid.skin
         faces += [RenderedFace(points[list(each)], find_shape_grey(shape)) for each in polygons]
-    if isinstance(shape, Poster):
-        front = faces[0]
-        faces[0] = RenderedFace(front.corners, 1.0, shape.picture.grey, shape.texel)
+    for k, each in shape.face_pictures.items():
+        faces[k] = RenderedFace(faces[k].corners, 1.0, each.picture.grey, each.texel)
     return faces
 
 

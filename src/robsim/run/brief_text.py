@@ -39,8 +39,8 @@ def make_brief_tables(experiment: Any, folder: Path) -> Tables:
 def _is_text_of(text: str, experiment: Any, folder: Path) -> bool:
     """Return whether reading a text reproduces an experiment to the last bit."""
     try:
-        source = str(folder / "brief.toml")
-        again = type(experiment)(**read_experiment(parse_toml(text, source), source))
+        source, make = str(folder / "brief.toml"), type(experiment)
+        again = make(**read_experiment(parse_toml(text, source), source, known=experiment))
     except InputError:
         return False
     return bool(write_experiment(again) == write_experiment(experiment))

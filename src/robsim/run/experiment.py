@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
@@ -40,6 +40,8 @@ from robsim.engine.start_visibility import check_start_visibility
 from robsim.engine.workers import Progress, advance_loop
 from robsim.files.overrides import Changes
 from robsim.files.toml import Tables, read_toml_text
+from robsim.geometry.grey_picture import GreyPicture
+from robsim.geometry.picture_spec import PICTURE_KEY, refer_to_file
 from robsim.run import experiment_overview
 from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
 from robsim.run.brief_text import write_brief_text
@@ -60,6 +62,13 @@ from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.mission_run import MissionRun
 from robsim.run.provenance import get_run_attributes, read_run_settings
 from robsim.run.run_checks import check_instance, check_starts, check_task, count_periods
+from robsim.run.stored_pictures import (
+    StoredPictures,
+    find_pictures,
+    pack_pictures,
+    unpack_pictures,
+    write_picture,
+)
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.actuation import Actuation
@@ -242,7 +251,14 @@ class Experiment(Value, Generic[TaskT_co]):
         return experiment_overview.format_experiment_html(self)
 
     @classmethod
-    def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Self:
+    def from_text(
+        cls,
+        text: str,
+        source: str = "<text>",
+        set: Changes = (),
+        *,
+        pictures: Iterable[GreyPicture] = (),
+    ) -> Self:
         """Return the experiment of a TOML text.
 
         Parameters
@@ -253,6 +269,9 @@ class Experiment(Value, Generic[TaskT_co]):
             File name in error messages. Paths in the text are relative to its folder.
         set : dict or sequence of str, optional
             Changes, such as {"task.gain": "2"} or ["task.gain=2"].
+        pictures : sequence of GreyPicture, optional
+            Pictures that the text names by their SHA-256. Others are read from the files that the
+            text names, and from the folder `pictures` beside `source`.
 
         Returns
         -------
@@ -281,7 +300,8 @@ class Experiment(Value, Generic[TaskT_co]):
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {format_value(text)}")
         changes = parse_dotted_changes(set, source)
-        experiment = cls._from_fields(read_experiment_text(text, source), source)
+        known = StoredPictures({each.digest: each for each in pictures})
+        experiment = cls._from_fields(read_experiment_text(text, source, known=known), source)
         return (
             cls._from_fields(apply_changes(experiment, changes), source) if changes else experiment
         )
@@ -327,7 +347,8 @@ class Experiment(Value, Generic[TaskT_co]):
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
-        stored = cls.from_text(text, "scenario of the run")
+        pictures = unpack_pictures(attributes.get("pictures", ""))
+        stored = cls.from_text(text, "scenario of the run", pictures=pictures)
         if isinstance(stored.task, SelfSimulatingTask):
             return stored
         whole_run = cast(Any, run)
@@ -592,6 +613,46 @@ class Experiment(Value, Generic[TaskT_co]):
         return whole if complete else write_brief_text(self, Path(folder)) or whole
 
     @cached_property
+    def pictures(self) -> dict[str, GreyPicture]:
+        """The pictures that the complete text names, by their SHA-256.
+
+        Raises
+        ------
+        InputError
+            If the experiment has no text.
+        """
+        return find_pictures(self._single_run)
+
+    def write_pictures(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write the pictures that a text of this experiment names by their SHA-256 only.
+
+        A text in `folder` is then complete: `load_scenario` finds the pictures beside it.
+
+        Parameters
+        ----------
+        folder : str or path
+            Folder of the text. The PNG files are written into its folder `pictures`.
+
+        Returns
+        -------
+        list of Path
+            The files, none for an experiment whose pictures are files that have not changed.
+
+        Raises
+        ------
+        FileError
+            If a file cannot be written.
+
+        Examples
+        --------
+        >>> from robsim import examples
+        >>> load_scenario(examples.path("visp_tutorial")).write_pictures(".")
+        []
+        """
+        nameless = (x for x in self.pictures.values() if refer_to_file(x, Path(folder)) is None)
+        return [write_picture(each, Path(folder)) for each in nameless]
+
+    @cached_property
     def hash(self) -> str:
         """The first 16 hexadecimal digits of the SHA-256 of the complete text.
 
@@ -854,9 +915,12 @@ class Experiment(Value, Generic[TaskT_co]):
     def origin(self) -> dict[str, str]:
         """The attributes of a run that store its experiment, or the reason why it has no text."""
         try:
-            return {"scenario": self._single_run.to_toml(complete=True)}
+            text = self._single_run.to_toml(complete=True)
+            named = self.pictures if PICTURE_KEY in text else {}  # rarely, and the search is fast
+            pictures = pack_pictures(named.values())
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
+        return {"scenario": text, **({"pictures": pictures} if pictures else {})}
 
     @property
     def _single_run(self) -> Experiment:

@@ -15,10 +15,10 @@ from robsim.run.experiment_text import ExperimentTable, make_task_table, read_ex
 TOP = get_table_keys(ExperimentTable)
 
 
-def read_experiment_text(text: str, source: str) -> dict[str, Any]:
-    """Return the fields of the experiment of a TOML text."""
+def read_experiment_text(text: str, source: str, **facts: Any) -> dict[str, Any]:
+    """Return the fields of the experiment of a TOML text; `facts` are those of its reader."""
     tables = parse_toml(text, source)
-    return {**read_experiment(tables, source), "study": tables.get("study")}
+    return {**read_experiment(tables, source, **facts), "study": tables.get("study")}
 
 
 def parse_dotted_changes(changes: Changes, source: str) -> list[tuple[str, Any]]:

@@ -154,16 +154,17 @@ class ExperimentTable(TaskTable):
 
 
 def read_experiment(
-    tables: Mapping[str, Raw], source: str, old: Any = None, in_file: bool = True
+    tables: Mapping[str, Raw], source: str, old: Any = None, in_file: bool = True, **facts: Any
 ) -> dict[str, Any]:
     """Return the fields of an experiment from tables, or from changes to an old experiment.
 
     An error lists all problems. It is a FileError that names the source, unless the tables are not
-    `in_file`.
+    `in_file`. The fact `known` is an object with the `pictures` that the text names by SHA-256, by
+    default the old experiment.
     """
     problems, folder = Problems(source if in_file else ""), Path(source).parent
-    library = partial(load_origin_robot, folder=folder)
-    c = Context(problems, facts={"library": library, "folder": folder, "belief": None})
+    c = Context(problems, facts={"belief": None, "known": old, "folder": folder, **facts})
+    c = c.with_facts(library=partial(load_origin_robot, folder=folder))
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
     scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
@@ -248,7 +249,8 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
     """Return the exact tables of an experiment; NoTextError if it contains a user's Python code.
 
     With the fact `brief`, the tables omit defaults. With `short`, robots and beliefs are written as
-    differences from their sources.
+    differences from their sources. A dict `pictures` gets the pictures that the tables name by
+    their SHA-256.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)

@@ -15,6 +15,8 @@ from robsim.run.provenance import check_run
 if TYPE_CHECKING:
     import xarray as xr
 
+STORED = ("scenario", "pictures", "single")  # attributes that the repeated run shares
+
 
 def replay(run: xr.Dataset) -> xr.Dataset:
     """Simulate a run, a batch or consecutive runs of a batch once more.
@@ -56,7 +58,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     if is_log_run(run):
         return replay_log_run(run)
     again = Experiment.of(run).run()
-    again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
+    again.attrs |= {key: run.attrs[key] for key in STORED if key in run.attrs}
     if differences := find_difference(run, again):
         text = f"the repeated run differs: {differences}"
         warnings.warn(text, ReplayWarning, stacklevel=find_user_stacklevel())

@@ -561,6 +561,12 @@ class Scene(SceneCoordinates):
             If the camera has no size, an argument is out of its range, or the pictures are too
             large.
 
+        Warns
+        -----
+        FileWarning
+            If the file of a mesh is unknown, as in a repeated run, or cannot be read. The collision
+            shapes of the mesh replace it, if there are any.
+
         Examples
         --------
         >>> from robsim import Camera
@@ -580,6 +586,7 @@ class Scene(SceneCoordinates):
         if not isinstance(light, Light):
             raise InputError(f"light: expected a Light, got {format_value(light)}")
         grey = GREY.check(background, "background")
+        pictures.warn_missing_meshes(bodies)
         key, eye = as_integer(seed, "seed", 0, 2**64), self.camera(camera)
         images = pictures.draw_bodies(bodies, values, eye, count, light, grey)
         return images if as_bool(exact, "exact") else pictures.develop_pictures(images, eye, key)

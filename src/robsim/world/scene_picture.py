@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import chain
 from threading import Lock
 from typing import Any, NamedTuple, TypeVar
 
@@ -16,6 +17,7 @@ from robsim.base.errors import InputError
 from robsim.declare import fields_of
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Primitive
+from robsim.geometry.primitives.unreadable_meshes import warn_unreadable_meshes
 from robsim.rendering.development import Development
 from robsim.rendering.light import Light
 from robsim.rendering.recent_values import RecentValues
@@ -160,6 +162,13 @@ def _express_in_camera(T_w_c: Array, T_w_b: Array) -> Array:
     from_camera = np.array(np.broadcast_to(T_w_b, (*T_w_b.shape[:2], T_w_c.shape[2])))
     from_camera[:, 3] -= T_w_c[:, 3]
     return np.asarray(np.einsum("jib,jkb->ikb", T_w_c[:, :3], from_camera))
+
+
+def warn_missing_meshes(bodies: PictureBodies) -> None:
+    """Issue one FileWarning if meshes are missing in pictures of bodies."""
+    parts = [link.shapes for robot in bodies.robots for link in robot.links]
+    shapes = chain(*parts, *(thing.shapes for thing in bodies.objects))
+    warn_unreadable_meshes(shapes, with_unknown=True)
 
 
 def draw_bodies(

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import described
-from robsim.geometry.grey_picture import GreyPicture
+from robsim.declare import Role, register
+from robsim.geometry.face_picture import FacePicture
+from robsim.geometry.grey_picture import GreyPicture, PictureLike
 from robsim.geometry.hull import Hull
+from robsim.geometry.picture_spec import PICTURE
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
 
-@described
+@register("shape", "poster")
 @dataclass(frozen=True)
 class Poster(Primitive):
     """Rectangle with a picture, with x to the right, y down and z into the paper.
@@ -27,9 +27,9 @@ class Poster(Primitive):
     The origin is the middle of the poster. An upright poster that faces a camera therefore has the
     orientation of the camera, as a `Tag` has. `picture` is the path of a file (PNG, JPEG, BMP,
     TIFF, PPM or WebP), a `GreyPicture`, or an array of uint8 of shape (h, w); the height follows
-    from its proportions. The back has the grey value of `albedo`. Figures show a poster without its
-    picture. A poster has no text form, so a run of a scene with a poster cannot be repeated from
-    its file.
+    from its proportions. The back has the grey value of `albedo`. Figures show the poster in the
+    mean grey of the picture, or in a `color` other than white. A run stores the grey values, so
+    that it can be repeated without the file.
 
     Raises
     ------
@@ -46,7 +46,7 @@ class Poster(Primitive):
     (0.3, array([-0.2 , -0.15,  0.  ]))
     """
 
-    picture: Annotated[GreyPicture, "Picture on the front."]
+    picture: Annotated[GreyPicture, PICTURE, Role.FIGURE, "Picture on the front."]
     width: SideLength
     color: FigureColour = "w"
 
@@ -54,7 +54,7 @@ class Poster(Primitive):
 
         def __init__(
             self,
-            picture: str | os.PathLike[str] | GreyPicture | NDArray[np.uint8],
+            picture: PictureLike,
             width: float,
             color: str = "w",
             *,
@@ -65,7 +65,6 @@ class Poster(Primitive):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "picture", _open_picture(self.picture))
         super().__post_init__()
         if self.density is not None:
             raise InputError("a poster has no volume: give its mass, not a density")
@@ -77,17 +76,15 @@ class Poster(Primitive):
         return float(self.width * rows / columns)
 
     @property
-    def texel(self) -> Array:
-        """The column and row of the picture (2, 4) as affine functions of a point (x, y, z, 1).
+    def figure_color(self) -> str:
+        """Colour in figures: the mean grey of the picture, unless `color` is not white."""
+        return self.picture.mean_color if self.color == "w" else self.color
 
-        They are 0 at the left and upper edge of the picture.
-        """
-        rows, columns = self.picture.grey.shape
-        inverse = self.pose.inv().matrix
-        scale = np.array([[columns / self.width], [rows / self.height]])
-        rows_of_pose: Array = scale * inverse[:2]
-        rows_of_pose[:, 3] += [columns / 2, rows / 2]
-        return rows_of_pose
+    @property
+    def face_pictures(self) -> Mapping[int, FacePicture]:
+        """The picture, on the first face."""
+        size = self.width, self.height
+        return {0: FacePicture(self.picture, self.pose, size)}
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -104,12 +101,3 @@ class Poster(Primitive):
     def _hull(self) -> Hull:
         axes = np.eye(3)
         return Hull(self._corners(), axes[2:], axes[:2])
-
-
-def _open_picture(given: object) -> GreyPicture:
-    """Return a picture: itself, the picture of a file, or of an array."""
-    if isinstance(given, GreyPicture):
-        return given
-    if isinstance(given, str | os.PathLike):
-        return GreyPicture.from_file(Path(given))
-    return GreyPicture(given)  # type: ignore[arg-type]  # checked there

@@ -6,6 +6,7 @@ change elsewhere.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Self
@@ -16,6 +17,7 @@ from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import Integer, Length, Number, Quantity, Role, check_fields, family
 from robsim.declare.texts import Color
+from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.mesh_parser import Indices
@@ -142,6 +144,11 @@ class Primitive:
         raise NotImplementedError
 
     @property
+    def figure_color(self) -> str:
+        """Colour of the solid in figures: its colour, or the mean grey of its picture."""
+        return self.color
+
+    @property
     def faces(self) -> tuple[Face, ...]:
         """Vertex indices around each face."""
         raise NotImplementedError
@@ -175,6 +182,11 @@ class Primitive:
     def shown(self) -> tuple[Primitive, ...]:
         """Return the solids that figures draw: the solid itself, or the content of a mesh file."""
         return (self,)
+
+    @property
+    def face_pictures(self) -> Mapping[int, FacePicture]:
+        """The pictures on faces, by the index of the face; by default none."""
+        return {}
 
     def simpler(self) -> tuple[Primitive, ...]:
         """Return equivalent simpler solids for file formats without this type; by default none."""

@@ -37,8 +37,9 @@ export function amended(header, changes) {
 
 // The names of the shapes of a header.
 export function shapeNamesOf(header) {
-  const entries = [...header.parts, ...header.marks, ...header.cameras];
-  return new Set(entries.flatMap(({ triangles, edges, points, frustum }) => [triangles, edges, points, frustum]));
+  const parts = header.parts.flatMap(({ pictures }) => pictures ?? []);
+  const entries = [...header.parts, ...header.marks, ...header.cameras, ...parts];
+  return new Set(entries.flatMap(({ triangles, edges, points, frustum, greys }) => [triangles, edges, points, frustum, greys]));
 }
 
 // Shapes by name, which are kept while a header names them.

@@ -30,6 +30,34 @@ export function segmentsOf(ends) {
   return geometry;
 }
 
+// A picture on a rectangle, given by its corners from the upper left one clockwise: a square for each
+// grey value. It is seen from its front only.
+export function pictureOf({ values, shape: [rows, columns] }, corners) {
+  const places = new Float32Array(18 * rows * columns);
+  const colors = new Float32Array(18 * rows * columns);
+  const [from, right, , down] = [0, 3, 6, 9].map((i) => new THREE.Vector3().fromArray(corners, i));
+  const [across, along] = [right.sub(from).divideScalar(columns), down.sub(from).divideScalar(rows)];
+  const point = new THREE.Vector3();
+  const turns = [[0, 0], [0, 1], [1, 1], [0, 0], [1, 1], [1, 0]]; // two triangles, counterclockwise
+  for (let k = 0; k < rows * columns; k++) {
+    const color = linearOf(values[k] / 255);
+    turns.forEach(([i, j], corner) => {
+      const [x, y] = [(k % columns) + i, Math.floor(k / columns) + j];
+      point.copy(from).addScaledVector(across, x).addScaledVector(along, y).toArray(places, 18 * k + 3 * corner);
+      colors.fill(color, 18 * k + 3 * corner, 18 * k + 3 * corner + 3);
+    });
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
+  geometry.setAttribute("color", new THREE.BufferAttribute(colors, 3));
+  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ vertexColors: true }));
+}
+
+// The light of a grey value of sRGB from 0 to 1.
+function linearOf(grey) {
+  return grey <= 0.04045 ? grey / 12.92 : ((grey + 0.055) / 1.055) ** 2.4;
+}
+
 export function linesOf(geometry, color, look) {
   const Kind = look.dashed ? THREE.LineDashedMaterial : THREE.LineBasicMaterial;
   const material = new Kind({ color, transparent: true, opacity: look.lines });

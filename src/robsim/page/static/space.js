@@ -4,7 +4,7 @@ import { inked } from "./charts.js";
 import { Pace } from "./pace.js";
 import { Surface } from "./shading.js";
 import { shapeNamesOf } from "./growing.js";
-import { discard, empty, segmentsOf, geometryOf, linesOf, surface, wayOf } from "./solids.js";
+import { discard, empty, segmentsOf, geometryOf, linesOf, pictureOf, surface, wayOf } from "./solids.js";
 import { THREE, OrbitControls } from "./vendor.js";
 
 const GHOSTS = {
@@ -160,6 +160,7 @@ export class Space {
     const kind = solid ? `seen ${part.triangles}` : "edges";
     const ends = this.shapeOf(part.edges, kind, () => segmentsOf(solid ? skin().seen(edges) : edges));
     this.put(node, linesOf(ends, stroke, look));
+    for (const { greys, corners } of part.pictures ?? []) this.put(node, pictureOf(this.arrays[greys], corners));
   }
 
   addStick(part, group) {
