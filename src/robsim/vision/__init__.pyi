@@ -3,6 +3,7 @@ from robsim.vision.camera import Visibility as Visibility
 from robsim.vision.detectors.dot_detector import DotDetector as DotDetector
 from robsim.vision.detectors.mark_detector import MarkDetector as MarkDetector
 from robsim.vision.detectors.mark_detector import MarkSearch as MarkSearch
+from robsim.vision.detectors.tag_tracker import TagTracker as TagTracker
 from robsim.vision.optics import Optics as Optics
 from robsim.vision.plane import HomographyMotions as HomographyMotions
 from robsim.vision.plane import decompose_homography as decompose_homography

@@ -1,0 +1,440 @@
+"""The corners of a black square from its edges, near the place where it was before.
+
+Each side is first searched on a few lines across it, and then fitted to the grey values across it
+as `robsim.vision.tags.edges` explains: a straight line and a bow along the offsets of an ideal edge
+with the same sum of grey values.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel, part
+
+ROUNDS = 6
+COARSE, FINE = 1.0, 0.5  # pixels between the lines of a side in the first rounds and in the last
+SETTLED, SAME_WIDTH = 0.02, 0.25  # pixels: changes before the last round
+CELL_SHARE, LEAST_REACH, MOST_REACH = 0.4, 1.5, 4.0  # half length of a line: in cells, and limits
+FAINT = 5.0  # smallest difference of grey values between both sides of an edge
+BLURS, CLEAR = 2.0, 0.5  # half length of a line in deviations of the blur; distance to other sides
+LARGEST_GAP = 0.33  # largest share of the shortest side without lines, at each end
+CORRELATED = 0.9  # largest correlation of neighbouring offsets
+TINY = 1e-20
+SURE = 2.0  # smallest mean square of bows that count, relative to their variance
+LEAST_LINES, MOST_LINES = 8, 1024
+MOST_SAMPLES = 40  # on a line
+CROSSING = 0.05  # smallest sine of the angle between two sides
+SEARCHED, MOST_SEARCHED = 6.0, 24  # pixels between the lines of a search, and their number
+FEWEST_SEARCHED = 8
+SIDE_SAMPLES = 3  # pixels on each side of a searched edge
+ON_LINE = 1.0  # pixels: searched edges that are closer to a line belong to it
+CELLS_AWAY = 1.5  # cells: another edge of a tag may be farther from its border
+BORDER_PLACES = 12  # of a side, where the cells of the border are compared
+LEAST_TRUE = 0.9  # share of the places at the border that must be dark inside and light outside
+
+
+class EdgeLines(NamedTuple):
+    """The lines across a side: t, their places along it, from 0 to 1; x and y, of their ends.
+
+    total, sums of the grey values along each line, later the offsets of the edge; dark and light,
+    means at both ends. The others hold a sample of each line: the fractions a and b of its place
+    between four pixels; index, of the upper left pixel; left, right, low, high, its four grey
+    values; and grey.
+    """
+
+    t: Any
+    x: Any
+    y: Any
+    total: Any
+    dark: Any
+    light: Any
+    a: Any
+    b: Any
+    index: Any
+    left: Any
+    right: Any
+    low: Any
+    high: Any
+    grey: Any
+
+
+@part
+def _allocate_lines():
+    """Return room for the lines of a side."""
+    w, p = np.empty((8, MOST_LINES)), np.empty((5, MOST_LINES), np.int32)
+    return EdgeLines(
+        *(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7], p[0], p[1], p[2], p[3], p[4]),
+        np.empty(MOST_LINES),
+    )
+
+
+@kernel
+def follow_squares(pictures, last, cells, reach, out):
+    """Compute the corners out (B, 4, 2) of a square in pictures (B, h, w), NaN if it is lost.
+
+    Parameters
+    ----------
+    pictures : array of uint8, shape (B, h, w)
+        Grey pictures.
+    last : array of shape (B, 4, 2)
+        Last places of the corners, clockwise in the picture.
+    cells : float
+        Number of cells along a side; the outer ones are black, with a white cell around them.
+    reach : float
+        Largest motion of a side, in pixels.
+    out : array of shape (B, 4, 2)
+        Corners, the result.
+    """
+    lines = _allocate_lines()
+    fits, now, start = np.empty((4, 7)), np.empty((4, 2)), np.empty((4, 2))
+    for b in range(len(pictures)):
+        out[b] = np.nan
+        height, width = pictures[b].shape
+        flat = pictures[b].ravel()
+        now[:] = last[b]
+        cell = _find_cell(now, cells)
+        if not cell > 0.0:
+            continue
+        if not _search_sides(flat, width, height, now, cell, reach, lines, start):
+            continue
+        cell = _find_cell(start, cells)
+        if not _fit_corners(flat, width, height, start, cell, lines, fits, now):
+            continue
+        if _has_border(flat, width, height, now, cells):
+            out[b] = now
+
+
+@kernel
+def _find_cell(corners, cells):
+    """Return the smallest width of the cells of a square; NaN or less than 0 if it is none."""
+    least = np.inf
+    for k in range(4):
+        a, b, c = corners[k], corners[(k + 1) % 4], corners[(k + 3) % 4]
+        x, y, u, v = b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]
+        longer = max(math.hypot(x, y), math.hypot(u, v))
+        least = min(least, (x * v - y * u) / longer)
+        if not math.isfinite(x + y):
+            return np.nan
+    return least / cells
+
+
+@part
+def _sample(flat, width, x, y):
+    """Return the grey value at a place in the picture, between four pixels."""
+    i, j = int(x), int(y)
+    p, a, b = np.uint64(j * width + i), x - i, y - j
+    q, one = p + np.uint64(width), np.uint64(1)
+    left, right = float(flat[p]), float(flat[p + one])
+    low, high = float(flat[q]), float(flat[q + one])
+    top, bottom = left + a * (right - left), low + a * (high - low)
+    return top + b * (bottom - top)
+
+
+@part
+def _is_inside(width, height, x, y):
+    """Return whether four pixels are around a place."""
+    return 0.0 <= x < width - 1.0 and 0.0 <= y < height - 1.0
+
+
+@kernel
+def _search_sides(flat, width, height, corners, cell, reach, lines, out):
+    """Compute the corners `out` of the sides that are near others; return whether all are found."""
+    reach = min(reach, CELLS_AWAY * cell)
+    half = min(SIDE_SAMPLES, max(int(0.5 * cell), 1))
+    offsets = np.empty((4, 2))
+    for k in range(4):
+        a, b = corners[k], corners[(k + 1) % 4]
+        length = math.hypot(b[0] - a[0], b[1] - a[1])
+        count = min(max(int(length / SEARCHED), FEWEST_SEARCHED), MOST_SEARCHED)
+        ux, uy = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+        margin, n = min(reach / length, 0.25), 0
+        for line in range(count):
+            t = margin + (1.0 - 2.0 * margin) * line / (count - 1)
+            x, y = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])
+            offset = _search_line(flat, width, height, x, y, uy, -ux, reach, half)
+            if math.isfinite(offset):
+                lines.t[n], lines.total[n] = t, offset
+                n += 1
+        if not _fit_most_edges(lines.t[:n], lines.total[:n], offsets[k]):
+            return False
+    return _move_sides(corners, offsets, out)
+
+
+@kernel
+def _search_line(flat, width, height, x, y, nx, ny, reach, half):
+    """Return the offset of the strongest edge from dark to light on a line; NaN if none."""
+    steps = int(math.ceil(reach))
+    far = float(steps + half)
+    if not (
+        _is_inside(width, height, x - far * nx, y - far * ny)
+        and _is_inside(width, height, x + far * nx, y + far * ny)
+    ):
+        return np.nan
+    difference = 0.0  # light minus dark at the first offset, -steps
+    for i in range(half):
+        s = -steps + 0.5 + i
+        difference += _sample(flat, width, x + s * nx, y + s * ny)
+        s = -steps - 0.5 - i
+        difference -= _sample(flat, width, x + s * nx, y + s * ny)
+    best, where = FAINT * half, np.nan
+    for s in range(-steps, steps + 1):
+        if difference > best:
+            best, where = difference, float(s)
+        if s < steps:
+            middle = _sample(flat, width, x + (s + 0.5) * nx, y + (s + 0.5) * ny)
+            outer, inner = s + half + 0.5, s - half + 0.5
+            difference += _sample(flat, width, x + outer * nx, y + outer * ny)
+            difference += _sample(flat, width, x + inner * nx, y + inner * ny) - 2.0 * middle
+    return where
+
+
+@kernel
+def _fit_most_edges(t, offset, out):
+    """Compute the offsets out (2,) at the ends of a side, of the line with the most edges."""
+    n, most, best_i, best_j = len(t), 0, -1, -1
+    for i in range(n):
+        for j in range(i + n // 3, n):
+            if i == j:
+                continue
+            slope, count = (offset[j] - offset[i]) / (t[j] - t[i]), 0
+            for k in range(n):
+                count += abs(offset[i] + slope * (t[k] - t[i]) - offset[k]) < ON_LINE
+            if count > most:
+                most, best_i, best_j = count, i, j
+    if 2 * most <= n or most < FEWEST_SEARCHED // 2:
+        return False
+    slope = (offset[best_j] - offset[best_i]) / (t[best_j] - t[best_i])
+    aa, ab, bb, ya, yb = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        if abs(offset[best_i] + slope * (t[k] - t[best_i]) - offset[k]) < ON_LINE:
+            a, b = 1.0 - t[k], t[k]
+            aa, ab, bb = aa + a * a, ab + a * b, bb + b * b
+            ya, yb = ya + a * offset[k], yb + b * offset[k]
+    square = aa * bb - ab * ab
+    out[0], out[1] = (bb * ya - ab * yb) / square, (aa * yb - ab * ya) / square
+    return True
+
+
+@kernel
+def _move_sides(corners, offsets, out):
+    """Compute the corners of sides that move outwards by offsets (4, 2) at their ends.
+
+    Return False if two neighbouring sides are nearly parallel.
+    """
+    for k in range(4):
+        before, after = corners[(k + 3) % 4], corners[(k + 1) % 4]
+        x, y = corners[k, 0] - before[0], corners[k, 1] - before[1]
+        u, v = after[0] - corners[k, 0], after[1] - corners[k, 1]
+        first, second = math.hypot(x, y), math.hypot(u, v)
+        ax, ay, bx, by = y / first, -x / first, v / second, -u / second
+        sine = ax * by - ay * bx
+        if not abs(sine) > CROSSING:
+            return False
+        d, e = offsets[(k + 3) % 4, 1], offsets[k, 0]
+        out[k, 0] = corners[k, 0] + (by * d - ay * e) / sine
+        out[k, 1] = corners[k, 1] + (ax * e - bx * d) / sine
+    return True
+
+
+@kernel
+def _fit_corners(flat, width, height, corners, cell, lines, fits, now):
+    """Compute the corners `now` of fitted sides; return whether all sides have an edge."""
+    widest = min(max(CELL_SHARE * cell, LEAST_REACH), MOST_REACH)
+    w, gap, spacing = widest, widest + 1.0, COARSE
+    bows, offsets, moved = np.zeros(4), np.empty((4, 2)), np.empty((4, 2))
+    now[:] = corners
+    for _ in range(ROUNDS):
+        certainty, shortest = 0.0, np.inf
+        for k in range(4):
+            a, b = now[k], now[(k + 1) % 4]
+            shortest = min(shortest, math.hypot(b[0] - a[0], b[1] - a[1]))
+            if not _fit_side(
+                *(flat, width, height, a, b, bows[k], w, gap, spacing, lines, fits[k])
+            ):
+                return False
+            certainty += 0.25 * fits[k, 3]
+        blur = 0.5 * (fits[:, 4].sum() - fits[:, 4].max() - fits[:, 4].min())  # the median
+        trust = 1.0 - SURE / max(certainty, SURE)
+        for k in range(4):
+            bows[k] = trust * fits[k, 2]
+            offsets[k, 0] = fits[k, 0] - bows[k] * fits[k, 5]
+            offsets[k, 1] = fits[k, 1] - bows[k] * fits[k, 6]
+        if not _move_sides(now, offsets, moved):
+            return False
+        shift = np.abs(moved - now).max()
+        now[:] = moved
+        if not np.abs(now - corners).max() < max(cell, 2.0):
+            return False
+        if spacing == FINE:
+            return True
+        before, blurred = w, BLURS * blur
+        w = min(max(blurred, LEAST_REACH), widest)
+        gap = min(blurred + CLEAR, LARGEST_GAP * shortest)
+        if shift < SETTLED and abs(w - before) < SAME_WIDTH:
+            spacing = FINE
+    return True
+
+
+@kernel
+def _fit_side(flat, width, height, a, b, bow, w, gap, spacing, lines, out):
+    """Compute the fit of the edge from a to b; return whether there is one.
+
+    `out` are the outward offsets of both ends of a straight edge, the bow, the square of the
+    bow relative to its variance, the deviation of the blur, and the projection of a bow on both
+    ends.
+    """
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = math.hypot(dx, dy)
+    if not gap < 0.4 * length:
+        return False
+    count = min(max(int(length / spacing), 12), MOST_LINES)
+    samples = min(2 * int(round(w / (0.5 * spacing))) + 1, MOST_SAMPLES)
+    n, step = 0, 2.0 * w / (samples - 1)
+    margin, nx, ny = gap / length, dy / length, -dx / length
+    for line in range(count):
+        t = margin + (1.0 - 2.0 * margin) * line / (count - 1)
+        first = bow * t * (1.0 - t) - w
+        x, y = a[0] + t * dx + first * nx, a[1] + t * dy + first * ny
+        if _is_inside(width, height, x, y) and _is_inside(
+            width, height, x + 2.0 * w * nx, y + 2.0 * w * ny
+        ):
+            lines.t[n], lines.x[n], lines.y[n] = t, x, y
+            n += 1
+    if n < LEAST_LINES:
+        return False
+    steepest = _sum_lines(flat, width, lines, n, samples, step * nx, step * ny)
+    contrast = _find_offsets(lines, n, bow, w, step, samples)
+    if not contrast > FAINT:
+        return False
+    _fit_bow(lines.t[:n], lines.total[:n], out)
+    out[4] = contrast * n * step / (math.sqrt(2.0 * math.pi) * max(steepest, TINY))
+    return True
+
+
+@part
+def _sum_lines(flat, width, lines, n, samples, step_x, step_y):
+    """Compute sums of grey values along n lines, and means at their ends; return the largest step.
+
+    The largest step is the one between the sums of all lines at neighbouring samples.
+    """
+    total, dark, light = lines.total[:n], lines.dark[:n], lines.light[:n]
+    total[:], dark[:], light[:] = 0.0, 0.0, 0.0
+    steepest, before, end = 0.0, np.inf, max(samples // 8, 1)
+    for s in range(samples):
+        _read_samples(flat, width, lines, n, s * step_x, s * step_y)
+        grey, sums = lines.grey[:n], 0.0
+        share = 0.5 if s in (0, samples - 1) else 1.0
+        at_dark = 1.0 / end if s < end else 0.0
+        at_light = 1.0 / end if s >= samples - end else 0.0
+        for k in range(n):
+            total[k] += share * grey[k]
+            dark[k] += at_dark * grey[k]
+            light[k] += at_light * grey[k]
+        for k in range(n):
+            sums += grey[k]
+        steepest, before = max(steepest, sums - before), sums
+    return steepest
+
+
+@part
+def _read_samples(flat, width, lines, n, shift_x, shift_y):
+    """Compute the grey values at the places of n lines, moved by a shift.
+
+    The three loops are apart because processors compute places and mixtures in registers of many
+    numbers, but read pixels one by one.
+    """
+    x, y, a, b, index = lines.x[:n], lines.y[:n], lines.a[:n], lines.b[:n], lines.index[:n]
+    w = np.int32(width)
+    for k in range(n):
+        u, v = x[k] + shift_x, y[k] + shift_y
+        i, j = np.int32(u), np.int32(v)
+        a[k], b[k] = u - i, v - j
+        index[k] = j * w + i
+    left, right, low, high = lines.left[:n], lines.right[:n], lines.low[:n], lines.high[:n]
+    one, row = np.uint64(1), np.uint64(width)
+    for k in range(n):
+        p = np.uint64(index[k])  # unsigned numbers cannot count from the end
+        q = p + row
+        left[k], right[k], low[k], high[k] = flat[p], flat[p + one], flat[q], flat[q + one]
+    grey = lines.grey[:n]
+    for k in range(n):
+        top, bottom = left[k] + a[k] * (right[k] - left[k]), low[k] + a[k] * (high[k] - low[k])
+        grey[k] = top + b[k] * (bottom - top)
+
+
+@part
+def _find_offsets(lines, n, bow, w, step, samples):
+    """Replace the sums of n lines by offsets of the edge; return the mean contrast, or 0."""
+    t, total, mean = lines.t[:n], lines.total[:n], 0.0
+    d0, d1 = _fit_line(t, lines.dark[:n])
+    l0, l1 = _fit_line(t, lines.light[:n])
+    if not min(l0 - d0, l1 - d1) > FAINT:
+        return 0.0
+    for k in range(n):
+        dark, light = (1.0 - t[k]) * d0 + t[k] * d1, (1.0 - t[k]) * l0 + t[k] * l1
+        white = (total[k] - (samples - 1) * dark) / (light - dark)
+        total[k] = w - step * white + bow * t[k] * (1.0 - t[k])
+        mean += light - dark
+    return mean / n
+
+
+@kernel
+def _fit_line(t, values):
+    """Return the values at t = 0 and t = 1 of a line fitted to values."""
+    aa, ab, bb, ya, yb = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(len(t)):
+        a, b = 1.0 - t[k], t[k]
+        aa, ab, bb = aa + a * a, ab + a * b, bb + b * b
+        ya, yb = ya + a * values[k], yb + b * values[k]
+    square = aa * bb - ab * ab
+    return (bb * ya - ab * yb) / square, (aa * yb - ab * ya) / square
+
+
+@kernel
+def _fit_bow(t, offsets, out):
+    """Compute the fit of a straight line and a bow t (1 - t) to the offsets of an edge."""
+    n, square, product, power, lagged = len(t), 0.0, 0.0, 0.0, 0.0
+    out[0], out[1] = _fit_line(t, offsets)
+    p0, p1 = _fit_line(t, t * (1.0 - t))
+    for k in range(n):
+        line, parabola = (1.0 - t[k]) * p0 + t[k] * p1, t[k] * (1.0 - t[k])
+        rest = offsets[k] - (1.0 - t[k]) * out[0] - t[k] * out[1]
+        square += (parabola - line) * (parabola - line)
+        product += rest * (parabola - line)
+    bow, before = product / square, 0.0
+    for k in range(n):
+        shape = t[k] * (1.0 - t[k]) - (1.0 - t[k]) * p0 - t[k] * p1
+        residual = offsets[k] - (1.0 - t[k]) * out[0] - t[k] * out[1] - bow * shape
+        power += residual * residual
+        lagged += residual * before
+        before = residual
+    power = max(power, TINY)
+    correlation = min(max(lagged / power, 0.0), CORRELATED)
+    variance = power / n * (1.0 + correlation) / (1.0 - correlation)
+    out[2], out[3], out[5], out[6] = bow, bow * bow * square / variance, p0, p1
+
+
+@kernel
+def _has_border(flat, width, height, corners, cells):
+    """Return whether the cells along the sides are black inside and white outside."""
+    true = 0
+    grey = np.empty((2, 4 * BORDER_PLACES))
+    middle_x, middle_y = corners[:, 0].mean(), corners[:, 1].mean()
+    for side in range(2):
+        size = 1.0 + (2 * side - 1) / cells  # of the square through the middle of the cells
+        for k in range(4):
+            a, b = corners[k], corners[(k + 1) % 4]
+            for i in range(BORDER_PLACES):
+                t = (i + 0.5) / BORDER_PLACES
+                x = middle_x + size * (a[0] + t * (b[0] - a[0]) - middle_x)
+                y = middle_y + size * (a[1] + t * (b[1] - a[1]) - middle_y)
+                if not _is_inside(width, height, x, y):
+                    return False
+                grey[side, k * BORDER_PLACES + i] = _sample(flat, width, x, y)
+    threshold = 0.5 * (grey[0].mean() + grey[1].mean())
+    if grey[1].mean() - grey[0].mean() < FAINT:
+        return False
+    for i in range(grey.shape[1]):
+        true += (grey[0, i] < threshold) + (grey[1, i] > threshold)
+    return true >= LEAST_TRUE * grey.size
