@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from robsim.studies.row_simulator import RowSimulator
 from robsim.studies.samplers import Uniform
 from robsim.studies.study_plan import START_NAME, make_plan
 from robsim.vision.camera import Visibility
+from robsim.vision.detectors.mark_detector import DETECTOR, MarkDetector, MarkSearch, Picture
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
@@ -34,6 +36,7 @@ def simulate_views(
     camera: str | None = None,
     target: str | None = None,
     seed: int | None = None,
+    detector: MarkDetector | str | None = None,
 ) -> CalibrationViews:
     """Return simulated views of a target by a camera of an experiment, with noise.
 
@@ -53,6 +56,9 @@ def simulate_views(
         Name of an object. Default: the only object with marks.
     seed : int, optional
         Seed of the noise. Default: the seed of the experiment.
+    detector : MarkDetector or str, optional
+        Detector that measures the marks in rendered pictures of the true scene, with the `optics`
+        of the camera. Default: exact image coordinates.
 
     Returns
     -------
@@ -62,8 +68,8 @@ def simulate_views(
     Raises
     ------
     InputError
-        If `sensing` contains errors that single views do not have, such as delays, or fewer than
-        four marks are seen in a view.
+        If `sensing` contains errors that single views do not have, such as delays, if fewer than
+        four marks are seen in a view, or if the detector cannot detect the marks.
 
     Examples
     --------
@@ -77,8 +83,10 @@ def simulate_views(
     values = scene.coordinates(q)
     if values.ndim != 2 or not len(values):
         raise InputError(f"q: expected a row for each view, (V, {scene.nq}), got {values.shape}")
-    view = _visible_pixels(scene, values, camera, target)
     seed = experiment.seed if seed is None else as_integer(seed, "seed", 0, 2**64)
+    view = _visible_pixels(scene, values, camera, target)
+    if detector is not None:
+        view = _detect_marks(scene, values, camera, target, detector, seed)
     pixels = _add_image_errors(view, experiment.sensing, seed)
     pixels[is_off_image(pixels, scene.camera(camera).camera)] = np.nan  # outside the image
     believed = find_common_belief(experiment.task) or scene
@@ -90,6 +98,25 @@ def _visible_pixels(scene: Scene, q: Array, camera: str | None, target: str | No
     view = scene.view(q, scene.camera(camera).name, scene.object(target).name)
     inside = view.visibility == Visibility.IN_IMAGE
     return np.where(inside[..., None], view.pixels, np.nan)
+
+
+def _detect_marks(
+    scene: Scene,
+    q: Array,
+    camera: str | None,
+    target: str | None,
+    detector: MarkDetector | str,
+    seed: int,
+) -> Array:
+    """Return the pixels (V, N, 2) that a detector measures in pictures, NaN for missed marks."""
+    eye, thing = scene.camera(camera), scene.object(target)
+    found = cast(MarkDetector, DETECTOR.check(detector, "detector"))
+    with prefix_errors("detector"):
+        found.check(thing.target, thing.marks, eye.camera)
+    pictures = scene.picture(q, eye.name, seed=seed)
+    places = np.rint(scene.view(q, eye.name, thing.name).pixels)
+    search = MarkSearch(thing.target, thing.marks, eye.camera, places)
+    return found.find(cast(Picture, pictures), search)
 
 
 def _add_image_errors(pixels: Array, sensing: Sensing, seed: int) -> Array:
