@@ -21,6 +21,7 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))  # the scripts of this folder import each other by name
 
+import detection  # noqa: E402
 import kinematics  # noqa: E402
 import numpy_baseline  # noqa: E402
 import pictures  # noqa: E402
@@ -129,6 +130,7 @@ def main():
     print()
     varied.main()
     pictures.main(told.cold)
+    detection.main()
     print(f"\n{'us':28}{'ours':>10}{'theirs':>10}{'factor':>8}")
     for what, ours, who, theirs in peers(told.peer) if told.peer else ():
         print(f"{what:28}{1e6 * ours:10.2f}{1e6 * theirs:10.2f}{theirs / ours:8.1f}  {who}")

@@ -15,8 +15,10 @@ import peer_pictures
 from peer_pictures import least
 
 import robsim as rs
+from robsim.rendering.development import Development
 from robsim.rendering.rendered_face import RenderedFace, list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer
+from robsim.rendering.sensor import Sensor
 from robsim.shapes import GreyPicture, Poster
 
 LENS = (-0.25, 0.06, 0.001, -0.002)
@@ -125,6 +127,26 @@ def measure_posters():
     yield "scene.picture, the second", 1, least(scene.picture)
 
 
+def measure_optics():
+    """Yield name, samples and milliseconds of optics on the poster that fills the view."""
+    scene = build_scene(1.0)
+    camera, renderer = rs.Camera(scene.K, scene.size), scene.build_renderer()
+    light = renderer.draw(scene.poses)
+    yield "the picture alone", 1, least(lambda: renderer.draw(scene.poses))
+    noise, response = {"full_well": 10_000, "read_noise": 1.5}, {"gamma": 2.2, "vignetting": 4.0}
+    parts = {"noise": noise, "blur of 1 px": {"defocus": 1.0}, "gamma, vignetting": response}
+    parts["noise, blur, development"] = {**noise, "defocus": 1.0, **response, "bits": 6}
+    for name, fields in parts.items():
+        sensor = Sensor(rs.vision.Optics(**fields), camera)
+        yield f"{name}, beside the picture", 1, least(lambda s=sensor: s.develop(light))
+    for name in ("exposure", "readout"):
+        development = Development(renderer, rs.vision.Optics(**{name: 0.01}), camera)
+        poses = np.repeat(scene.poses[None], len(development.offsets), axis=0)
+        lights = np.tile(LIGHT, (len(poses), 1))
+        call = least(lambda d=development, T=poses, x=lights: d.draw(T, x, 0, 0, 0))
+        yield f"{name}, with the picture", 1, call
+
+
 def measure_large():
     """Yield name, samples and milliseconds of pictures of 640 x 480 pixels."""
     wide = build_scene(1.0, (640, 480), 5)
@@ -163,6 +185,7 @@ def main(cold=False):
     """Print the tables."""
     posters = ("cv2.warpPerspective", "riley", "MuJoCo, GL in software", "TinyRenderer")
     print_table("pictures, 320 x 240", measure_posters(), build_scene(), posters)
+    print_table("optics, 320 x 240", measure_optics(), build_scene(), ())
     wide = ("MuJoCo, GL in software", "TinyRenderer", "embreex, only ids")
     scene = build_scene(1.0, (640, 480), 5)
     print_table("pictures, 640 x 480", measure_large(), scene, wide)

@@ -206,3 +206,25 @@ def test_an_experiment_with_a_detector_has_a_text(experiment):
     text = one.to_toml()
     assert 'detector = {kind = "dots", reach' in text.replace("{ kind", "{kind")
     assert rs.Experiment.from_text(text).task.detector == detector
+
+
+def test_the_exposure_of_a_flying_camera_keeps_its_pose_rigid():
+    """A picture over an exposure is the mean of pictures at poses on the way, also for turns."""
+    drone = rs.robots.free_camera()
+    optics = Optics(exposure=0.04)
+    lens = rs.Camera([[200, 0, 79.5], [0, 200, 59.5], [0, 0, 1]], (160, 120))
+    eye = rs.MountedCamera("eye", lens, on=f"{drone.name}.body", optics=optics)
+    dots = DotPattern.grid(3, 2, spacing=0.1, radius=0.03)
+    scene = rs.Scene(drone, rs.Object("dots", dots=dots, pose=rs.Pose.at(0, 0, 0.5)), eye)
+    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
+    angle = 0.4  # radians about the optical axis within the exposure
+    q = np.array([0, 0, 0, 0, 0, np.sin(angle / 2), np.cos(angle / 2)])
+    before = np.array([0, 0, 0, 0, 0, 0, 1.0])
+    key = NoiseKey(0, np.zeros(1, np.uint64), 0)
+    taken = CameraPictures(bodies, eye).take(q[:, None], ((q - before) / 0.04)[:, None], key)[0]
+    clean = scene.replacing(replace(eye, optics=None))
+    shares = 1 - (np.arange(8) + 0.5) / 8
+    turns = [rs.Pose.at(0, 0, 0, rotvec=[0, 0, share * angle]).quaternion for share in shares]
+    mean = np.mean([clean.picture([0, 0, 0, *turn], exact=True) for turn in turns], axis=0)
+    assert np.abs(taken - mean).mean() < 1.0
+    assert np.abs(taken - clean.picture(q, exact=True)).mean() > 5.0

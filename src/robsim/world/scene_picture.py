@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
@@ -83,6 +83,7 @@ class CameraPictures:
         self.bodies, self.eye, self.samples = bodies, eye, samples
         self.light, self.background, self.lock = light, background, Lock()
         self.frames = list(_list_faces(bodies, eye, 0))
+        self._quaternions = list(_find_quaternions(bodies.robots))
         self._differ = (
             eye.camera.rows.shape[1] > 1
             or any(_has_arrays(thing.tag) for thing in bodies.objects if thing.tag)
@@ -127,6 +128,8 @@ class CameraPictures:
         development = self._development(run if self._differ else 0)
         back = development.offsets
         before = np.ascontiguousarray(q[:, b, None] - rates[:, b, None] * back)
+        for rows in self._quaternions:
+            before[rows] /= np.linalg.norm(before[rows], axis=0)
         T_c_b, light = self.place(before, np.full(len(back), run))
         return development.draw(T_c_b, light, key.seed, int(key.runs[b]), key.step)
 
@@ -204,6 +207,16 @@ def _find_pictures(
     held = bodies.robots, bodies.objects, bodies.cameras
     key = (*map(id, held), eye.name, samples, light, background)
     return _RECENT.find(key, held, build)
+
+
+def _find_quaternions(robots: Iterable[Robot]) -> Iterator[slice]:
+    """Yield the rows of the unit quaternions among the coordinates of robots."""
+    start = 0
+    for link in (link for robot in robots for link in robot.links):
+        size = len(link.joint.parts.coordinates)
+        if link.joint.model.free:
+            yield slice(start + size - 4, start + size)
+        start += size
 
 
 _RECENT: RecentValues[CameraPictures] = RecentValues(4)
