@@ -61,7 +61,10 @@ SHAPED = {
     "limit": {"joint": "0.5 rad/s"},
 }
 TAG = {"family": "tag36h11", "id": 7, "size": "20 cm"}
-TAGGED = FLYING | {"objects": [{"name": "dots", "on": "belt.pallet", "tag": TAG}]}
+TAGGED = FLYING | {
+    "objects": [{"name": "dots", "on": "belt.pallet", "tag": TAG}],
+    "sensing": {"period": "0.2 s"},  # a tag leaves its place from one picture to the next
+}
 BOARD = {"family": "DICT_4X4_50", "columns": 4, "rows": 3, "square": "6 cm", "tag": "4 cm"}
 STORED = {
     "file": "ost.yaml",
@@ -636,6 +639,12 @@ RECIPES = {
     ],
     "mark detector tags": [
         (*part("detector", {"kind": "tags"}, TAGGED), {"targets": [[{**TAG, "id": 8}]]})
+    ],
+    "mark detector tag_tracker": [
+        (
+            *part("detector", {"kind": "tag_tracker"}, TAGGED, gain=4.0),
+            {"reach": [1.0], "search_every": [1]},
+        )
     ],
     "feature vanishing_point": [
         part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})

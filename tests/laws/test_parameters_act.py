@@ -51,7 +51,8 @@ def declared():
 
 KINDS = declared()
 SLOW = ("start", "sampler")  # studies
-NEED_VISION = ("mark detector tags",)  # the extra `vision`: tests/peers/test_vision_parameters.py
+# kinds that need the extra `vision`: tests/peers/test_vision_parameters.py
+NEED_VISION = ("mark detector tags", "mark detector tag_tracker")
 EACH = [
     pytest.param(x, marks=[pytest.mark.full] * x.startswith(SLOW))
     for x in sorted(set(KINDS) - set(NEED_VISION))

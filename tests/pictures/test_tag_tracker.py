@@ -67,9 +67,9 @@ def test_the_result_does_not_depend_on_the_other_pictures():
 
 def test_a_tag_that_moved_too_far_or_is_cut_or_hidden_is_lost():
     picture, true = next(views(1))
-    assert np.isnan(track(picture, true + [40.0, 0.0])).all()
-    assert np.isnan(track(picture, true + [10.0, 0.0], reach=2.0)).all()
-    assert np.isfinite(track(picture, true + [10.0, 0.0], reach=14.0)).all()
+    assert np.isnan(track(picture, true + np.array([40.0, 0.0]))).all()
+    assert np.isnan(track(picture, true + np.array([10.0, 0.0]), reach=2.0)).all()
+    assert np.isfinite(track(picture, true + np.array([10.0, 0.0]), reach=14.0)).all()
     empty = np.full_like(picture, 128)
     assert np.isnan(track(empty, true)).all()
     top, left = np.floor(true.min(axis=0)).astype(int)[::-1]

@@ -164,7 +164,7 @@ def _search_sides(flat, width, height, corners, cell, reach, lines, out):
 @kernel
 def _search_line(flat, width, height, x, y, nx, ny, reach, half):
     """Return the offset of the strongest edge from dark to light on a line; NaN if none."""
-    steps = int(math.ceil(reach))
+    steps = math.ceil(reach)
     far = float(steps + half)
     if not (
         _is_inside(width, height, x - far * nx, y - far * ny)
@@ -289,7 +289,7 @@ def _fit_side(flat, width, height, a, b, bow, w, gap, spacing, lines, out):
     if not gap < 0.4 * length:
         return False
     count = min(max(int(length / spacing), 12), MOST_LINES)
-    samples = min(2 * int(round(w / (0.5 * spacing))) + 1, MOST_SAMPLES)
+    samples = min(2 * round(w / (0.5 * spacing)) + 1, MOST_SAMPLES)
     n, step = 0, 2.0 * w / (samples - 1)
     margin, nx, ny = gap / length, dy / length, -dx / length
     for line in range(count):
