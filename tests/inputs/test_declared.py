@@ -73,6 +73,7 @@ PLACES = {
     "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
     "projection": (("task", "projection"), {"kind": "ibvs", "secondary": AVOIDED}),
     "weighting": (("task", "weighting", 0), {"kind": "ibvs"}),
+    "mark detector": (("task", "detector"), {"kind": "ibvs"}),
     "condition": (
         ("task", "when"),
         {"kind": "switch", "first": {"kind": "pbvs"}, "second": {"kind": "ibvs"}},

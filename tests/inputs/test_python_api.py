@@ -922,6 +922,7 @@ def test_all_outcomes_but_running_are_reached():
     assert {case.outcome for case in CASES.values()} == set(Outcome) - {
         Outcome.RUNNING,
         Outcome.ENDED,
+        Outcome.UNDETECTED,  # of pictures: tests/pictures/test_detection_in_the_loop.py
     }
 
 

@@ -18,7 +18,7 @@ from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
 
 MARK_DETECTORS = family("mark detector")
-DETECTOR = KindOf(MARK_DETECTORS)
+DETECTOR = KindOf(MARK_DETECTORS, none="none")
 Picture = NDArray[np.uint8]
 MarkTarget = Tag | Board | DotPattern | Poster
 LEAST_SIDE = 16  # pixels of the smallest picture; AprilTag aborts the process for pictures below 3
@@ -64,6 +64,21 @@ class MarkDetector(DeclaredValue):
     ----------
     follows : bool
         Whether the result depends on the last places of the marks.
+
+    Examples
+    --------
+    A detector with errors of its own:
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Rounded(MarkDetector):
+    ...     follows = True
+    ...     def find(self, pictures, search):
+    ...         return np.rint(search.last)
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+    >>> search = MarkSearch(None, np.zeros((1, 3)), camera, np.array([[[300.2, 199.6]]]))
+    >>> Rounded().find(np.zeros((1, 480, 640), np.uint8), search)
+    array([[[300., 200.]]])
     """
 
     follows: ClassVar[bool] = False
