@@ -28,10 +28,10 @@ def draw_waves(rows=229, columns=320):
 
 
 def build_bodies():
-    """Return the faces of a poster, a block and a tag."""
+    """Return the faces of a poster, a block and a pattern of dots."""
     poster = list_shape_faces(Poster(draw_waves(), 1.0))
     block = list_shape_faces(Block(0.2, 0.3, 0.1, albedo=0.4))
-    return [poster, block, list_target_faces(rs.vision.Tag("tag36h11", 7, 0.1))]
+    return [poster, block, list_target_faces(rs.vision.DotPattern.grid(3, 2, 0.03, 0.01))]
 
 
 def build_poses(count):

@@ -98,6 +98,23 @@ def test_a_tag_is_tracked_through_a_run():
     assert abs(run.error_norm[25] - exact.error_norm[25]) < 0.01 * exact.error_norm[0]
 
 
+def test_a_small_tag_that_moves_by_more_than_its_cells_is_found_or_lost():
+    """Sides of 40 pixels, whose inner edges are near their last places: never a wrong corner."""
+    rng, found = np.random.default_rng(5), 0
+    eye = rs.MountedCamera("eye", rs.Camera(K, (640, 480)), optics=Optics(read_noise=2.0))
+    for seed in range(30):
+        turn = rng.uniform(-0.5, 0.5, 3)
+        pose = rs.Pose.at(*rng.uniform(-0.2, 0.2, 2), 2.0, rotvec=turn)
+        scene = rs.Scene(objects=rs.Object("tag", tag=TAG, pose=pose), cameras=eye)
+        angle = rng.uniform(0, 2 * np.pi)
+        true = scene.view(points="tag").pixels
+        last = true + rng.uniform(4, 12) * np.array([np.cos(angle), np.sin(angle)])
+        error = track(scene.picture(seed=seed), last) - true
+        found += np.isfinite(error).all()
+        assert np.isnan(error).all() or np.abs(error).max() < 0.2
+    assert 10 <= found < 30
+
+
 def test_other_targets_are_refused():
     with pytest.raises(rs.errors.InputError, match="TagTracker needs a Tag, and the object has"):
         TagTracker().check(None, np.zeros((4, 3)), rs.Camera(K, (640, 480)))

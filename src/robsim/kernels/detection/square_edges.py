@@ -31,7 +31,7 @@ SIDE_SAMPLES = 3  # pixels on each side of a searched edge
 ON_LINE = 1.0  # pixels: searched edges that are closer to a line belong to it
 CELLS_AWAY = 1.5  # cells: another edge of a tag may be farther from its border
 BORDER_PLACES = 12  # of a side, where the cells of the border are compared
-LEAST_TRUE = 0.9  # share of the places at the border that must be dark inside and light outside
+LEAST_TRUE = 0.9  # share of the places at each side that must be dark inside and light outside
 
 
 class EdgeLines(NamedTuple):
@@ -418,7 +418,6 @@ def _fit_bow(t, offsets, out):
 @kernel
 def _has_border(flat, width, height, corners, cells):
     """Return whether the cells along the sides are black inside and white outside."""
-    true = 0
     grey = np.empty((2, 4 * BORDER_PLACES))
     middle_x, middle_y = corners[:, 0].mean(), corners[:, 1].mean()
     for side in range(2):
@@ -435,6 +434,10 @@ def _has_border(flat, width, height, corners, cells):
     threshold = 0.5 * (grey[0].mean() + grey[1].mean())
     if grey[1].mean() - grey[0].mean() < FAINT:
         return False
-    for i in range(grey.shape[1]):
-        true += (grey[0, i] < threshold) + (grey[1, i] > threshold)
-    return true >= LEAST_TRUE * grey.size
+    for k in range(4):
+        true = 0
+        for i in range(k * BORDER_PLACES, (k + 1) * BORDER_PLACES):
+            true += (grey[0, i] < threshold) + (grey[1, i] > threshold)
+        if true < LEAST_TRUE * 2 * BORDER_PLACES:
+            return False
+    return True

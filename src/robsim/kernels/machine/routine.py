@@ -9,8 +9,10 @@ code does not count references: nothing would free them.
 
 import inspect
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
+import llvmlite.binding
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_internal
@@ -84,6 +86,22 @@ def fragment(function: Callable[..., Any]) -> Any:
     return routine(function, inline=True)
 
 
+@cache
+def _can_inline() -> bool:
+    """Return whether LLVM takes the attribute that inlines a function.
+
+    LLVMlite before 0.45 puts it on the returned value, which LLVM refuses. LLVM then inlines as it
+    sees fit.
+    """
+    module = llvmlite.binding.parse_assembly("define void @f() { ret void }")
+    module.get_function("f").add_function_attribute("alwaysinline")
+    try:
+        module.verify()
+    except RuntimeError:
+        return False
+    return True
+
+
 def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline: bool) -> Any:
     """Return the compiled routine for some types of arguments."""
     context, flags = cpu_target.target_context, RoutineFlags()
@@ -94,6 +112,6 @@ def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline
     with global_compiler_lock:
         typing = cpu_target.typing_context
         done = compile_internal(typing, context, library, function, args, None, flags, {})
-    if inline:
+    if inline and _can_inline():
         library.get_function(done.fndesc.llvm_func_name).add_function_attribute("alwaysinline")
     return done
