@@ -228,3 +228,30 @@ def test_the_exposure_of_a_flying_camera_keeps_its_pose_rigid():
     mean = np.mean([clean.picture([0, 0, 0, *turn], exact=True) for turn in turns], axis=0)
     assert np.abs(taken - mean).mean() < 1.0
     assert np.abs(taken - clean.picture(q, exact=True)).mean() > 5.0
+
+
+def test_figures_show_the_picture_and_its_difference_from_the_goal(experiment):
+    run, scene = experiment.run(), experiment.scene
+    end = scene.picture(run.q_end.values, exact=True)
+    goal = scene.picture(scene.home, exact=True)
+    expected = {"end": end, "difference": 127 + 0.5 * (end - goal)}
+    for which, grey in expected.items():
+        (drawn,) = rs.plot.image(run, scene=scene, picture=which).axes[0].get_images()
+        shown = drawn.get_array().astype(float)
+        # the arm is at the end of the run in the picture of the goal
+        assert np.mean(np.abs(shown - np.clip(np.rint(grey), 0, 255)) > 1) < 0.15
+        assert list(drawn.get_extent()) == [-0.5, 159.5, 159.5, -0.5]
+    same = rs.plot.image(run, scene=scene, picture="end").axes[0].get_images()[0].get_array()
+    np.testing.assert_array_equal(same, np.rint(np.clip(end, 0, 255)).astype(np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"picture": "goal"}, "no 'goal'|pictures"),
+        ({"picture": "end"}, "needs the scene of the run"),
+    ],
+)
+def test_figures_refuse_other_pictures(experiment, arguments, message):
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.plot.image(experiment.run(duration=0.1), **arguments)

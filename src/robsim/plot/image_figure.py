@@ -15,9 +15,11 @@ from matplotlib.patches import Polygon, Rectangle
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError, suggest_names
 from robsim.geometry.pose import Pose
 from robsim.plot import palette, run_data
 from robsim.plot.canvas import figure_style, prepare_panels, set_axes_title
+from robsim.plot.run_pictures import draw_end_picture, draw_goal_difference
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +35,8 @@ MARKERS: dict[str, dict[str, Any]] = {
     "goal": {"marker": "s", "markersize": 11, "markerfacecolor": "none", "markeredgewidth": 1.4},
     "image centre": {"marker": "+", "markersize": 9},
 }
+PICTURES = {"end": draw_end_picture, "difference": draw_goal_difference}
+PALE = 0.75  # opacity of a picture, so that feature points stand out
 _OUTLINE: dict[str, Any] = {
     "facecolor": (*to_rgb(palette.GOAL), 0.07),
     "edgecolor": palette.GOAL,
@@ -46,6 +50,7 @@ def image(
     camera: str | None = None,
     scene: Scene | None = None,
     *,
+    picture: str | None = None,
     ax: Axes | None = None,
     size: tuple[float, float] | None = None,
     title: str | None = None,
@@ -67,6 +72,10 @@ def image(
     scene : Scene, optional
         Scene of the run. If given, the edges of the targets of a single run are drawn, as projected
         at the start (dashed) and at the end.
+    picture : {"end", "difference"}, optional
+        Rendered picture under the feature points of a single run: the picture at the end, or half
+        of its difference from the picture at the goal, with grey for no difference. It needs
+        `scene`. Default: none.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into. Default: the axes of a new figure.
     size : (float, float), optional
@@ -83,7 +92,8 @@ def image(
     Raises
     ------
     InputError
-        If the run has no camera of that name. The message lists the cameras.
+        If the run has no camera of that name; the message lists the cameras. If there is no
+        picture, because there is no scene, the camera has no size, or the goal has no pose.
 
     Examples
     --------
@@ -101,6 +111,8 @@ def image(
     with figure_style():
         figure, (axes,) = prepare_panels(ax, 1, size, (WIDTH, WIDTH))
         draw_image(axes, run, camera, scene, title)
+        if picture is not None:
+            _draw_picture(axes, run, camera, scene, picture)
         if ax is None and size is None:
             (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
             tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
@@ -136,6 +148,24 @@ def draw_image(
     set_axes_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
     draw_marker_legend(axes, {name: name for name in MARKERS if not unknown.get(name, False)})
+
+
+def _draw_picture(
+    axes: Axes, run: xr.Dataset, camera: str | None, scene: Scene | None, which: str
+) -> None:
+    """Draw a picture of the camera of a run under the feature points."""
+    if which not in PICTURES:
+        raise InputError(f"picture: {suggest_names(which, list(PICTURES), 'pictures')}")
+    if scene is None:
+        raise InputError("picture: a picture needs the scene of the run, image(run, scene=...)")
+    view = run_data.select_camera_view(run_data.check_is_run(run), camera)
+    name = str(view["mark_camera"].values[0])
+    grey = PICTURES[which](run_data.extract_single_run(view), scene, name)
+    height, width = grey.shape
+    extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+    borders = axes.get_xlim(), axes.get_ylim()
+    axes.imshow(grey, cmap="gray", vmin=0, vmax=255, extent=extent, zorder=0.5, alpha=PALE)
+    axes.set(xlim=borders[0], ylim=borders[1])
 
 
 def draw_image_goal(
