@@ -4,9 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import robsim as rs
 from robsim.engine.mark_detection import compute_picture_hash
+from robsim.plot.film.camera_frames import CameraFrames
+from robsim.plot.film.film_source import build_film_source
+from robsim.plot.film.frame_times import choose_frame_times
 from robsim.vision import DotDetector, DotPattern, Optics
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
 
@@ -255,3 +259,22 @@ def test_figures_show_the_picture_and_its_difference_from_the_goal(experiment):
 def test_figures_refuse_other_pictures(experiment, arguments, message):
     with pytest.raises(rs.errors.InputError, match=message):
         rs.plot.image(experiment.run(duration=0.1), **arguments)
+
+
+def test_a_film_of_the_camera_shows_the_pictures_of_the_run(experiment, tmp_path):
+    moving = change(experiment, Optics(exposure=0.02, read_noise=2.0, full_well=9000)).with_(seed=4)
+    run = moving.run()
+    source = build_film_source(run)
+    frames = CameraFrames(source, choose_frame_times(source.time, 25.0, 1.0), "camera")
+    assert len(frames) == run.sizes["time"]
+    for k in (0, 1, 9):
+        picture = frames.draw_picture(k)
+        assert compute_picture_hash(picture) == run.picture_hash.values[k, 0]
+        np.testing.assert_array_equal(frames[k][..., 1], picture)
+    path = rs.plot.save_film(run, tmp_path / "eye.gif", camera="camera", fps=5)
+    with Image.open(path) as film:
+        film.seek(film.n_frames - 1)
+        last = np.asarray(film.convert("L"), dtype=float)
+    assert np.abs(last - frames.draw_picture(len(frames) - 1)).mean() < 4.0
+    with pytest.raises(rs.errors.InputError, match="no camera 'eye'"):
+        rs.plot.save_film(run, tmp_path / "eye.gif", camera="eye")

@@ -18,10 +18,12 @@ PAGE = "run.html"
 VIEWS = (PAGE, "run.gif", "run.mp4")
 
 
-def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
-    """Raise InputError if the files cannot show the run of a scenario."""
+def check_views(scenario: Experiment, names: tuple[str, ...], camera: str | None = None) -> None:
+    """Raise InputError if the files cannot show the run of a scenario, or a camera of it."""
     from robsim.plot.film.animation import check_film_path
 
+    if camera is not None and scenario.scene.camera(camera).camera.size is None:
+        raise InputError(f"camera '{camera}' has no size, which a picture needs")
     for name in names:
         if name != PAGE:
             check_film_path(name)
@@ -36,9 +38,13 @@ def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
 
 
 def write_views(
-    result: xr.Dataset | MissionRun, scenario: Experiment, folder: Path, names: tuple[str, ...]
+    result: xr.Dataset | MissionRun,
+    scenario: Experiment,
+    folder: Path,
+    names: tuple[str, ...],
+    camera: str | None = None,
 ) -> None:
-    """Write the page and the films of a run."""
+    """Write the page and the films of a run; the films show the pictures of a camera if named."""
     from robsim.page.export import export_html
     from robsim.plot.film.animation import save_film
 
@@ -47,4 +53,4 @@ def write_views(
             export_html(result, folder / name, scenario)
         else:
             with progress_bar(f"drawing {name}") as progress:
-                save_film(result, folder / name, scenario, progress=progress)
+                save_film(result, folder / name, scenario, camera=camera, progress=progress)

@@ -33,6 +33,7 @@ FILES = ("run.nc", "scenario.toml", *FIGURES, *VIEWS)
 @click.argument("file", type=click.Path(path_type=Path))
 @output
 @views
+@click.option("--camera", metavar="NAME", help="Camera whose pictures the films show.")
 @click.option("--resume", is_flag=True, help="Continue an interrupted run; needs -o.")
 @set_option
 def simulate_scenario(
@@ -43,6 +44,7 @@ def simulate_scenario(
     html: bool,
     gif: bool,
     mp4: bool,
+    camera: str | None,
     resume: bool,
     changes: tuple[str, ...],
 ) -> None:
@@ -57,14 +59,15 @@ def simulate_scenario(
     """
     scenario = load_with_changes(file, changes)
     names = tuple(compress(VIEWS, (html, gif, mp4)))
-    check_views(scenario, names)
+    check_views(scenario, names, camera)
     name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
     if resume:
         _check_checkpoint(output)
     with claim_results_folder(output, name, force or resume, files) as folder:
         if not resume:
             remove_file(folder / CHECKPOINT)
-        simulate_into_folder(scenario, folder, not no_figures, folder / CHECKPOINT, resume, names)
+        checkpoint = folder / CHECKPOINT
+        simulate_into_folder(scenario, folder, not no_figures, checkpoint, resume, names, camera)
 
 
 def _check_checkpoint(folder: Path | None) -> None:
@@ -81,8 +84,11 @@ def simulate_into_folder(
     checkpoint: Path | None = None,
     resume: bool = False,
     views: tuple[str, ...] = (),
+    camera: str | None = None,
 ) -> None:
     """Run a scenario, write its results, figures and `views`, and print a report.
+
+    `camera` is the camera whose pictures the films show; None for films of the scene.
 
     After an interrupt, the run so far is written.
     """
@@ -105,7 +111,7 @@ def simulate_into_folder(
             (write_mission_figure if _is_mission_run(result) else write_run_figures)(
                 result, scenario, folder
             )
-        write_views(result, scenario, folder, views)
+        write_views(result, scenario, folder, views, camera)
 
 
 def _is_mission_run(result: Any) -> bool:

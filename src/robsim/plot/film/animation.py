@@ -15,6 +15,7 @@ from robsim.base.errors import FileError, InputError, format_value
 from robsim.engine.workers import Progress, check_progress
 from robsim.plot.canvas import parse_figure_size
 from robsim.plot.film import gif, mp4
+from robsim.plot.film.camera_frames import CameraFrames
 from robsim.plot.film.film_frames import FilmFrames, Frame
 from robsim.plot.film.film_source import build_film_source
 from robsim.plot.film.frame_times import choose_frame_times
@@ -37,6 +38,7 @@ def save_film(
     path: str | os.PathLike[str],
     experiment: Experiment | None = None,
     *,
+    camera: str | None = None,
     fps: float = FPS,
     speed: float | None = None,
     size: tuple[float, float] = SIZE,
@@ -61,6 +63,9 @@ def save_film(
     experiment : Experiment, optional
         Experiment of the run. Required if the run does not store it, because the experiment
         contains Python code.
+    camera : str, optional
+        Name of a camera. The film then shows its pictures, drawn again from the run, in pixels of
+        the camera, and `size`, `dpi`, `view`, `goal` and `title` have no effect.
     fps : float, default 20
         Frames per second of the film, 0.1 to 240, and at most 50 in a GIF.
     speed : float, optional
@@ -104,7 +109,11 @@ def save_film(
     inches = _round_to_even_pixels(parse_figure_size(size), dots)
     source = build_film_source(run, experiment)
     clock = choose_frame_times(source.time, rate, speed)
-    film = FilmFrames(source, clock, inches, dots, view=view, goal=goal, title=title)
+    film: FilmFrames | CameraFrames
+    if camera is not None:
+        film = CameraFrames(source, clock, camera)
+    else:
+        film = FilmFrames(source, clock, inches, dots, view=view, goal=goal, title=title)
     frames = _report_progress_of_frames(film, progress)
     if kind == ".mp4":
         return write_whole(path, mp4.encode_mp4(frames, rate, PAUSE))
@@ -151,7 +160,9 @@ def _round_to_even_pixels(size: tuple[float, float], dpi: float) -> tuple[float,
     return width / dpi, height / dpi
 
 
-def _report_progress_of_frames(film: FilmFrames, progress: Progress | None) -> Iterator[Frame]:
+def _report_progress_of_frames(
+    film: FilmFrames | CameraFrames, progress: Progress | None
+) -> Iterator[Frame]:
     """Yield the frames, and report the completed share after each frame."""
     for k in range(len(film)):
         yield film[k]
