@@ -1,6 +1,6 @@
 """Marks that a task detects in the pictures of its cameras while it runs."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from robsim.engine.mark_detection import compute_picture_hash
 from robsim.plot.film.camera_frames import CameraFrames
 from robsim.plot.film.film_source import build_film_source
 from robsim.plot.film.frame_times import choose_frame_times
-from robsim.vision import DotDetector, DotPattern, Optics
+from robsim.vision import DotDetector, DotPattern, MarkDetector, Optics
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
 
 POINTS = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06], [0.0, 0.02]]
@@ -278,3 +278,13 @@ def test_a_film_of_the_camera_shows_the_pictures_of_the_run(experiment, tmp_path
     assert np.abs(last - frames.draw_picture(len(frames) - 1)).mean() < 4.0
     with pytest.raises(rs.errors.InputError, match="no camera 'eye'"):
         rs.plot.save_film(run, tmp_path / "eye.gif", camera="eye")
+
+
+def test_wrong_results_of_an_own_detector_are_named(experiment):
+    @dataclass(frozen=True)
+    class Half(MarkDetector):
+        def find(self, pictures, search):
+            return search.last[:, :2]
+
+    with pytest.raises(rs.errors.InputError, match=r"Half\.find: expected .*5, 2"):
+        experiment.with_(task=replace(experiment.task, detector=Half())).run()

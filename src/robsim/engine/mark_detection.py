@@ -20,7 +20,7 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
-from robsim.world.imperfections.image_effect import ImageRows, MarkGroup
+from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, check_effect_result
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, warn_missing_meshes
 
 MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
@@ -132,7 +132,9 @@ class MarkDetection:
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
                     search = self._make_search(pair, places, step // self.rows.image.every)
-                    found = pair.detector.find(grey, search)
+                    who = f"{type(pair.detector).__name__}.find"
+                    result = pair.detector.find(grey, search)
+                    found = check_effect_result(places, result, who, gaps=True)
                     yield pair, some, np.moveaxis(found, 0, -1)
         blocks.put(self.rows.hashes, hashes)
 

@@ -144,8 +144,9 @@ class CameraPictures:
             T_c_b[:, k, :3] = np.moveaxis(
                 _express_in_camera(T_w_c, tree.frame(poses, name, runs)), -1, 0
             )
-        toward = np.einsum("jib,j->bi", T_w_c[:, :3], self.light.unit_direction)
-        return T_c_b, np.column_stack([toward, np.full(len(toward), self.light.ambient)])
+        x, y, z = self.light.unit_direction
+        toward = T_w_c[0, :3] * x + T_w_c[1, :3] * y + T_w_c[2, :3] * z
+        return T_c_b, np.column_stack([*toward, np.full(q.shape[1], self.light.ambient)])
 
     def _make_development(self, run: int) -> Development:
         """Return the development of the pictures of a run."""
@@ -164,7 +165,9 @@ def _express_in_camera(T_w_c: Array, T_w_b: Array) -> Array:
     """Return T_c_b (3, 4, B) from T_w_c and T_w_b (3, 4, B)."""
     from_camera = np.array(np.broadcast_to(T_w_b, (*T_w_b.shape[:2], T_w_c.shape[2])))
     from_camera[:, 3] -= T_w_c[:, 3]
-    return np.asarray(np.einsum("jib,jkb->ikb", T_w_c[:, :3], from_camera))
+    R = T_w_c[:, :3, None]  # sums one by one, so that the bits do not depend on the batch
+    T: Array = R[0] * from_camera[0] + R[1] * from_camera[1] + R[2] * from_camera[2]
+    return T
 
 
 def warn_missing_meshes(bodies: PictureBodies) -> None:

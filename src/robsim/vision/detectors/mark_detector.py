@@ -18,7 +18,6 @@ from robsim.vision.tags.dot_pattern import DotPattern
 from robsim.vision.tags.tag import Tag
 
 MARK_DETECTORS = family("mark detector")
-DETECTOR = KindOf(MARK_DETECTORS, none="none")
 Picture = NDArray[np.uint8]
 MarkTarget = Tag | Board | DotPattern | Poster
 LEAST_SIDE = 16  # pixels of the smallest picture; AprilTag aborts the process for pictures below 3
@@ -120,6 +119,9 @@ class MarkDetector(DeclaredValue):
         It is the value for a sharp picture with noise of 2 grey values, for `advise`.
         """
         raise NotImplementedError
+
+
+DETECTOR = KindOf(MARK_DETECTORS, none="none", protocol=MarkDetector)
 
 
 def require_kind(detector: MarkDetector, target: object, *kinds: type) -> None:
