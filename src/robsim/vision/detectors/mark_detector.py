@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +121,18 @@ class MarkDetector(DeclaredValue):
         raise NotImplementedError
 
 
-DETECTOR = KindOf(MARK_DETECTORS, none="none", protocol=MarkDetector)
+@runtime_checkable
+class OwnMarkDetector(Protocol):
+    """The protocol of a detector of your own, which derives from `MarkDetector`."""
+
+    def check(self, target: MarkTarget | None, marks: Array, camera: Camera) -> None:
+        """Raise InputError unless the detector can detect these marks."""
+
+    def find(self, pictures: Picture, search: MarkSearch) -> Array:
+        """Return the marks (B, N, 2) in pictures, in pixels; NaN for marks that are not found."""
+
+
+DETECTOR = KindOf(MARK_DETECTORS, none="none", protocol=OwnMarkDetector)
 
 
 def require_kind(detector: MarkDetector, target: object, *kinds: type) -> None:
