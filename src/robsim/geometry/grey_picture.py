@@ -78,7 +78,21 @@ class GreyPicture:
 
     @classmethod
     def from_png(cls, data: bytes, source: str) -> GreyPicture:
-        """Return the picture of the content of a PNG file; FileError, with the source, if invalid.
+        """Return the picture of the content of a PNG file.
+
+        Parameters
+        ----------
+        data : bytes
+            Content of the file.
+        source : str
+            Name of the file in errors.
+
+        Raises
+        ------
+        InputError
+            If `data` are not bytes.
+        FileError
+            If the content is not that of a PNG file.
 
         Examples
         --------
@@ -86,7 +100,9 @@ class GreyPicture:
         >>> GreyPicture.from_png(picture.png, "copy") == picture
         True
         """
-        return cls(_decode_grey(data, source, ("PNG",)))
+        if not isinstance(data, bytes):
+            raise InputError(f"data: expected the bytes of a PNG file, got {format_value(data)}")
+        return cls(_decode_grey(data, str(source), ("PNG",)))
 
     @cached_property
     def png(self) -> bytes:
