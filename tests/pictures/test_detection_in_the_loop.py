@@ -288,3 +288,18 @@ def test_wrong_results_of_an_own_detector_are_named(experiment):
 
     with pytest.raises(rs.errors.InputError, match=r"Half\.find: expected .*5, 2"):
         experiment.with_(task=replace(experiment.task, detector=Half())).run()
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("cameras.camera.focal", [[50.0, 50.0], [53.0, 52.0]]),
+        ("cameras.camera.optics.read_noise", [1.0, 3.0]),
+    ],
+)
+def test_numbers_that_differ_from_run_to_run_are_in_the_pictures(experiment, name, values):
+    many = change(experiment, Optics(read_noise=2.0)).vary({name: values})
+    run = many.run(duration=0.2)
+    assert run.picture_hash.values[0, 0, 0] != run.picture_hash.values[1, 0, 0]
+    for k in (0, 1):
+        assert_same(many.of_run(k).run(duration=0.2)[["picture_hash", "s"]], run, k)

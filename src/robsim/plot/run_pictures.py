@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import run_data
 from robsim.plot.goal_outlines import read_goal_pose
 from robsim.world.mounted_camera import MountedCamera
+from robsim.world.scene_picture import round_greys
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ EQUAL = 127.0  # grey value of a difference of zero
 def draw_end_picture(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.uint8]:
     """Return the picture (h, w) of a camera at the end of a single run, without noise."""
     q = run_data.read_configurations(run, scene)[-1]
-    return _round(np.asarray(scene.picture(q, camera, exact=True), dtype=float))
+    return round_greys(np.asarray(scene.picture(q, camera, exact=True), dtype=float))
 
 
 def draw_goal_difference(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.uint8]:
@@ -37,7 +37,7 @@ def draw_goal_difference(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[
     q = run_data.read_configurations(run, scene)[-1]
     end = np.asarray(scene.picture(q, camera, exact=True), dtype=float)
     goal = _place_goal(run, scene).picture(q, camera, exact=True)
-    return _round(EQUAL + 0.5 * (end - goal))
+    return round_greys(EQUAL + 0.5 * (end - goal))
 
 
 def _place_goal(run: xr.Dataset, scene: Scene) -> Scene:
@@ -49,7 +49,3 @@ def _place_goal(run: xr.Dataset, scene: Scene) -> Scene:
     parts: dict[str, MountedCamera] = {each.name: each for each in scene.cameras}
     moved = parts[name] if name in parts else scene.object(name)
     return scene.replacing(replace(moved, on="world", pose=pose))
-
-
-def _round(values: Array) -> NDArray[np.uint8]:
-    return np.clip(np.rint(values), 0, 255).astype(np.uint8)

@@ -483,6 +483,15 @@ class Camera(Value):
             self, **{k: v[..., runs] for k, v in arrays.items() if v.ndim != _SINGLE_NDIM[k]}
         )
 
+    def of_run(self, run: int) -> Camera:
+        """Return the camera of one run of a batch."""
+        chosen = self.of_runs(np.array([run]))
+        if chosen is self:
+            return self
+        arrays = {"K": np.asarray(chosen.K), "distortion": np.array(chosen.distortion)}
+        one = {k: v[..., 0] if v.ndim != _SINGLE_NDIM[k] else v for k, v in arrays.items()}
+        return replace(self, K=one["K"], distortion=tuple(one["distortion"].tolist()))
+
     def image_of(self, X: Array) -> tuple[Array, NDArray[np.int8]]:
         """Return pixels (N, 2, B) and visibility (N, B) of points X (N, 3, B) in camera axes."""
         result = self._apply_to_points(self._projection, X)

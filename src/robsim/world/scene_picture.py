@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
 from threading import Lock
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,6 @@ from robsim.rendering.renderer import Renderer
 from robsim.rendering.sensor import Sensor
 from robsim.robot.robot import Robot
 from robsim.robot.tree import RunNumbers, Tree
-from robsim.vision.camera import Camera
 from robsim.vision.optics import Optics
 from robsim.vision.tags.tag import Tag
 from robsim.world.mounted_camera import MountedCamera
@@ -35,8 +34,6 @@ from robsim.world.object import Object
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
 MOST_SAMPLES = 8
 MOST_KEPT_PIXELS = 2_000_000  # with samples, of a camera whose buffers are kept: 24 MB
-CAMERA_AXES = {"K": 2, "distortion": 1}  # of one camera
-P = TypeVar("P", Tag, Optics, Camera)
 KEPT_RENDERERS = 64  # of runs with different cameras or tags
 
 
@@ -151,12 +148,12 @@ class CameraPictures:
     def _make_development(self, run: int) -> Development:
         """Return the development of the pictures of a run."""
         assert self.eye.optics is not None
-        optics, camera = take_run(self.eye.optics, run), take_run(self.eye.camera, run)
+        optics, camera = self.eye.optics.of_run(run), self.eye.camera.of_run(run)
         return Development(self._renderer(run), optics, camera)
 
     def _make_renderer(self, run: int) -> Renderer:
         """Return the renderer of a run."""
-        camera = take_run(self.eye.camera, run)
+        camera = self.eye.camera.of_run(run)
         faces = [faces for _, faces in _list_faces(self.bodies, self.eye, run)]
         return Renderer(camera, faces, self.samples, self.background)
 
@@ -230,20 +227,10 @@ def _has_arrays(value: Tag | Optics) -> bool:
     return any(np.ndim(vars(value)[each.name]) for each in fields_of(type(value)))
 
 
-def take_run(value: P, run: int) -> P:
-    """Return a tag, optics or a camera with the numbers of one run."""
-    axes: dict[str, int] = CAMERA_AXES if isinstance(value, Camera) else {}
-    differ: dict[str, Any] = {}
-    for each in fields_of(type(value)):
-        number = vars(value)[each.name]
-        if np.ndim(number) > axes.get(each.name, 0):
-            differ[each.name] = np.asarray(number)[..., run].tolist()
-    return replace(value, **differ) if differ else value
-
-
-def round_greys(images: NDArray[np.float32]) -> NDArray[np.uint8]:
+def round_greys(images: NDArray[np.floating]) -> NDArray[np.uint8]:
     """Return whole grey values from 0 to 255."""
-    return np.clip(np.rint(images), 0, 255).astype(np.uint8)
+    greys: NDArray[np.uint8] = np.clip(np.rint(images), 0, 255).astype(np.uint8)
+    return greys
 
 
 def develop_pictures(
@@ -267,8 +254,8 @@ def _list_faces(
             yield from _list_frame_faces(f"{robot.name}.{link.name}", link.shapes)
     for thing in bodies.objects:
         target = thing.target
-        if isinstance(target, Tag):
-            target = take_run(target, run)
+        if isinstance(target, Tag) and _has_arrays(target):
+            target = replace(target, size=float(np.asarray(target.size)[run]))
         printed = [] if target is None else list_target_faces(target)
         yield from _list_frame_faces(thing.name, thing.shapes, printed)
     for other in bodies.cameras:

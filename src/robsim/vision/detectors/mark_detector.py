@@ -1,4 +1,4 @@
-"""Detectors of marks: what they receive, and what they return."""
+"""The interface of detectors, which measure marks in pictures."""
 
 from __future__ import annotations
 
