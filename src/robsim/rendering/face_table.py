@@ -12,7 +12,7 @@ from robsim.kernels.raster.raster_arrays import Faces, Pictures
 from robsim.rendering.recent_values import RecentValues
 from robsim.rendering.rendered_face import RenderedFace
 
-Copies = tuple[NDArray[np.uint32], NDArray[np.int64]]
+Copies = tuple[NDArray[np.uint16], NDArray[np.int64]]
 
 MOST_LEVELS = 16
 MOST_KEPT_TEXELS = 4_000_000  # of a picture whose copies are kept: 22 MB
@@ -73,15 +73,15 @@ def _list_pictures(pictures: Iterable[NDArray[np.uint8] | None]) -> list[NDArray
 
 def build_pictures(pictures: Sequence[NDArray[np.uint8]]) -> Pictures:
     """Return pictures with their halved copies."""
-    pairs, level = [np.zeros(0, np.uint32)], np.zeros((len(pictures), MOST_LEVELS, 4), np.int64)
+    texels, level = [np.zeros(0, np.uint16)], np.zeros((len(pictures), MOST_LEVELS, 4), np.int64)
     count, at = np.zeros(len(pictures), dtype=np.int64), 0
     for p, picture in enumerate(pictures):
         packed, table = _find_copies(picture)
         count[p], level[p, : len(table)] = len(table), table
         level[p, : len(table), 0] += at
-        pairs.append(packed)
+        texels.append(packed)
         at += len(packed)
-    return Pictures(pairs[1] if len(pairs) == 2 else np.concatenate(pairs), level, count)
+    return Pictures(texels[1] if len(texels) == 2 else np.concatenate(texels), level, count)
 
 
 def _find_copies(picture: NDArray[np.uint8]) -> Copies:
@@ -92,28 +92,22 @@ def _find_copies(picture: NDArray[np.uint8]) -> Copies:
 
 
 def _build_copies(picture: NDArray[np.uint8]) -> Copies:
-    """Return the pairs of a picture and its halved copies, and the table (levels, 4) of copies.
+    """Return the texels of a picture and its halved copies, and the table (levels, 4) of copies.
 
-    A level has the mean of 2 x 2 texels of the level before, with a border of one texel. The levels
-    of a picture end with the last one that has at least one texel along each side.
+    A level has the mean of 2 x 2 texels of the level before, with a border of one texel, and one
+    more texel at its end. The levels of a picture end with the last one that has at least one texel
+    along each side.
     """
-    pairs: list[NDArray[np.uint32]] = []
+    texels: list[NDArray[np.uint16]] = []
     table, at, values = [], 0, picture.astype(float)
     while True:
         table.append([at, values.shape[1] + 2, values.shape[1], values.shape[0]])
-        pairs.append(_pack_pairs(values))
-        at += len(pairs[-1])
+        whole = np.pad(np.rint(256.0 * values).astype(np.uint16), 1, mode="edge").ravel()
+        texels.append(np.append(whole, whole[-1]))  # the pair of the last texel ends with it
+        at += len(texels[-1])
         if min(values.shape) < 2 or len(table) == MOST_LEVELS:
-            return np.concatenate(pairs), np.array(table)
+            return np.concatenate(texels), np.array(table)
         values = _halve(values)
-
-
-def _pack_pairs(values: Array) -> NDArray[np.uint32]:
-    """Return the 256-fold of each value and of its right neighbour, with a border of one texel."""
-    whole = np.pad(np.rint(256.0 * values).astype(np.uint32), 1, mode="edge")
-    right = np.concatenate([whole[:, 1:], whole[:, -1:]], axis=1)
-    packed: NDArray[np.uint32] = (whole | right << np.uint32(16)).ravel()
-    return packed
 
 
 def _halve(values: Array) -> Array:

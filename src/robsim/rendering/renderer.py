@@ -151,7 +151,7 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         differs=np.empty(width, dtype=np.int32),
         least=np.empty((3, width), dtype=np.int32),
         greatest=np.empty((3, width), dtype=np.int32),
-        near=np.empty((4, NEIGHBOURS), dtype=np.int64),
+        near=np.empty((3, NEIGHBOURS), dtype=np.int64),
         shares=np.empty((NEIGHBOURS, 3)),
         **floats,
     )

@@ -3,8 +3,8 @@
 Numba optimises a kernel and makes its machine code even if only other kernels call it, and LLVM
 optimises its code again in each caller. The code of a routine goes to the caller as it is. Its
 types are found apart from its caller, which is faster than the inlining by Numba: the time for the
-types of a function grows faster than its length. A routine must not allocate arrays, because its
-code does not count references: nothing would free them.
+types of a function grows faster than its length. A routine does not count references to arrays,
+each of which is an atomic operation, so it cannot allocate arrays: Numba refuses to compile it.
 """
 
 import inspect
@@ -21,6 +21,7 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 OPTIONS = {"nopython": True, "error_model": "numpy"}  # without fast-math, as all kernels
+SWITCHES = {"no_compile": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "nrt": False}
 HASH = hash(Flags())
 
 
@@ -106,8 +107,8 @@ def _compile_routine(function: Callable[..., Any], args: tuple[Any, ...], inline
     """Return the compiled routine for some types of arguments."""
     context, flags = cpu_target.target_context, RoutineFlags()
     cpu_target.options.parse_as_flags(flags, OPTIONS)
-    for name in ("no_compile", "no_cpython_wrapper", "no_cfunc_wrapper"):
-        setattr(flags, name, True)
+    for name, value in SWITCHES.items():
+        setattr(flags, name, value)
     library = RoutineLibrary(context.codegen(), function.__qualname__)
     with global_compiler_lock:
         typing = cpu_target.typing_context

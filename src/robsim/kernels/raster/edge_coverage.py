@@ -6,7 +6,7 @@ import numpy as np
 
 from robsim.kernels.machine.routine import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
-from robsim.kernels.raster.pixel_shades import SMOOTH, find_density
+from robsim.kernels.raster.pixel_shades import BLOCK, SMOOTH, find_density
 from robsim.kernels.raster.texel_levels import find_level, sample_picture
 
 PLACES = 16  # in a pixel that several lines divide
@@ -32,16 +32,18 @@ def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, i
         _find_row_extremes(tone[below], least[below % 3], greatest[below % 3])
         if y < 0 or not _compare_rows(least, greatest, differs, max(y - 1, 0), y, below):
             continue
-        for x in range(width):
-            if differs[x] == 0:
-                continue
+        x = -1
+        while True:
+            x = _find_edge(differs, x + 1)
+            if x == width:
+                break
             count, has_background = _list_near_faces(face, x, y, near)
             axes = _find_pixel_axes(rays, x, y)
-            count, crossings = _drop_distant_faces(rays, first, sides, pattern, axes, near, count)
+            count, crossings = _drop_distant_faces(rays, first, sides, axes, near, count)
             if count == 0 or (count == 1 and crossings == 0):
                 continue  # the value at its centre is the value of the pixel
             if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
-                _count_hits(rays, planes, pattern, axes, near, count, shares)
+                _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares)
             value, total = 0.0, 0.0
             for k in range(count):
                 share, f = shares[k, 0], near[0, k]
@@ -85,17 +87,39 @@ def _compare_rows(least, greatest, differs, above, here, below):
 
 
 @fragment
+def _find_edge(differs, x):
+    """Return the first pixel of a row, from x on, with several tones near it; or the row's end."""
+    width = differs.size
+    while x < width and differs[x] == 0:
+        step = 1
+        if x % BLOCK == 0 and x + BLOCK <= width:  # many pixels in one comparison
+            difference, block = 0, differs[x : x + BLOCK]
+            for i in range(BLOCK):
+                difference |= block[i]
+            step = BLOCK if difference == 0 else 1
+        x += step
+    return x
+
+
+@fragment
 def _list_near_faces(face, x, y, near):
     """Enter the faces near a pixel; return their number, and whether the background is near."""
-    count, has_background = 0, False
-    for j in range(max(y - 1, 0), min(y + 2, face.shape[0])):
-        previous = NO_FACE
-        for i in range(max(x - 1, 0), min(x + 2, face.shape[1])):
-            each = face[j, i]
-            is_new = each != previous and each != NO_FACE  # noqa: PLR1714 - no tuple in a kernel
-            has_background |= each == NO_FACE
-            previous = each
-            for k in range(count if is_new else 0):
+    left, right = max(x - 1, 0), min(x + 1, face.shape[1] - 1)
+    upper, row, lower = face[max(y - 1, 0)], face[y], face[min(y + 1, face.shape[0] - 1)]
+    a, b, c, d, e = upper[left], upper[x], upper[right], row[left], row[x]
+    f, g, h, i = row[right], lower[left], lower[x], lower[right]
+    least, most = min(a, b, c, d, e, f, g, h, i), max(a, b, c, d, e, f, g, h, i)
+    has_background, count = least == NO_FACE, 1
+    near[0, 0], near[0, 1] = most, least
+    if not has_background and least != most:
+        count = 2
+    others = 0  # without branches: most pixels are near two faces, or one and the background
+    for each in (a, b, c, d, e, f, g, h, i):
+        others |= (each - least) * (each - most)
+    if others != 0:
+        for each in (a, b, c, d, e, f, g, h, i):
+            is_new = each != NO_FACE
+            for k in range(count):
                 is_new &= near[0, k] != each
             if is_new:
                 near[0, count] = each
@@ -139,15 +163,14 @@ def _compare_depths(rays, planes, one, other, axes):
 
 
 @fragment
-def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
+def _drop_distant_faces(rays, first, sides, axes, near, count):
     """Keep the faces that meet a pixel; return their number, and how many sides cross the pixel.
 
-    `near` takes for each face the number of its sides that cross the pixel, the last of them, and
-    the places of the pixel inside all sides, as bits.
+    `near` takes for each face the number of its sides that cross the pixel, and the last of them.
     """
     kept, crossings = 0, 0
     for k in range(count):
-        f, crossed, reach, inside = near[0, k], 0, 0.0, ALL_PLACES
+        f, crossed, reach = near[0, k], 0, 0.0
         for i in range(first[f], first[f + 1]):
             value, right, down = _view_from_pixel(rays, sides[i], axes)
             half = 0.5 * (abs(right) + abs(down))
@@ -156,9 +179,8 @@ def _drop_distant_faces(rays, first, sides, pattern, axes, near, count):
                 break
             if value < half:
                 near[2, kept], crossed = i, crossed + 1
-                inside &= _find_positive(value, right, down, pattern)
         if reach >= 0.0:
-            near[0, kept], near[1, kept], near[3, kept] = f, crossed, inside
+            near[0, kept], near[1, kept] = f, crossed
             kept, crossings = kept + 1, crossings + crossed
     return kept, crossings
 
@@ -184,9 +206,7 @@ def _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
         scale = max(abs(b), abs(c)) / max(abs(right), abs(down))
         gap = max(abs(a + scale * value), abs(b + scale * right), abs(c + scale * down))
         return gap <= SAME_LINE * max(abs(b), abs(c))
-    value, right, down = _view_from_pixel(
-        rays, planes[near[0, k], 2] - planes[near[0, other], 2], axes
-    )
+    value, right, down = _compare_depths(rays, planes, near[0, k], near[0, other], axes)
     return value > 0.5 * (abs(right) + abs(down))  # the divided face is in front
 
 
@@ -213,10 +233,18 @@ def divide_square(value, right, down):
 
 
 @fragment
-def _count_hits(rays, planes, pattern, axes, near, count, shares):
-    """Compute the share of the places in a pixel that see each face, and their moments."""
-    inside = near[3]
+def _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares):
+    """Compute the share of the places in a pixel that see each face, and their moments.
+
+    `near` takes the places inside all sides of each face, as bits.
+    """
+    inside = near[2]
     for k in range(count):
+        f, inside[k] = near[0, k], ALL_PLACES
+        for i in range(first[f], first[f + 1]):
+            value, right, down = _view_from_pixel(rays, sides[i], axes)
+            if value < 0.5 * (abs(right) + abs(down)):
+                inside[k] &= _find_positive(value, right, down, pattern)
         value, right, down = _view_from_pixel(rays, planes[near[0, k], 2], axes)
         if value < 0.5 * (abs(right) + abs(down)):  # the plane of the face passes the eye
             inside[k] &= _find_positive(value, right, down, pattern)

@@ -31,11 +31,11 @@ class Faces(NamedTuple):
 class Pictures(NamedTuple):
     """Pictures and their halved copies.
 
-    pairs (n,) of uint32, each the 256-fold of a grey value and of its right neighbour; level
-    (P, L, 4), first pair, pairs in a row, width and height of each copy; count (P,), their number.
+    texels (n,) of uint16, each the 256-fold of a grey value; level (P, L, 4), first texel, texels
+    in a row, width and height of each copy; count (P,), their number.
     """
 
-    pairs: Any
+    texels: Any
     level: Any
     count: Any
 
@@ -83,8 +83,9 @@ class PixelBuffers(NamedTuple):
     of a ray that meets a face; differs, pixels with several tones near them. least and greatest
     (3, w) are the tones near each pixel in three rows.
 
-    Of one pixel at an edge: near (4, 9), the faces near it, the number of their sides that cross
-    it, the last of these, and the places inside all sides; shares (9, 3), area and moments of each.
+    Of one pixel at an edge: near (3, 9), the faces near it, the number of their sides that cross
+    it, and the last of these or the places inside all sides; shares (9, 3), area and moments of
+    each.
     """
 
     face: Any

@@ -15,6 +15,12 @@ SHARPER = 0.25  # of the squared size of a pixel in texels, the mean of both axe
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)
 
 
+@fragment
+def _read_pair(texels, place):
+    """Return a texel and, 65,536-fold, the next one, which processors read in one access."""
+    return np.uint32(texels[place]) | np.uint32(texels[place + np.uint64(1)]) << SHIFT
+
+
 @routine
 def find_level(planes, face, X, Y, density):
     """Return the texel coordinates and the level of a face at image coordinates.
@@ -25,14 +31,14 @@ def find_level(planes, face, X, Y, density):
     images). `density` is the binary logarithm of image coordinates per pixel.
     """
     plane = planes[face]
-    near = plane[2, 0] * X + plane[2, 1] * Y + plane[2, 2]
-    u = (plane[0, 0] * X + plane[0, 1] * Y + plane[0, 2]) / near
-    v = (plane[1, 0] * X + plane[1, 1] * Y + plane[1, 2]) / near
+    depth = 1.0 / (plane[2, 0] * X + plane[2, 1] * Y + plane[2, 2])
+    u = (plane[0, 0] * X + plane[0, 1] * Y + plane[0, 2]) * depth
+    v = (plane[1, 0] * X + plane[1, 1] * Y + plane[1, 2]) * depth
     square = 0.0
     for k in range(2):
         along_u, along_v = plane[0, k] - u * plane[2, k], plane[1, k] - v * plane[2, k]
         square += along_u * along_u + along_v * along_v
-    return u, v, 0.5 * math.log2(max(SHARPER * square / (near * near), 1e-12)) + density
+    return u, v, 0.5 * math.log2(np.float32(max(SHARPER * square * depth * depth, 1e-12))) + density
 
 
 @routine
@@ -47,7 +53,8 @@ def sample_picture(pictures, picture, u, v, level):
         y = min(max(v * scale + 0.5, 0.5), numbers[3] + 0.5)
         row, column = int(y), int(x)
         for below in range(2):
-            pair = pictures.pairs[numbers[0] + (row + below) * numbers[1] + column]
+            place = numbers[0] + (row + below) * numbers[1] + column
+            pair = _read_pair(pictures.texels, np.uint64(place))
             left, right = float(pair & LOW_HALF), float(pair >> SHIFT)
             share = y - row if below else 1.0 - (y - row)
             value += weight * share * (left + (x - column) * (right - left))
@@ -73,15 +80,15 @@ def read_texels(pictures, picture, level, n, buffers, out):
         column, row = np.int32(p), np.int32(q)
         x[i], y[i] = p - np.float32(column), q - np.float32(row)
         index[i] = first + row * row_step + column
-    upper, lower, pairs, below = buffers.upper, buffers.lower, pictures.pairs, np.uint64(stride)
+    upper, lower, texels, below = buffers.upper, buffers.lower, pictures.texels, np.uint64(stride)
     for i in range(n):
         place = np.uint64(index[i])  # unsigned numbers cannot count from the end
-        upper[i] = pairs[place]
-        lower[i] = pairs[place + below]
+        upper[i] = _read_pair(texels, place)
+        lower[i] = _read_pair(texels, place + below)
     unit = np.float32(1.0 / 256.0)
     for i in range(n):
-        left, right = np.int32(upper[i] & LOW_HALF), np.int32(upper[i] >> SHIFT)
-        top = np.float32(left) + x[i] * np.float32(right - left)
-        left, right = np.int32(lower[i] & LOW_HALF), np.int32(lower[i] >> SHIFT)
-        bottom = np.float32(left) + x[i] * np.float32(right - left)
+        left, right = np.float32(upper[i] & LOW_HALF), np.float32(upper[i] >> SHIFT)
+        top = left + x[i] * (right - left)
+        left, right = np.float32(lower[i] & LOW_HALF), np.float32(lower[i] >> SHIFT)
+        bottom = left + x[i] * (right - left)
         out[i] = (top + y[i] * (bottom - top)) * unit
