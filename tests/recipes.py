@@ -80,6 +80,12 @@ POSTED = FLYING | {
     ],
     "sensing": {"period": "0.2 s"},
 }
+COVERED = TAGGED | {  # by another tag
+    "objects": [
+        *TAGGED["objects"],
+        {"name": "cover", "on": "dots", "position": "0, 0, -1 mm", "tag": {**TAG, "id": 8}},
+    ]
+}
 BOARD = {"family": "DICT_4X4_50", "columns": 4, "rows": 3, "square": "6 cm", "tag": "4 cm"}
 STORED = {
     "file": "ost.yaml",
@@ -668,7 +674,8 @@ RECIPES = {
         (
             *part("detector", {"kind": "tag_tracker"}, TAGGED, gain=4.0),
             {"reach": [1.0], "search_every": [1]},
-        )
+        ),
+        (*part("detector", {"kind": "tag_tracker"}, COVERED, gain=4.0), {"most_wrong": [100]}),
     ],
     "feature vanishing_point": [
         part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})
