@@ -160,6 +160,39 @@ def find_places(picture, *last, **options):
     return DotDetector(**options).find(picture[None], marks)[0]
 
 
+def test_the_detector_alone_is_exact_to_two_thousandths_of_a_pixel():
+    """In pictures with 256 places a pixel."""
+    rng, errors = np.random.default_rng(6), []
+    for radius in (6.0, 8.0, 12.0):
+        middles = np.array([[35, 30], [100, 30], [35, 70], [100, 70]]) + rng.uniform(-1, 1, (4, 2))
+        picture = draw_dots(*((x, y, radius) for x, y in middles), fine=16)
+        errors.append(find_places(picture, *np.round(middles)) - middles)
+    assert np.sqrt(np.mean(np.square(errors))) < 0.002
+
+
+def test_one_sample_moves_centroids_by_the_coverage_of_their_rims():
+    """Coverage with the error e moves the centroid of any detector by e / sqrt(pi r).
+
+    There are 2 pi r pixels at a rim. e is 0.045, of 16 places in a pixel that two sides cross.
+    """
+    camera, dots, rng = (
+        build_camera(),
+        DotPattern.grid(4, 3, 0.06, RADIUS),
+        np.random.default_rng(6),
+    )
+    errors, radii = [], []
+    for _ in range(8):
+        T_c_o = rs.Pose.at(0, 0, rng.uniform(0.55, 0.7), rpy=rng.uniform(-0.5, 0.5, 3))
+        exact = find_rim_centroids(camera, T_c_o, dots.points)
+        picture = take_picture(camera, rs.Object("plate", dots=dots, pose=T_c_o), samples=1)
+        errors.append(
+            DotDetector().find(picture[None], search(dots, camera, exact[None]))[0] - exact
+        )
+        radii.append(400 * RADIUS / T_c_o.position[2])
+    expected = 0.045 / np.sqrt(np.pi * np.mean(radii))
+    assert 0.7 < np.sqrt(np.mean(np.square(errors))) / expected < 1.2
+
+
 @pytest.mark.parametrize("radius", [3, 5, 8, 15])
 def test_a_dot_that_is_not_whole_is_not_found(radius):
     two = draw_dots((60, 50, radius), (60 + 2 * radius, 50, radius))
