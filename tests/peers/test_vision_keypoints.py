@@ -19,6 +19,8 @@ LENSES = {
 }
 MARKS = [[x, y, 0.0] for x in (-0.2, 0.0, 0.2) for y in (-0.15, 0.0, 0.15)]
 
+QUAD = [[-0.12, -0.09, 0], [0.12, -0.09, 0], [0.12, 0.09, 0], [-0.12, 0.09, 0]]
+
 
 def draw_shapes(seed, size=(640, 480), count=400):
     """Return a picture of random boxes and ellipses."""
@@ -163,8 +165,7 @@ def experiment():
     camera = rs.Camera([[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]], (320, 240))
     optics = Optics(read_noise=2.0, full_well=20_000)
     eye = rs.MountedCamera("eye", camera, on=f"{drone.name}.body", optics=optics)
-    marks = [[-0.12, -0.09, 0], [0.12, -0.09, 0], [0.12, 0.09, 0], [-0.12, 0.09, 0]]
-    wall = rs.Object("wall", Poster(SHAPES, width=0.4), marks=marks)
+    wall = rs.Object("wall", Poster(SHAPES, width=0.4), marks=QUAD)
     task = rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 0.5)), detector=KeypointDetector(), gain=2.0)
     start = [0.05, -0.04, -0.65, 0.05, -0.05, 0.1, np.sqrt(0.985)]
     return rs.Experiment(rs.Scene(drone, wall, eye), task, start, duration=2.8, dt=0.1)
@@ -187,6 +188,36 @@ def test_bits_of_runs_are_the_same_alone_and_in_threads(experiment):
     for name in ("s", "q", "picture_hash"):
         np.testing.assert_array_equal(run[name].values, in_threads[name].values)
         np.testing.assert_array_equal(run[name].values[1], alone[name].values)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("cameras.eye.focal", [[300.0, 300.0], [330.0, 310.0]]),
+        ("belief.cameras.eye.focal", [[300.0, 300.0], [330.0, 310.0]]),
+        ("objects.wall.marks", np.array(QUAD) * np.array([1.0, 1.2])[:, None, None]),
+    ],
+)
+def test_numbers_that_differ_from_run_to_run_are_those_of_each_run(experiment, name, values):
+    many = experiment.vary({name: values}).with_(duration=0.2)
+    run = many.run()
+    assert np.abs(run.s.values[0] - run.s.values[1]).max() > 1e-5
+    for k in (0, 1):
+        alone = many.of_run(k).run()
+        np.testing.assert_array_equal(run.s.values[k], alone.s.values)
+
+
+def test_a_body_that_hides_the_poster_is_named(experiment):
+    cover = rs.Object(
+        "cover", Block(0.3, 0.3, 0.01, pose=rs.Pose.at(0.1, 0, -0.05)), np.empty((0, 3))
+    )
+    scene = rs.Scene(
+        experiment.scene.robots, [*experiment.scene.objects, cover], experiment.scene.cameras
+    )
+    task = replace(experiment.task, target="wall")
+    run = experiment.with_(scene=scene, task=task, duration=0.2).run()
+    assert rs.Outcome(int(run.outcome)) is rs.Outcome.UNDETECTED
+    assert "without the other bodies, which hide marks" in str(rs.explain(run))
 
 
 def test_the_detector_has_the_lens_that_the_controller_believes(experiment):

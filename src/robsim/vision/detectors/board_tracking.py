@@ -77,8 +77,8 @@ def _fit_last_places(points: Array, last: Array) -> Array:
     random = np.random.default_rng(SEED)
     samples = np.array([random.permutation(len(points))[:4] for _ in range(SAMPLES)])
     each = estimate_homography(points[samples], last[samples])
-    apart = [np.linalg.norm(map_points(one, points) - last, axis=1) for one in each]
-    sizes = np.nan_to_num(np.array(apart), nan=np.inf)
+    apart = np.linalg.norm(map_points(each, points) - last, axis=-1)
+    sizes = np.nan_to_num(apart, nan=np.inf)
     best = sizes[np.median(sizes, axis=1).argmin()] < SAME
     return estimate_homography(points[best], last[best]) if best.sum() >= 4 else H
 
@@ -98,8 +98,8 @@ def _find_inner_corners(board: Board, marks: Array, camera: Camera, found: Array
     rays[whole] = camera.normalise(found[whole])
     outlines = board.tag_corners[pairs].reshape(len(pairs), 8, 2)
     H = estimate_homography(outlines, rays[pairs].reshape(len(pairs), 8, 2))
-    ideal = [map_points(each, mark[None, :2])[0] for each, mark in zip(H, marks[near], strict=True)]
-    out[near] = camera.project(append_one(np.array(ideal)), IDENTITY)
+    ideal = map_points(H, marks[near, None, :2])[:, 0]
+    out[near] = camera.project(append_one(ideal), IDENTITY)
     return out
 
 

@@ -126,11 +126,11 @@ def fit_plane(points: Array, places: Array, tolerance: float) -> PlaneFit | None
 
 
 def map_points(H: Array, points: Array) -> Array:
-    """Return the images (N, 2) of points (N, 2) by a homography, NaN for points behind the camera.
+    """Return the images (..., N, 2) of points (..., N, 2) by H (..., 3, 3), NaN behind the camera.
 
     >>> map_points(np.diag([1.0, 1.0, 2.0]), np.array([[2.0, 4.0]]))
     array([[1., 2.]])
     """
-    mapped = append_one(points) @ H.T
-    depth = np.where(mapped[:, 2:] > 0, mapped[:, 2:], np.nan)
-    return np.asarray(mapped[:, :2] / depth)
+    mapped = append_one(points) @ np.swapaxes(H, -1, -2)
+    depth = np.where(mapped[..., 2:] > 0, mapped[..., 2:], np.nan)
+    return np.asarray(mapped[..., :2] / depth)
