@@ -60,10 +60,31 @@ SHAPED = {
     "smooth_start": 3.0,
     "limit": {"joint": "0.5 rad/s"},
 }
+PHOTOS = [
+    str(rs.examples.path(name).parent / "thumbnails" / f"{name}.webp")
+    for name in ("car", "unicycle_docking")
+]
 TAG = {"family": "tag36h11", "id": 7, "size": "20 cm"}
 TAGGED = FLYING | {
     "objects": [{"name": "dots", "on": "belt.pallet", "tag": TAG}],
     "sensing": {"period": "0.2 s"},  # a tag leaves its place from one picture to the next
+}
+POSTED = FLYING | {
+    "objects": [
+        {
+            "name": "dots",
+            "on": "belt.pallet",
+            "marks": ["-10, -9, 0 cm", "11, -10, 0 cm", "9, 10, 0 cm", "-10, 9, 0 cm"],
+            "shapes": [{"kind": "poster", "picture": PHOTOS[0], "width": "40 cm"}],
+        }
+    ],
+    "sensing": {"period": "0.2 s"},
+}
+COVERED = TAGGED | {  # by another tag
+    "objects": [
+        *TAGGED["objects"],
+        {"name": "cover", "on": "dots", "position": "0, 0, -1 mm", "tag": {**TAG, "id": 8}},
+    ]
 }
 BOARD = {"family": "DICT_4X4_50", "columns": 4, "rows": 3, "square": "6 cm", "tag": "4 cm"}
 STORED = {
@@ -373,10 +394,6 @@ SWITCHED = {"first": {"kind": "pbvs", **SERVO}, "second": {"kind": "ibvs", **SER
 CORNERS = {"length": "20 cm", "width": "16 cm", "height": "6 cm"}
 ROUND = {"radius": "9 cm", "n": 5}
 BLOCK_FACES = ("front", "back", "left", "right", "top", "bottom")
-PHOTOS = [
-    str(rs.examples.path(name).parent / "thumbnails" / f"{name}.webp")
-    for name in ("car", "unicycle_docking")
-]
 JOINTS = [["0 deg", "0 deg"], ["10 deg", "20 deg"], ["15 deg", "0 deg"]]
 UNIFORM = {"kind": "uniform", "low": 0.5, "high": 2.0}
 
@@ -637,6 +654,19 @@ RECIPES = {
             {"reach": [1.0], "least_area": [1e6], "least_contrast": [255]},
         )
     ],
+    "mark detector keypoints": [
+        (
+            *part("detector", {"kind": "keypoints"}, POSTED, gain=4.0),
+            {
+                "ratio": [0.3],
+                "keypoints": [60],
+                "tolerance": [0.2],
+                "least_matches": [10_000],
+                "neighbourhood": [1e-4],
+                "least_nearby": [10_000],
+            },
+        )
+    ],
     "mark detector tags": [
         (*part("detector", {"kind": "tags"}, TAGGED), {"targets": [[{**TAG, "id": 8}]]})
     ],
@@ -644,7 +674,8 @@ RECIPES = {
         (
             *part("detector", {"kind": "tag_tracker"}, TAGGED, gain=4.0),
             {"reach": [1.0], "search_every": [1]},
-        )
+        ),
+        (*part("detector", {"kind": "tag_tracker"}, COVERED, gain=4.0), {"most_wrong": [100]}),
     ],
     "feature vanishing_point": [
         part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})

@@ -52,7 +52,7 @@ def declared():
 KINDS = declared()
 SLOW = ("start", "sampler")  # studies
 # kinds that need the extra `vision`: tests/peers/test_vision_parameters.py
-NEED_VISION = ("mark detector tags", "mark detector tag_tracker")
+NEED_VISION = tuple(f"mark detector {name}" for name in ("keypoints", "tags", "tag_tracker"))
 EACH = [
     pytest.param(x, marks=[pytest.mark.full] * x.startswith(SLOW))
     for x in sorted(set(KINDS) - set(NEED_VISION))

@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 from robsim.calibration import sample_viewpoints, simulate_views
-from robsim.vision import DotPattern, Optics
+from robsim.vision import DotDetector, DotPattern, Optics
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,15 @@ def test_dots_in_pictures_calibrate_a_camera(bench):
         found = rs.calibrate(views, ["focal", "center"])
     K = found.scene.camera().camera.K
     np.testing.assert_allclose(K, bench.scene.camera().camera.K, rtol=0, atol=0.6)
+
+
+def test_unbiased_dots_calibrate_a_camera_without_a_doubt(bench):
+    q = sample_viewpoints(bench, 12, rs.starts.LookAt("board", distance=(0.4, 0.6)), seed=2)
+    views = simulate_views(bench, q, detector=DotDetector(unbiased=True))
+    errors = views.pixels - simulate_views(bench, q).pixels
+    assert np.sqrt(np.nanmean(errors**2)) < 0.01
+    K = rs.calibrate(views, ["focal", "center"]).scene.camera().camera.K
+    np.testing.assert_allclose(K, bench.scene.camera().camera.K, rtol=0, atol=0.3)
 
 
 def test_a_detector_that_cannot_see_the_marks_is_refused(bench):

@@ -5,6 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.vision import DotDetector, DotPattern, MarkSearch
+from robsim.vision.detectors.dot_centers import find_rim_centroids as dot_centers
 
 LENSES = {
     "pinhole": {},
@@ -69,6 +70,67 @@ def test_centroids_are_exact_to_a_few_thousandths_of_a_pixel(lens, bright):
     assert (abs(error.mean(axis=(0, 1))) < 5e-4).all()
 
 
+def find_ellipse_centre(K, T_c_o, point, radius):
+    """Return the centre of the image of a disc: that of the dual conic H Q H' of its rim."""
+    x, y = point
+    H = K @ T_c_o.matrix[:3][:, [0, 1, 3]] @ [[radius, 0, x], [0, radius, y], [0, 0, 1.0]]
+    conic = H @ np.diag([1.0, 1.0, -1.0]) @ H.T
+    return conic[:2, 2] / conic[2, 2]
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.4, 0.8])
+def test_the_bias_of_a_centroid_is_that_of_the_centre_of_an_ellipse(tilt):
+    """f (r/Z)^2 sin(a) cos(a) / (1 - (r/Z)^2 sin(a)^2) on the optical axis."""
+    camera = rs.Camera([[800.0, 0, 319.5], [0, 800, 239.5], [0, 0, 1]], (640, 480))
+    T_c_o = rs.Pose.at(0, 0, 0.5, rpy=(0, tilt, 0))
+    bias = find_ellipse_centre(camera.K, T_c_o, (0, 0), 0.02) - [319.5, 239.5]
+    share = (0.02 / 0.5) ** 2
+    expected = 800 * share * np.sin(tilt) * np.cos(tilt) / (1 - share * np.sin(tilt) ** 2)
+    np.testing.assert_allclose(abs(bias), [expected, 0.0], rtol=0, atol=1e-9)
+    found = find_rim_centroids(camera, T_c_o, [(0, 0)], 0.02)[0]
+    np.testing.assert_allclose(found - [319.5, 239.5], bias, rtol=0, atol=1e-5)
+    dots = DotPattern.grid(3, 3, 0.06, 0.02)
+    H = T_c_o.matrix[:3][:, [0, 1, 3]]
+    for point, ours in zip(dots.points, dot_centers(dots.discs, H, camera), strict=True):
+        exact = find_ellipse_centre(camera.K, T_c_o, point, 0.02)
+        np.testing.assert_allclose(ours, exact, rtol=0, atol=2e-4)
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_unbiased_dots_are_at_the_images_of_their_centres(lens):
+    camera, dots = build_camera(lens), DotPattern.grid(4, 3, 0.06, RADIUS)
+    rng, errors, count = np.random.default_rng(4), {True: [], False: []}, 0
+    while count < 8:
+        turn = (*rng.uniform(-0.8, 0.8, 2), rng.uniform(-3, 3))
+        T_c_o = rs.Pose.at(*rng.uniform(-0.03, 0.03, 2), rng.uniform(0.35, 0.5), rpy=turn)
+        true = camera.project(T_c_o @ dots.marks, rs.Pose.at())
+        if (true < 14).any() or (true > np.array(SIZE) - 15).any():
+            continue
+        picture, count = take_picture(camera, rs.Object("plate", dots=dots, pose=T_c_o)), count + 1
+        for unbiased, some in errors.items():
+            found = DotDetector(unbiased=unbiased).find(
+                picture[None], search(dots, camera, true[None])
+            )
+            some.append(found[0] - true)
+    assert 0.05 < np.sqrt(np.mean(np.square(errors[False]))) < 0.5
+    assert np.sqrt(np.mean(np.square(errors[True]))) < 0.005
+
+
+def test_three_dots_remain_biased():
+    camera, dots = build_camera(), DotPattern.grid(2, 2, 0.06, RADIUS)
+    T_c_o = rs.Pose.at(0, 0, 0.4, rpy=(0.5, 0.4, 0.1))
+    picture = take_picture(camera, rs.Object("plate", dots=dots, pose=T_c_o))
+    last = camera.project(T_c_o @ dots.marks, rs.Pose.at())
+    for hidden, same in (([], False), ([2], True)):
+        last[hidden] = np.nan
+        found = [
+            DotDetector(unbiased=unbiased).find(picture[None], search(dots, camera, last[None]))[0]
+            for unbiased in (False, True)
+        ]
+        assert np.isfinite(found[1][:, 0]).sum() == 4 - len(hidden)
+        assert np.array_equal(*found, equal_nan=True) == same
+
+
 def test_a_batch_has_the_bits_of_each_picture_alone():
     camera, dots = build_camera(), DotPattern.grid(4, 3, 0.06, RADIUS)
     pictures, exact = take_pictures(camera, dots, count=4)
@@ -96,6 +158,39 @@ def find_places(picture, *last, **options):
     camera = rs.Camera(K, picture.shape[::-1])
     marks = MarkSearch(None, np.zeros((len(last), 3)), camera, np.array([last], dtype=float))
     return DotDetector(**options).find(picture[None], marks)[0]
+
+
+def test_the_detector_alone_is_exact_to_two_thousandths_of_a_pixel():
+    """In pictures with 256 places a pixel."""
+    rng, errors = np.random.default_rng(6), []
+    for radius in (6.0, 8.0, 12.0):
+        middles = np.array([[35, 30], [100, 30], [35, 70], [100, 70]]) + rng.uniform(-1, 1, (4, 2))
+        picture = draw_dots(*((x, y, radius) for x, y in middles), fine=16)
+        errors.append(find_places(picture, *np.round(middles)) - middles)
+    assert np.sqrt(np.mean(np.square(errors))) < 0.002
+
+
+def test_one_sample_moves_centroids_by_the_coverage_of_their_rims():
+    """Coverage with the error e moves the centroid of any detector by e / sqrt(pi r).
+
+    There are 2 pi r pixels at a rim. e is 0.045, of 16 places in a pixel that two sides cross.
+    """
+    camera, dots, rng = (
+        build_camera(),
+        DotPattern.grid(4, 3, 0.06, RADIUS),
+        np.random.default_rng(6),
+    )
+    errors, radii = [], []
+    for _ in range(8):
+        T_c_o = rs.Pose.at(0, 0, rng.uniform(0.55, 0.7), rpy=rng.uniform(-0.5, 0.5, 3))
+        exact = find_rim_centroids(camera, T_c_o, dots.points)
+        picture = take_picture(camera, rs.Object("plate", dots=dots, pose=T_c_o), samples=1)
+        errors.append(
+            DotDetector().find(picture[None], search(dots, camera, exact[None]))[0] - exact
+        )
+        radii.append(400 * RADIUS / T_c_o.position[2])
+    expected = 0.045 / np.sqrt(np.pi * np.mean(radii))
+    assert 0.7 < np.sqrt(np.mean(np.square(errors))) / expected < 1.2
 
 
 @pytest.mark.parametrize("radius", [3, 5, 8, 15])
@@ -161,6 +256,16 @@ def test_the_polygons_of_dots_have_the_area_and_the_centroid_of_discs():
         (
             lambda: DotDetector().check(DotPattern([(0, 0)], 0.01, bright=True), None, CAMERA),
             "DotDetector with bright=False, and the object has bright dots",
+        ),
+        (
+            lambda: DotDetector(unbiased=True).check(None, None, CAMERA),
+            "DotDetector needs a DotPattern",
+        ),
+        (
+            lambda: DotDetector(unbiased=True).check(
+                DotPattern.grid(5, 1, 0.1, 0.01), None, CAMERA
+            ),
+            "needs dots that are not on one line",
         ),
         (lambda: DotDetector().check(None, None, rs.Camera(K)), "needs the size of the camera"),
         (

@@ -1,5 +1,6 @@
 """The tracker of a tag against the projected corners, in pictures of a scene."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +16,24 @@ LENS = (-0.2, 0.05, 0.001, -0.002)
 
 @pytest.fixture(autouse=True)
 def _without_opencv(monkeypatch):
-    """A tag whose inner cells are all white: the border alone matters, without OpenCV."""
-    cells = np.zeros((6, 6), dtype=bool)
-    cells[[0, -1]] = cells[:, [0, -1]] = True
-    monkeypatch.setattr(Tag, "cells", property(lambda self: cells))
+    """Tags with random cells: the cells of the families come from OpenCV."""
+    monkeypatch.setattr(Tag, "cells", property(lambda self: draw_cells(self.id)))
+
+
+def draw_cells(number):
+    """Return cells (6, 6) with a black border, and half of the others black."""
+    cells = np.ones((6, 6), dtype=bool)
+    inner = np.random.default_rng(number).permutation(16).reshape(4, 4)
+    cells[1:-1, 1:-1] = inner < 8
+    return cells
+
+
+def take_view(tag, pose=None, optics=None):
+    """Return the picture of a tag, and the exact corners."""
+    eye = rs.MountedCamera("eye", rs.Camera(K, (640, 480)), optics=optics)
+    pose = pose or rs.Pose.at(0.02, -0.01, 0.7, rotvec=(0.3, -0.4, 0.2))
+    scene = rs.Scene(objects=rs.Object("tag", tag=tag, pose=pose), cameras=eye)
+    return scene.picture(), scene.view(points="tag").pixels
 
 
 def views(count, lens=(), optics=None, samples=1, seed=3):
@@ -32,9 +47,9 @@ def views(count, lens=(), optics=None, samples=1, seed=3):
         yield scene.picture(samples=samples, seed=k), scene.view(points="tag").pixels
 
 
-def track(picture, last, **fields):
+def track(picture, last, tag=TAG, **fields):
     camera = rs.Camera(K, (640, 480))
-    search = MarkSearch(TAG, TAG.marks, camera, np.asarray(last)[None])
+    search = MarkSearch(tag, tag.marks, camera, np.asarray(last)[None])
     return TagTracker(**fields).find(picture[None], search)[0]
 
 
@@ -81,6 +96,60 @@ def test_a_tag_that_moved_too_far_or_is_cut_or_hidden_is_lost():
     assert np.isnan(track(picture, np.full((4, 2), np.nan))).all()
 
 
+def test_another_tag_at_the_last_place_is_not_found():
+    """Two tags change their places between two pictures."""
+    here, there = (rs.Pose.at(x, 0.0, 0.7, rotvec=(0.2, 0.3, 0.1)) for x in (-0.1, 0.1))
+    other = Tag("DICT_4X4_50", 8, size=0.1)
+    eye = rs.MountedCamera("eye", rs.Camera(K, (640, 480)))
+    scenes = [
+        rs.Scene(
+            objects=[rs.Object("a", tag=TAG, pose=a), rs.Object("b", tag=other, pose=b)],
+            cameras=eye,
+        )
+        for a, b in ((here, there), (there, here))
+    ]
+    before = [scenes[0].view(points=name).pixels for name in "ab"]
+    after = scenes[1].picture()
+    for last, tag, neighbour in zip(before, (TAG, other), (other, TAG), strict=True):
+        assert np.isnan(track(after, last, tag)).all()
+        np.testing.assert_allclose(track(after, last, neighbour), last, rtol=0, atol=0.02)
+        assert np.isfinite(track(after, last, tag, reads_cells=False)).all()
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_turned_tag_is_not_found(quarters):
+    """The last places are those of a tag that was turned by quarters."""
+    picture, true = take_view(TAG)
+    np.testing.assert_allclose(track(picture, true), true, rtol=0, atol=0.02)
+    turned = np.roll(true, quarters, axis=0)
+    assert np.isnan(track(picture, turned)).all()
+    np.testing.assert_allclose(track(picture, turned, reads_cells=False), turned, rtol=0, atol=0.02)
+
+
+def test_cells_of_a_wrong_colour_count():
+    picture, true = take_view(TAG)
+    inner = rs.vision.estimate_homography(TAG.marks[:, :2] / TAG.pitch, true)
+    spoilt = picture.copy()
+    for number, (row, column) in enumerate(((1, 1), (2, 3)), start=1):
+        x, y, w = inner @ [column - 2.5, row - 2.5, 1.0]
+        j, i = round(y / w), round(x / w)
+        spoilt[j - 3 : j + 4, i - 3 : i + 4] = 225 if TAG.cells[row, column] else 30
+        assert np.isnan(track(spoilt, true, most_wrong=number - 1)).all()
+        np.testing.assert_allclose(track(spoilt, true, most_wrong=number), true, atol=0.02)
+
+
+def test_reading_the_cells_takes_less_than_the_edges():
+    picture, true = take_view(TAG)
+    search = MarkSearch(TAG, TAG.marks, rs.Camera(K, (640, 480)), true[None])
+    times = {True: [], False: []}
+    for reads in (True, False) * 40:
+        tracker = TagTracker(reads_cells=reads)
+        began = time.thread_time_ns()
+        tracker.find(picture[None], search)
+        times[reads].append(time.thread_time_ns() - began)
+    assert min(times[True]) < 1.5 * min(times[False])
+
+
 def test_a_tag_is_tracked_through_a_run():
     """The camera has noise and its exposure; the end is within the noise of the tracker."""
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
@@ -116,5 +185,7 @@ def test_a_small_tag_that_moves_by_more_than_its_cells_is_found_or_lost():
 
 
 def test_other_targets_are_refused():
-    with pytest.raises(rs.errors.InputError, match="TagTracker needs a Tag, and the object has"):
+    with pytest.raises(
+        rs.errors.InputError, match="TagTracker needs a Tag or Board, and the object"
+    ):
         TagTracker().check(None, np.zeros((4, 3)), rs.Camera(K, (640, 480)))

@@ -84,12 +84,12 @@ def simulate_views(
     if values.ndim != 2 or not len(values):
         raise InputError(f"q: expected a row for each view, (V, {scene.nq}), got {values.shape}")
     seed = experiment.seed if seed is None else as_integer(seed, "seed", 0, 2**64)
+    believed = find_common_belief(experiment.task) or scene
     view = _visible_pixels(scene, values, camera, target)
     if detector is not None:
-        view = _detect_marks(scene, values, camera, target, detector, seed)
+        view = _detect_marks(scene, believed, values, camera, target, detector, seed)
     pixels = _add_image_errors(view, experiment.sensing, seed)
     pixels[is_off_image(pixels, scene.camera(camera).camera)] = np.nan  # outside the image
-    believed = find_common_belief(experiment.task) or scene
     return CalibrationViews(believed, values, pixels, camera, target)
 
 
@@ -102,6 +102,7 @@ def _visible_pixels(scene: Scene, q: Array, camera: str | None, target: str | No
 
 def _detect_marks(
     scene: Scene,
+    believed: Scene,
     q: Array,
     camera: str | None,
     target: str | None,
@@ -112,10 +113,11 @@ def _detect_marks(
     eye, thing = scene.camera(camera), scene.object(target)
     found = cast(MarkDetector, DETECTOR.check(detector, "detector"))
     with prefix_errors("detector"):
-        found.check(thing.target, thing.marks, eye.camera)
+        found.check(thing.mark_target, thing.marks, eye.camera)
     pictures = scene.picture(q, eye.name, seed=seed)
     places = np.rint(scene.view(q, eye.name, thing.name).pixels)
-    search = MarkSearch(thing.target, thing.marks, eye.camera, places)
+    thing, eye = believed.object(thing.name), believed.camera(eye.name)
+    search = MarkSearch(thing.mark_target, thing.marks, eye.camera, places)
     return found.find(cast(Picture, pictures), search)
 
 

@@ -27,10 +27,11 @@ MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
 
 class DetectedPair(NamedTuple):
-    """A camera and its target, the marks of the pair, and their detector."""
+    """A camera and its target, as they are and as they are believed, their marks and a detector."""
 
     camera: str
     sight: CameraTarget
+    believed: CameraTarget
     group: MarkGroup
     detector: MarkDetector
 
@@ -73,6 +74,7 @@ class MarkDetection:
         sights: Sequence[CameraTarget],
         groups: Sequence[MarkGroup],
         detectors: Mapping[PairKey, MarkDetector],
+        beliefs: Mapping[PairKey, CameraTarget],
         optional: frozenset[PairKey],
         rows: DetectionRows,
     ) -> None:
@@ -80,7 +82,7 @@ class MarkDetection:
         self._of_thread = threading.local()
         each = zip(sights, groups, strict=True)
         pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
-        named = [DetectedPair(s.eye.name, s, g, d) for s, g, d in pairs]
+        named = [DetectedPair(s.eye.name, s, beliefs[s.key], g, d) for s, g, d in pairs]
         self.pairs = sorted(named, key=attrgetter("camera"))
 
     def __call__(self, blocks: Blocks, step: int) -> None:
@@ -131,7 +133,8 @@ class MarkDetection:
                 hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
-                    search = self._make_search(pair, places, step // self.rows.image.every)
+                    of_runs = places, blocks.rows[some]
+                    search = _make_search(pair, *of_runs, step // self.rows.image.every)
                     who = f"{type(pair.detector).__name__}.find"
                     result = pair.detector.find(grey, search)
                     found = check_effect_result(places, result, who, gaps=True)
@@ -144,10 +147,6 @@ class MarkDetection:
         q, before = np.split(exposed[:-1], 2)
         with np.errstate(all="ignore"):  # a run may contain NaN, and the first image no motion
             return q, np.where(q == before, 0.0, (q - before) / exposed[-1])
-
-    def _make_search(self, pair: DetectedPair, last: Array, number: int) -> MarkSearch:
-        thing, camera = pair.sight.target, pair.sight.eye.camera
-        return MarkSearch(thing.target, np.asarray(thing.marks), camera, last, number)
 
     @property
     def _pictures(self) -> dict[str, CameraPictures]:
@@ -169,7 +168,7 @@ def check_detection(
         thing, eye = sight.target, sight.eye
         if eye.camera.size is None:
             raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
-        detectors[sight.key].check(thing.target, np.asarray(thing.marks), eye.camera)
+        detectors[sight.key].check(thing.mark_target, np.asarray(thing.marks), eye.camera)
         warn_missing_meshes(_list_bodies(sight))
         seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))
         if seconds > dt:
@@ -177,6 +176,16 @@ def check_detection(
                 f"the exposure and readout of camera '{eye.name}' take {seconds:g} s; at most the "
                 f"control period, {dt:g} s"
             )
+
+
+def _make_search(
+    pair: DetectedPair, last: Array, runs: NDArray[np.int64], number: int
+) -> MarkSearch:
+    """Return the marks of a pair with last places (B, N, 2), as the controller believes them."""
+    thing, camera = pair.believed.target, pair.believed.eye.camera.of_runs(runs)
+    marks = np.asarray(thing.marks)
+    marks = marks[..., runs] if marks.ndim == 3 else marks
+    return MarkSearch(thing.mark_target, marks, camera, last, number)
 
 
 def _list_bodies(sight: CameraTarget) -> PictureBodies:

@@ -11,6 +11,8 @@ from robsim.base.arrays import Array
 from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.pose import Pose
 
+SLACK = 1e-6  # of the size of a face
+
 
 @dataclass(frozen=True, eq=False)
 class FacePicture:
@@ -55,6 +57,17 @@ class FacePicture:
         x, y = self.size[0] / 2, self.size[1] / 2
         corners: Array = self.middle @ np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
         return corners
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether points (..., 3) lie on the face, up to a millionth of its size.
+
+        >>> picture = GreyPicture(np.zeros((30, 40), dtype=np.uint8))
+        >>> face = FacePicture(picture, Pose.at(), (0.4, 0.3))
+        >>> face.contains(np.array([[0.2, 0.1, 0.0], [0.3, 0.1, 0.0], [0.0, 0.0, 0.1]]))
+        array([ True, False, False])
+        """
+        half, slack = np.array([*self.size, 0.0]) / 2, SLACK * max(self.size)
+        return np.asarray((np.abs(self.middle.inv() @ points) <= half + slack).all(axis=-1))
 
 
 def shrink_picture(grey: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:

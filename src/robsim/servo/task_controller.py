@@ -82,6 +82,11 @@ class TaskController(ABC):
         return {}
 
     @property
+    def beliefs(self) -> Mapping[PairKey, CameraTarget]:
+        """Camera-target pairs with detectors, as the controller believes them."""
+        return {}
+
+    @property
     def detecting_cameras(self) -> list[str]:
         """Names of the cameras whose pictures are drawn."""
         return sorted({camera for camera, _ in self.detectors})

@@ -1,6 +1,7 @@
 from robsim.vision.camera import Camera as Camera
 from robsim.vision.camera import Visibility as Visibility
 from robsim.vision.detectors.dot_detector import DotDetector as DotDetector
+from robsim.vision.detectors.keypoint_detector import KeypointDetector as KeypointDetector
 from robsim.vision.detectors.mark_detector import MarkDetector as MarkDetector
 from robsim.vision.detectors.mark_detector import MarkSearch as MarkSearch
 from robsim.vision.detectors.tag_tracker import TagTracker as TagTracker

@@ -18,6 +18,7 @@ from robsim.declare import ListOf, Name, PerRun, Table, Vector, described, field
 from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.texts import FrameReference
+from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import Primitive
@@ -158,6 +159,27 @@ class Object(Value):
     def target(self) -> PrintedTarget | None:
         """The tag, board or dots of the object, which a detector takes; None without one."""
         return next((each for name in TARGETS if (each := getattr(self, name)) is not None), None)
+
+    @property
+    def mark_target(self) -> PrintedTarget | FacePicture | None:
+        """The printed target, or else the picture under the marks; None without one.
+
+        The picture is that of a `Poster` or of a face of a `Block`: the first one that all marks
+        lie on, or the first one if there is none.
+
+        Examples
+        --------
+        >>> from robsim.geometry.primitives import Poster
+        >>> poster = Poster(np.zeros((30, 40), dtype=np.uint8), width=0.4)
+        >>> Object("wall", poster).mark_target.size
+        (0.4, 0.3)
+        """
+        if self.target is not None:
+            return self.target
+        marks = np.moveaxis(self.marks, 1, -1)  # in a batch they may be (N, 3, runs)
+        faces = [face for shape in self.shapes for face in shape.face_pictures.values()]
+        under = (face for face in faces if face.contains(marks).all())
+        return next(under, faces[0] if faces else None)
 
     @cached_property
     def solids(self) -> tuple[Primitive, ...]:

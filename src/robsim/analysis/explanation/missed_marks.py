@@ -127,7 +127,9 @@ def _count_misses(
         picture = pictures.take(now.q, (now.q - before.q) / loop.dt, key)
         view = now.projections[sight.key]
         true = change.factor * np.moveaxis(view.pixels, -1, 0) + change.offset
-        search = MarkSearch(thing.target, np.asarray(thing.marks), change.eye.camera, np.rint(true))
+        search = MarkSearch(
+            thing.mark_target, np.asarray(thing.marks), change.eye.camera, np.rint(true)
+        )
         inside = np.moveaxis(view.visibility == 0, -1, 0)
         misses += bool((np.isnan(detector.find(picture, search)).any(axis=-1) & inside).any())
     return misses

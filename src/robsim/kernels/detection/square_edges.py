@@ -1,4 +1,4 @@
-"""The corners of a black square from its edges, near the place where it was before.
+"""The corners of tags from the edges of their black squares, near their last places.
 
 Each side is first searched on a few lines across it, and then fitted to the grey values across it
 as `robsim.vision.tags.edges` explains: a straight line and a bow along the offsets of an ideal edge
@@ -70,39 +70,45 @@ def _allocate_lines():
 
 
 @kernel
-def follow_squares(pictures, last, cells, reach, out):
-    """Compute the corners out (B, 4, 2) of a square in pictures (B, h, w), NaN if it is lost.
+def follow_squares(pictures, last, patterns, most_wrong, reach, out):
+    """Compute the corners out (B, T, 4, 2) of tags in pictures (B, h, w), NaN if they are lost.
 
     Parameters
     ----------
     pictures : array of uint8, shape (B, h, w)
         Grey pictures.
-    last : array of shape (B, 4, 2)
+    last : array of shape (B, T, 4, 2)
         Last places of the corners, clockwise in the picture.
-    cells : float
-        Number of cells along a side; the outer ones are black, with a white cell around them.
+    patterns : array of bool, shape (T, n, n)
+        Whether the cells of each tag are black; the outer ones are, with a white cell around them.
+    most_wrong : int
+        Largest number of inner cells with the wrong colour; negative: the cells are not read.
     reach : float
         Largest motion of a side, in pixels.
-    out : array of shape (B, 4, 2)
+    out : array of shape (B, T, 4, 2)
         Corners, the result.
     """
-    lines = _allocate_lines()
+    lines, cells = _allocate_lines(), float(patterns.shape[1])
     fits, now, start = np.empty((4, 7)), np.empty((4, 2)), np.empty((4, 2))
     for b in range(len(pictures)):
-        out[b] = np.nan
         height, width = pictures[b].shape
         flat = pictures[b].ravel()
-        now[:] = last[b]
-        cell = _find_cell(now, cells)
-        if not cell > 0.0:
-            continue
-        if not _search_sides(flat, width, height, now, cell, reach, lines, start):
-            continue
-        cell = _find_cell(start, cells)
-        if not _fit_corners(flat, width, height, start, cell, lines, fits, now):
-            continue
-        if _has_border(flat, width, height, now, cells):
-            out[b] = now
+        for n in range(last.shape[1]):
+            out[b, n] = np.nan
+            now[:] = last[b, n]
+            cell = _find_cell(now, cells)
+            if not cell > 0.0:
+                continue
+            if not _search_sides(flat, width, height, now, cell, reach, lines, start):
+                continue
+            cell = _find_cell(start, cells)
+            if not _fit_corners(flat, width, height, start, cell, lines, fits, now):
+                continue
+            threshold = _find_border_threshold(flat, width, height, now, cells)
+            if not math.isfinite(threshold):
+                continue
+            if most_wrong < 0 or _match_cells(flat, width, now, patterns[n], threshold, most_wrong):
+                out[b, n] = now
 
 
 @kernel
@@ -416,8 +422,11 @@ def _fit_bow(t, offsets, out):
 
 
 @kernel
-def _has_border(flat, width, height, corners, cells):
-    """Return whether the cells along the sides are black inside and white outside."""
+def _find_border_threshold(flat, width, height, corners, cells):
+    """Return the grey value between black and white cells along the sides.
+
+    It is NaN unless the cells are black inside and white outside.
+    """
     grey = np.empty((2, 4 * BORDER_PLACES))
     middle_x, middle_y = corners[:, 0].mean(), corners[:, 1].mean()
     for side in range(2):
@@ -429,15 +438,40 @@ def _has_border(flat, width, height, corners, cells):
                 x = middle_x + size * (a[0] + t * (b[0] - a[0]) - middle_x)
                 y = middle_y + size * (a[1] + t * (b[1] - a[1]) - middle_y)
                 if not _is_inside(width, height, x, y):
-                    return False
+                    return np.nan
                 grey[side, k * BORDER_PLACES + i] = _sample(flat, width, x, y)
     threshold = 0.5 * (grey[0].mean() + grey[1].mean())
     if grey[1].mean() - grey[0].mean() < FAINT:
-        return False
+        return np.nan
     for k in range(4):
         true = 0
         for i in range(k * BORDER_PLACES, (k + 1) * BORDER_PLACES):
             true += (grey[0, i] < threshold) + (grey[1, i] > threshold)
         if true < LEAST_TRUE * 2 * BORDER_PLACES:
-            return False
-    return True
+            return np.nan
+    return threshold
+
+
+@kernel
+def _match_cells(flat, width, corners, pattern, threshold, most_wrong):
+    """Return whether at most `most_wrong` of the cells within the border have the wrong colour.
+
+    The grey value in the middle of a cell is compared. The middle follows from the homography of
+    the corners (Heckbert 1989, section 2.2.3).
+    """
+    (ax, ay), (bx, by) = (corners[0, 0], corners[0, 1]), (corners[1, 0], corners[1, 1])
+    (cx, cy), (dx, dy) = (corners[2, 0], corners[2, 1]), (corners[3, 0], corners[3, 1])
+    square = (bx - cx) * (dy - cy) - (dx - cx) * (by - cy)
+    x, y = ax - bx + cx - dx, ay - by + cy - dy
+    g = (x * (dy - cy) - y * (dx - cx)) / square
+    h = (y * (bx - cx) - x * (by - cy)) / square
+    right_x, right_y = bx - ax + g * bx, by - ay + g * by
+    down_x, down_y = dx - ax + h * dx, dy - ay + h * dy
+    cells, wrong = len(pattern), 0
+    for row in range(1, cells - 1):
+        for column in range(1, cells - 1):
+            u, v = (column + 0.5) / cells, (row + 0.5) / cells
+            size = g * u + h * v + 1.0
+            x, y = (right_x * u + down_x * v + ax) / size, (right_y * u + down_y * v + ay) / size
+            wrong += (_sample(flat, width, x, y) < threshold) != pattern[row, column]
+    return wrong <= most_wrong

@@ -71,6 +71,11 @@ class CompositeController(TaskController):
         return {key: each for key, each in merged.items() if each is not None}
 
     @property
+    def beliefs(self) -> Mapping[PairKey, CameraTarget]:
+        """Camera-target pairs as the tasks believe them; the first task counts."""
+        return {key: pair for part in reversed(self.parts) for key, pair in part.beliefs.items()}
+
+    @property
     def whole(self) -> frozenset[PairKey]:
         """Camera-target pairs with a feature, of any task, that needs all marks at once."""
         return frozenset().union(*(part.whole for part in self.parts))

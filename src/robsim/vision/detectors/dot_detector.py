@@ -12,7 +12,14 @@ from robsim.base.errors import InputError
 from robsim.declare import Flag, Number, register
 from robsim.kernels.detection.dot_centroids import find_dots
 from robsim.vision.camera import Camera
-from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, MarkTarget, Picture
+from robsim.vision.detectors.dot_centers import move_to_centers
+from robsim.vision.detectors.mark_detector import (
+    MarkDetector,
+    MarkSearch,
+    MarkTarget,
+    Picture,
+    require_kind,
+)
 from robsim.vision.tags.dot_pattern import DotPattern
 
 DEVIATION = 0.01  # pixels: dots with a radius of 8 pixels, noise of 2 grey values
@@ -35,15 +42,18 @@ class DotDetector(MarkDetector):
     Raises
     ------
     InputError
-        By `check`, if the camera has no size, or a `DotPattern` has dots of the other brightness.
+        By `check`, if the camera has no size, a `DotPattern` has dots of the other brightness, or
+        `unbiased` is set and the object has no pattern of four dots that are not on one line.
 
     Notes
     -----
-    The centre of a dot in the picture is not the image of its centre, because perspective enlarges
-    the nearer half. For a dot of radius r at the distance Z, tilted by the angle a, the difference
-    is about f (r/Z)^2 sin(a) cos(a) pixels: 0.04 px for f = 800 px, r = 5 mm, Z = 0.5 m and 45
-    degrees. The
-    detector returns the centroid in the picture.
+    The centroid of a dot in the picture is not the image of its centre, because perspective
+    enlarges the nearer half. For a dot of radius r at the distance Z, tilted by the angle a, the
+    difference is about f (r/Z)^2 sin(a) cos(a) pixels: 0.04 px for f = 800 px, r = 5 mm, Z = 0.5 m
+    and 45 degrees. With `unbiased` it is subtracted: the places of all dots of the pattern yield
+    the homography of its plane, which yields the difference of each dot (Heikkila 2000), also
+    through the lens that the controller believes. Pictures with fewer than four dots remain
+    biased.
 
     Examples
     --------
@@ -72,6 +82,10 @@ class DotDetector(MarkDetector):
         "Smallest difference of grey values between a dot and its background.",
     ] = 20.0
 
+    unbiased: Annotated[
+        bool, Flag(), "Whether the shift of a centroid from the centre of its dot is subtracted."
+    ] = False
+
     def check(self, target: MarkTarget | None, marks: Array, camera: Camera) -> None:
         super().check(target, marks, camera)
         if isinstance(target, DotPattern) and target.bright != self.bright:
@@ -79,6 +93,13 @@ class DotDetector(MarkDetector):
             raise InputError(
                 f"DotDetector with bright={self.bright}, and the object has {kind} dots"
             )
+        if self.unbiased:
+            require_kind(self, target, DotPattern)
+            assert isinstance(target, DotPattern)
+            if np.linalg.matrix_rank(target.points - target.points.mean(axis=0)) < 2:
+                raise InputError(
+                    "DotDetector with unbiased=True needs dots that are not on one line"
+                )
 
     def find(self, pictures: Picture, search: MarkSearch) -> Array:
         height, width = pictures.shape[1:]
@@ -94,7 +115,17 @@ class DotDetector(MarkDetector):
             np.empty(height * width, dtype=np.int32),
             found,
         )
-        return found
+        if self.unbiased:
+            found = np.array(
+                [self._move(each, search.of_picture(k)) for k, each in enumerate(found)]
+            )
+        return found.reshape(search.last.shape)
+
+    @staticmethod
+    def _move(centroids: Array, search: MarkSearch) -> Array:
+        """Return the images (N, 2) of the centres of dots from their centroids (N, 2)."""
+        assert isinstance(search.target, DotPattern)
+        return move_to_centers(search.target, search.camera, centroids)
 
     @property
     def deviation(self) -> float:

@@ -11,7 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, KindOf, family
 from robsim.declare.spec import add_article
-from robsim.geometry.primitives import Poster
+from robsim.geometry.face_picture import FacePicture
 from robsim.vision.camera import Camera
 from robsim.vision.tags.board import Board
 from robsim.vision.tags.dot_pattern import DotPattern
@@ -19,21 +19,21 @@ from robsim.vision.tags.tag import Tag
 
 MARK_DETECTORS = family("mark detector")
 Picture = NDArray[np.uint8]
-MarkTarget = Tag | Board | DotPattern | Poster
+MarkTarget = Tag | Board | DotPattern | FacePicture
 LEAST_SIDE = 16  # pixels of the smallest picture; AprilTag aborts the process for pictures below 3
 
 
 class MarkSearch(NamedTuple):
-    """The marks that a detector searches in pictures.
+    """The marks that a detector searches in pictures, as the controller believes them.
 
     Attributes
     ----------
-    target : Tag, Board, DotPattern, Poster or None
-        Printed target of the object, None without one.
-    marks : ndarray of shape (N, 3)
+    target : Tag, Board, DotPattern, FacePicture or None
+        Printed target of the object, or the picture under its marks; None without one.
+    marks : ndarray of shape (N, 3) or (N, 3, B)
         Marks in axes of the object, in metres.
     camera : Camera
-        Believed camera.
+        Believed camera, or the cameras of B runs.
     last : ndarray of shape (B, N, 2)
         Pixels of each mark in the picture before, or where it was found last.
     number : int
@@ -51,6 +51,19 @@ class MarkSearch(NamedTuple):
     camera: Camera
     last: Array
     number: int = 0
+
+    def of_picture(self, k: int) -> MarkSearch:
+        """Return the marks, the camera and the last places (1, N, 2) of one picture.
+
+        Examples
+        --------
+        >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+        >>> MarkSearch(None, np.zeros((1, 3, 2)), camera, np.zeros((2, 1, 2))).of_picture(1).marks
+        array([[0., 0., 0.]])
+        """
+        marks = self.marks if self.marks.ndim == 2 else self.marks[..., k]
+        camera = self.camera.of_run(k if self.camera.rows.shape[1] > 1 else 0)
+        return self._replace(marks=marks, camera=camera, last=self.last[k : k + 1])
 
 
 class MarkDetector(DeclaredValue):
@@ -87,8 +100,8 @@ class MarkDetector(DeclaredValue):
 
         Parameters
         ----------
-        target : Tag, Board, DotPattern, Poster or None
-            Printed target of the object.
+        target : Tag, Board, DotPattern, FacePicture or None
+            Printed target of the object, or the picture under its marks.
         marks : ndarray of shape (N, 3)
             Marks in axes of the object, in metres.
         camera : Camera

@@ -102,15 +102,26 @@ class Board(PlanarTarget):
         return np.array([np.full(2, -edge), size + edge])
 
     @property
+    def tag_corners(self) -> Array:
+        """The corners (T, 4, 2) of the tags in metres, clockwise from the upper left."""
+        whites = self.square * np.argwhere(~self._is_square_black.T)[:, ::-1]
+        first = whites + (self.square - self.tag) / 2
+        return first[:, None] + self.tag * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+
+    @property
+    def tag_cells(self) -> BoolArray:
+        """Whether the cells (T, n, n) of the tags are black, with their border."""
+        return np.stack([black_cells(self.family, number) for number in self.ids])
+
+    @property
     def ink(self) -> Array:
         """The black rectangles (R, 4): left, top, right and bottom in metres."""
-        side, margin = self.square, (self.square - self.tag) / 2
+        side = self.square
         squares = side * np.argwhere(self._is_square_black)
-        whites = side * np.argwhere(~self._is_square_black.T)[:, ::-1] + margin
         pitch = self.tag / find_tag_family(self.family).cells
         tags = [
-            list_ink_rectangles(black_cells(self.family, number), pitch, *corner)
-            for number, corner in zip(self.ids, whites, strict=True)
+            list_ink_rectangles(cells, pitch, *corners[0])
+            for cells, corners in zip(self.tag_cells, self.tag_corners, strict=True)
         ]
         return np.concatenate([np.hstack([squares, squares + side]), *tags])
 
@@ -130,7 +141,7 @@ class Board(PlanarTarget):
             np.floor((v - square * self.square - margin) / (self.tag / n)).astype(int)
             for v, square in ((x, column), (y, row))
         )
-        patterns = np.stack([black_cells(self.family, number) for number in self.ids])
+        patterns = self.tag_cells
         number = np.clip((row * self.columns + column) // 2, 0, len(patterns) - 1)
         at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
         return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
