@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.routine import routine
 
 COLUMN_STEPS = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 ROW_STEPS = np.array([0, 1, 0, -1, 1, 1, -1, -1])
@@ -71,7 +72,7 @@ def find_dots(pictures, last, reach, is_bright, least_area, least_contrast, labe
         _drop_repeated_dots(last[b], out[b])
 
 
-@kernel
+@routine
 def _find_threshold(picture, x, y, reach, flip, least_contrast):
     """Return the middle between the extreme grey values near a place; NaN without a contrast.
 
@@ -94,7 +95,7 @@ def _find_threshold(picture, x, y, reach, flip, least_contrast):
         reach *= 2.0
 
 
-@kernel
+@routine
 def _find_nearest_pixel(picture, x, y, reach, flip, threshold, label, before):
     """Return the dark pixel nearest to a place, but not in blobs with labels above `before`.
 
@@ -112,7 +113,7 @@ def _find_nearest_pixel(picture, x, y, reach, flip, threshold, label, before):
     return best
 
 
-@kernel
+@routine
 def _collect_blob(picture, seed, flip, threshold, label, queue, stamp):
     """Enter the pixels of a blob into the queue; return their number.
 
@@ -135,7 +136,7 @@ def _collect_blob(picture, seed, flip, threshold, label, queue, stamp):
     return tail
 
 
-@kernel
+@routine
 def _add_layers(picture, area, flip, threshold, label, queue, stamp):
     """Enter layers of pixels around a blob into the queue; return the ends of the last two.
 
@@ -169,7 +170,7 @@ def _add_layers(picture, area, flip, threshold, label, queue, stamp):
     return -1, -1
 
 
-@kernel
+@routine
 def _measure_dot(picture, area, ends, flip, least_contrast, queue, out):
     """Compute the centroid out (2,) of a blob with its layers, unless it is no whole dot."""
     end, width = ends[0], picture.shape[1]
@@ -189,7 +190,7 @@ def _measure_dot(picture, area, ends, flip, least_contrast, queue, out):
     out[0], out[1] = first_x + along / total, first_y + down / total
 
 
-@kernel
+@routine
 def _find_mean(picture, places, flip):
     """Return the mean grey value of pixels."""
     total, width = 0.0, picture.shape[1]
@@ -198,7 +199,7 @@ def _find_mean(picture, places, flip):
     return total / len(places)
 
 
-@kernel
+@routine
 def _is_ellipse(queue, area, width):
     """Return whether the first pixels of the queue fill an ellipse."""
     first_y, first_x = queue[0] // width, queue[0] % width
@@ -220,7 +221,7 @@ def _is_ellipse(queue, area, width):
     return farthest <= 4.0 * square * (FARTHEST + ROUGH_RIM / math.sqrt(area))
 
 
-@kernel
+@routine
 def _drop_repeated_dots(last, found):
     """Keep a dot that several marks found only for the mark with the nearest last place."""
     for i in range(len(found)):
@@ -229,4 +230,5 @@ def _drop_repeated_dots(last, found):
             if apart < SAME:
                 moved_i = math.hypot(found[i, 0] - last[i, 0], found[i, 1] - last[i, 1])
                 moved_j = math.hypot(found[j, 0] - last[j, 0], found[j, 1] - last[j, 1])
-                found[i if moved_i >= moved_j else j, :] = np.nan
+                dropped = i if moved_i >= moved_j else j
+                found[dropped, 0] = found[dropped, 1] = np.nan

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.routine import fragment, routine
 
 ROUNDS = 6
 COARSE, FINE = 1.0, 0.5  # pixels between the lines of a side in the first rounds and in the last
@@ -59,6 +60,31 @@ class EdgeLines(NamedTuple):
     grey: Any
 
 
+class SquareBuffers(NamedTuple):
+    """Numbers of a square: its corners now, at the start of the fits and moved, each (4, 2).
+
+    offsets (4, 2), at both ends of each side; fits (4, 7), of `_fit_side`; bows (4,); border (2,
+    48), grey values inside and outside.
+    """
+
+    now: Any
+    start: Any
+    moved: Any
+    offsets: Any
+    fits: Any
+    bows: Any
+    border: Any
+
+
+@part
+def _allocate_square():
+    """Return room for a square."""
+    corners, border = np.empty((4, 4, 2)), np.empty((2, 4 * BORDER_PLACES))
+    return SquareBuffers(
+        *(corners[0], corners[1], corners[2], corners[3]), np.empty((4, 7)), np.empty(4), border
+    )
+
+
 @part
 def _allocate_lines():
     """Return room for the lines of a side."""
@@ -88,30 +114,55 @@ def follow_squares(pictures, last, patterns, most_wrong, reach, out):
     out : array of shape (B, T, 4, 2)
         Corners, the result.
     """
-    lines, cells = _allocate_lines(), float(patterns.shape[1])
-    fits, now, start = np.empty((4, 7)), np.empty((4, 2)), np.empty((4, 2))
+    lines, square, cells = _allocate_lines(), _allocate_square(), float(patterns.shape[1])
+    now, start = square.now, square.start
     for b in range(len(pictures)):
         height, width = pictures[b].shape
         flat = pictures[b].ravel()
         for n in range(last.shape[1]):
-            out[b, n] = np.nan
-            now[:] = last[b, n]
-            cell = _find_cell(now, cells)
+            _fill_corners(np.nan, out[b, n])
+            cell = _find_cell(last[b, n], cells)
             if not cell > 0.0:
                 continue
-            if not _search_sides(flat, width, height, now, cell, reach, lines, start):
+            if not _search_sides(flat, width, height, last[b, n], cell, reach, lines, square):
                 continue
             cell = _find_cell(start, cells)
-            if not _fit_corners(flat, width, height, start, cell, lines, fits, now):
+            if not _fit_corners(flat, width, height, cell, lines, square):
                 continue
-            threshold = _find_border_threshold(flat, width, height, now, cells)
+            threshold = _find_border_threshold(flat, width, height, now, cells, square.border)
             if not math.isfinite(threshold):
                 continue
             if most_wrong < 0 or _match_cells(flat, width, now, patterns[n], threshold, most_wrong):
-                out[b, n] = now
+                _copy_corners(now, out[b, n])
 
 
-@kernel
+@fragment
+def _fill_corners(value, out):
+    """Enter a value into all coordinates of corners."""
+    for k in range(4):
+        out[k, 0] = out[k, 1] = value
+
+
+@fragment
+def _copy_corners(corners, out):
+    """Copy corners. A slice as a target would compile texts of errors for seconds."""
+    for k in range(4):
+        out[k, 0], out[k, 1] = corners[k, 0], corners[k, 1]
+
+
+@fragment
+def _find_largest_step(corners, other):
+    """Return the largest difference of the coordinates of corners."""
+    largest = 0.0
+    for k in range(4):
+        for i in range(2):
+            step = abs(corners[k, i] - other[k, i])
+            if not step <= largest:
+                largest = step if math.isfinite(step) else math.inf
+    return largest
+
+
+@routine
 def _find_cell(corners, cells):
     """Return the smallest width of the cells of a square; NaN or less than 0 if it is none."""
     least = np.inf
@@ -125,7 +176,7 @@ def _find_cell(corners, cells):
     return least / cells
 
 
-@part
+@fragment
 def _sample(flat, width, x, y):
     """Return the grey value at a place in the picture, between four pixels."""
     i, j = int(x), int(y)
@@ -137,18 +188,17 @@ def _sample(flat, width, x, y):
     return top + b * (bottom - top)
 
 
-@part
+@fragment
 def _is_inside(width, height, x, y):
     """Return whether four pixels are around a place."""
     return 0.0 <= x < width - 1.0 and 0.0 <= y < height - 1.0
 
 
-@kernel
-def _search_sides(flat, width, height, corners, cell, reach, lines, out):
-    """Compute the corners `out` of the sides that are near others; return whether all are found."""
+@routine
+def _search_sides(flat, width, height, corners, cell, reach, lines, square):
+    """Compute the corners `start` of the sides near other corners; return whether all are found."""
     reach = min(reach, CELLS_AWAY * cell)
     half = min(SIDE_SAMPLES, max(int(0.5 * cell), 1))
-    offsets = np.empty((4, 2))
     for k in range(4):
         a, b = corners[k], corners[(k + 1) % 4]
         length = math.hypot(b[0] - a[0], b[1] - a[1])
@@ -162,12 +212,12 @@ def _search_sides(flat, width, height, corners, cell, reach, lines, out):
             if math.isfinite(offset):
                 lines.t[n], lines.total[n] = t, offset
                 n += 1
-        if not _fit_most_edges(lines.t[:n], lines.total[:n], offsets[k]):
+        if not _fit_most_edges(lines.t[:n], lines.total[:n], square.offsets[k]):
             return False
-    return _move_sides(corners, offsets, out)
+    return _move_sides(corners, square.offsets, square.start)
 
 
-@kernel
+@routine
 def _search_line(flat, width, height, x, y, nx, ny, reach, half):
     """Return the offset of the strongest edge from dark to light on a line; NaN if none."""
     steps = math.ceil(reach)
@@ -195,7 +245,7 @@ def _search_line(flat, width, height, x, y, nx, ny, reach, half):
     return where
 
 
-@kernel
+@routine
 def _fit_most_edges(t, offset, out):
     """Compute the offsets out (2,) at the ends of a side, of the line with the most edges."""
     n, most, best_i, best_j = len(t), 0, -1, -1
@@ -222,7 +272,7 @@ def _fit_most_edges(t, offset, out):
     return True
 
 
-@kernel
+@routine
 def _move_sides(corners, offsets, out):
     """Compute the corners of sides that move outwards by offsets (4, 2) at their ends.
 
@@ -243,13 +293,16 @@ def _move_sides(corners, offsets, out):
     return True
 
 
-@kernel
-def _fit_corners(flat, width, height, corners, cell, lines, fits, now):
+@routine
+def _fit_corners(flat, width, height, cell, lines, square):
     """Compute the corners `now` of fitted sides; return whether all sides have an edge."""
+    now, moved, offsets = square.now, square.moved, square.offsets
+    fits, bows = square.fits, square.bows
     widest = min(max(CELL_SHARE * cell, LEAST_REACH), MOST_REACH)
     w, gap, spacing = widest, widest + 1.0, COARSE
-    bows, offsets, moved = np.zeros(4), np.empty((4, 2)), np.empty((4, 2))
-    now[:] = corners
+    _copy_corners(square.start, now)
+    for k in range(4):
+        bows[k] = 0.0
     for _ in range(ROUNDS):
         certainty, shortest = 0.0, np.inf
         for k in range(4):
@@ -260,7 +313,8 @@ def _fit_corners(flat, width, height, corners, cell, lines, fits, now):
             ):
                 return False
             certainty += 0.25 * fits[k, 3]
-        blur = 0.5 * (fits[:, 4].sum() - fits[:, 4].max() - fits[:, 4].min())  # the median
+        a, b, c, d = fits[0, 4], fits[1, 4], fits[2, 4], fits[3, 4]
+        blur = 0.5 * (a + b + c + d - max(a, b, c, d) - min(a, b, c, d))  # the median
         trust = 1.0 - SURE / max(certainty, SURE)
         for k in range(4):
             bows[k] = trust * fits[k, 2]
@@ -268,9 +322,9 @@ def _fit_corners(flat, width, height, corners, cell, lines, fits, now):
             offsets[k, 1] = fits[k, 1] - bows[k] * fits[k, 6]
         if not _move_sides(now, offsets, moved):
             return False
-        shift = np.abs(moved - now).max()
-        now[:] = moved
-        if not np.abs(now - corners).max() < max(cell, 2.0):
+        shift = _find_largest_step(moved, now)
+        _copy_corners(moved, now)
+        if not _find_largest_step(now, square.start) < max(cell, 2.0):
             return False
         if spacing == FINE:
             return True
@@ -282,7 +336,7 @@ def _fit_corners(flat, width, height, corners, cell, lines, fits, now):
     return True
 
 
-@kernel
+@routine
 def _fit_side(flat, width, height, a, b, bow, w, gap, spacing, lines, out):
     """Compute the fit of the edge from a to b; return whether there is one.
 
@@ -313,19 +367,20 @@ def _fit_side(flat, width, height, a, b, bow, w, gap, spacing, lines, out):
     contrast = _find_offsets(lines, n, bow, w, step, samples)
     if not contrast > FAINT:
         return False
-    _fit_bow(lines.t[:n], lines.total[:n], out)
+    _fit_bow(lines.t[:n], lines.total[:n], lines.grey[:n], out)
     out[4] = contrast * n * step / (math.sqrt(2.0 * math.pi) * max(steepest, TINY))
     return True
 
 
-@part
+@fragment
 def _sum_lines(flat, width, lines, n, samples, step_x, step_y):
     """Compute sums of grey values along n lines, and means at their ends; return the largest step.
 
     The largest step is the one between the sums of all lines at neighbouring samples.
     """
     total, dark, light = lines.total[:n], lines.dark[:n], lines.light[:n]
-    total[:], dark[:], light[:] = 0.0, 0.0, 0.0
+    for k in range(n):
+        total[k], dark[k], light[k] = 0.0, 0.0, 0.0
     steepest, before, end = 0.0, np.inf, max(samples // 8, 1)
     for s in range(samples):
         _read_samples(flat, width, lines, n, s * step_x, s * step_y)
@@ -343,7 +398,7 @@ def _sum_lines(flat, width, lines, n, samples, step_x, step_y):
     return steepest
 
 
-@part
+@fragment
 def _read_samples(flat, width, lines, n, shift_x, shift_y):
     """Compute the grey values at the places of n lines, moved by a shift.
 
@@ -369,7 +424,7 @@ def _read_samples(flat, width, lines, n, shift_x, shift_y):
         grey[k] = top + b[k] * (bottom - top)
 
 
-@part
+@fragment
 def _find_offsets(lines, n, bow, w, step, samples):
     """Replace the sums of n lines by offsets of the edge; return the mean contrast, or 0."""
     t, total, mean = lines.t[:n], lines.total[:n], 0.0
@@ -385,7 +440,7 @@ def _find_offsets(lines, n, bow, w, step, samples):
     return mean / n
 
 
-@kernel
+@routine
 def _fit_line(t, values):
     """Return the values at t = 0 and t = 1 of a line fitted to values."""
     aa, ab, bb, ya, yb = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -397,20 +452,25 @@ def _fit_line(t, values):
     return (bb * ya - ab * yb) / square, (aa * yb - ab * ya) / square
 
 
-@kernel
-def _fit_bow(t, offsets, out):
-    """Compute the fit of a straight line and a bow t (1 - t) to the offsets of an edge."""
+@routine
+def _fit_bow(t, offsets, bows, out):
+    """Compute the fit of a straight line and a bow t (1 - t) to the offsets of an edge.
+
+    `bows` takes the bows t (1 - t).
+    """
     n, square, product, power, lagged = len(t), 0.0, 0.0, 0.0, 0.0
     out[0], out[1] = _fit_line(t, offsets)
-    p0, p1 = _fit_line(t, t * (1.0 - t))
     for k in range(n):
-        line, parabola = (1.0 - t[k]) * p0 + t[k] * p1, t[k] * (1.0 - t[k])
+        bows[k] = t[k] * (1.0 - t[k])
+    p0, p1 = _fit_line(t, bows)
+    for k in range(n):
+        line, parabola = (1.0 - t[k]) * p0 + t[k] * p1, bows[k]
         rest = offsets[k] - (1.0 - t[k]) * out[0] - t[k] * out[1]
         square += (parabola - line) * (parabola - line)
         product += rest * (parabola - line)
     bow, before = product / square, 0.0
     for k in range(n):
-        shape = t[k] * (1.0 - t[k]) - (1.0 - t[k]) * p0 - t[k] * p1
+        shape = bows[k] - (1.0 - t[k]) * p0 - t[k] * p1
         residual = offsets[k] - (1.0 - t[k]) * out[0] - t[k] * out[1] - bow * shape
         power += residual * residual
         lagged += residual * before
@@ -421,14 +481,15 @@ def _fit_bow(t, offsets, out):
     out[2], out[3], out[5], out[6] = bow, bow * bow * square / variance, p0, p1
 
 
-@kernel
-def _find_border_threshold(flat, width, height, corners, cells):
+@routine
+def _find_border_threshold(flat, width, height, corners, cells, grey):
     """Return the grey value between black and white cells along the sides.
 
-    It is NaN unless the cells are black inside and white outside.
+    It is NaN unless the cells are black inside and white outside. `grey` takes their grey values.
     """
-    grey = np.empty((2, 4 * BORDER_PLACES))
-    middle_x, middle_y = corners[:, 0].mean(), corners[:, 1].mean()
+    middle_x = 0.25 * (corners[0, 0] + corners[1, 0] + corners[2, 0] + corners[3, 0])
+    middle_y = 0.25 * (corners[0, 1] + corners[1, 1] + corners[2, 1] + corners[3, 1])
+    inner, outer = 0.0, 0.0
     for side in range(2):
         size = 1.0 + (2 * side - 1) / cells  # of the square through the middle of the cells
         for k in range(4):
@@ -440,8 +501,11 @@ def _find_border_threshold(flat, width, height, corners, cells):
                 if not _is_inside(width, height, x, y):
                     return np.nan
                 grey[side, k * BORDER_PLACES + i] = _sample(flat, width, x, y)
-    threshold = 0.5 * (grey[0].mean() + grey[1].mean())
-    if grey[1].mean() - grey[0].mean() < FAINT:
+    for i in range(4 * BORDER_PLACES):
+        inner += grey[0, i] / (4 * BORDER_PLACES)
+        outer += grey[1, i] / (4 * BORDER_PLACES)
+    threshold = 0.5 * (inner + outer)
+    if outer - inner < FAINT:
         return np.nan
     for k in range(4):
         true = 0
@@ -452,7 +516,7 @@ def _find_border_threshold(flat, width, height, corners, cells):
     return threshold
 
 
-@kernel
+@routine
 def _match_cells(flat, width, corners, pattern, threshold, most_wrong):
     """Return whether at most `most_wrong` of the cells within the border have the wrong colour.
 
