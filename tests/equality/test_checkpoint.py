@@ -4,7 +4,7 @@ import signal
 import subprocess
 import sys
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -44,6 +44,21 @@ class Remembering:
         return -0.4 * state.error[:, :6] - 1e-4 * total[:, :6]
 
 
+def watch_dots():
+    """An experiment that finds its marks in late pictures with noise and a rolling shutter."""
+    target, eye = VISP.scene.objects[0], VISP.scene.camera()
+    dots = rs.Object(
+        target.name,
+        dots=rs.vision.DotPattern(0.6 * np.asarray(target.marks)[:, :2], radius=0.02),
+        pose=target.pose,
+        on=target.on,
+    )
+    optics = rs.vision.Optics(read_noise=1.0, full_well=9000, readout=0.01)
+    small = replace(eye, camera=eye.camera.resized(120, 90), optics=optics)
+    task = rs.IBVS(VISP.task.goal, detector="dots")
+    return NOISY.with_(scene=rs.Scene(VISP.scene.robots, dots, small), task=task, duration=8.0)
+
+
 def cases():
     """Experiments by name."""
     register("law", "remembering")(Remembering)
@@ -55,6 +70,7 @@ def cases():
         "summary": batch.with_(record="summary"),
         "varied": NOISY.vary({"task.gain": np.linspace(0.3, 0.7, 9)}),
         "a law in Python": batch.with_(task=rs.IBVS(VISP.task.goal, law=Remembering())),
+        "pictures": watch_dots().with_(start=STARTS[:5]),
         "mission": rs.Experiment.from_text(MISSION),
     }
 
