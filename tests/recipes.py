@@ -692,7 +692,14 @@ RECIPES = {
             others={key: [PHOTOS[0]] for key in BLOCK_FACES},
         )
     ],
-    "shape mesh": [linked("shapes", [{"kind": "mesh", "filename": "a.stl"}], 0)],
+    "shape mesh": [
+        linked(
+            "shapes",
+            [{"kind": "mesh", "filename": "a.stl"}],
+            0,
+            others={"content": [{"sha256": 64 * "a"}]},  # its data is missing
+        )
+    ],
     **{
         f"image effect {name}": [imperfect("sensing", {"kind": name, **given})]
         for name, given in {
