@@ -184,6 +184,7 @@ def pictures(tables) -> dict:
     greys += [face.picture.mean() for face in faces if face.picture is not None]
     developed = {("eye", eye.name): draw_moving_shape(eye) for eye in scene.cameras if eye.optics}
     greys = np.array(greys)
+    developed |= {("light", name): scene.picture(camera=name, exact=True) for _, name in developed}
     return {**found, **targets, **developed, "display": scene.display.matrix, "greys": greys}
 
 

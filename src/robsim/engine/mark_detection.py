@@ -19,18 +19,24 @@ from robsim.kernels.formulas.perspective import IN_IMAGE, UNDETECTED
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
+from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, Picture
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, check_effect_result
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, warn_missing_meshes
+from robsim.world.scene_picture import (
+    CameraPictures,
+    NoiseKey,
+    get_target_of_run,
+    warn_missing_meshes,
+)
 
 MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
 
 class DetectedPair(NamedTuple):
-    """A camera and its target, the marks of the pair, and their detector."""
+    """A camera and its target, as they are and as believed, their marks and their detector."""
 
     camera: str
     sight: CameraTarget
+    believed: CameraTarget
     group: MarkGroup
     detector: MarkDetector
 
@@ -73,14 +79,18 @@ class MarkDetection:
         sights: Sequence[CameraTarget],
         groups: Sequence[MarkGroup],
         detectors: Mapping[PairKey, MarkDetector],
+        believed: Mapping[PairKey, CameraTarget],
         optional: frozenset[PairKey],
         rows: DetectionRows,
     ) -> None:
         self.optional, self.rows, self.seed = optional, rows, int(rows.image.seed)
         self._of_thread = threading.local()
         each = zip(sights, groups, strict=True)
-        pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
-        named = [DetectedPair(s.eye.name, s, g, d) for s, g, d in pairs]
+        pairs = [(s, g, s.key) for s, g in each if s.key in detectors]
+        named = [
+            DetectedPair(s.eye.name, s, believed.get(key, s), g, detectors[key])
+            for s, g, key in pairs
+        ]
         self.pairs = sorted(named, key=attrgetter("camera"))
 
     def __call__(self, blocks: Blocks, step: int) -> None:
@@ -131,10 +141,8 @@ class MarkDetection:
                 hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
-                    search = self._make_search(pair, places, step // self.rows.image.every)
-                    who = f"{type(pair.detector).__name__}.find"
-                    result = pair.detector.find(grey, search)
-                    found = check_effect_result(places, result, who, gaps=True)
+                    number_in_run = step // self.rows.image.every
+                    found = find_marks(pair, grey, places, number_in_run, blocks.rows[some])
                     yield pair, some, np.moveaxis(found, 0, -1)
         blocks.put(self.rows.hashes, hashes)
 
@@ -145,20 +153,49 @@ class MarkDetection:
         with np.errstate(all="ignore"):  # a run may contain NaN, and the first image no motion
             return q, np.where(q == before, 0.0, (q - before) / exposed[-1])
 
-    def _make_search(self, pair: DetectedPair, last: Array, number: int) -> MarkSearch:
-        thing, camera = pair.sight.target, pair.sight.eye.camera
-        return MarkSearch(thing.target, np.asarray(thing.marks), camera, last, number)
-
     @property
     def _pictures(self) -> dict[str, CameraPictures]:
         """The pictures of each camera; each thread has its own."""
         if not hasattr(self._of_thread, "pictures"):
             sights = {pair.camera: pair.sight for pair in self.pairs}
             self._of_thread.pictures = {
-                name: CameraPictures(_list_bodies(each), each.eye) for name, each in sights.items()
+                name: CameraPictures(each.scene, each.eye) for name, each in sights.items()
             }
         pictures: dict[str, CameraPictures] = self._of_thread.pictures
         return pictures
+
+
+def find_marks(
+    pair: DetectedPair, grey: Picture, last: Array, number: int, runs: NDArray[np.int64]
+) -> Array:
+    """Return the pixels (B, N, 2) of marks in pictures (B, h, w), NaN for marks not found.
+
+    If the camera or the target differ from run to run, each picture is searched on its own.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera
+    if camera.rows.shape[1] == 1 and np.ndim(thing.marks) == 2:
+        found = pair.detector.find(grey, make_search(pair, last, number))
+    else:
+        each = [slice(b, b + 1) for b in range(len(runs))]
+        found = np.concatenate(
+            [
+                pair.detector.find(grey[b], make_search(pair, last[b], number, int(run)))
+                for b, run in zip(each, runs, strict=True)
+            ]
+        )
+    return check_effect_result(last, found, f"{type(pair.detector).__name__}.find", gaps=True)
+
+
+def make_search(pair: DetectedPair, last: Array, number: int, run: int = 0) -> MarkSearch:
+    """Return the search for the marks of a pair, last seen at pixels (B, N, 2), in one run.
+
+    A detector is software of the robot: it gets the believed camera and marks. A belief with marks
+    only keeps the true printed target, of which a detector reads the code and the pattern.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera.of_run(run)
+    target = get_target_of_run(thing if thing.target else pair.sight.target, run)
+    marks = np.asarray(thing.marks)
+    return MarkSearch(target, marks[..., run] if marks.ndim == 3 else marks, camera, last, number)
 
 
 def check_detection(
@@ -170,19 +207,13 @@ def check_detection(
         if eye.camera.size is None:
             raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
         detectors[sight.key].check(thing.target, np.asarray(thing.marks), eye.camera)
-        warn_missing_meshes(_list_bodies(sight))
+        warn_missing_meshes(sight.scene)
         seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))
         if seconds > dt:
             raise InputError(
                 f"the exposure and readout of camera '{eye.name}' take {seconds:g} s; at most the "
                 f"control period, {dt:g} s"
             )
-
-
-def _list_bodies(sight: CameraTarget) -> PictureBodies:
-    """Return the bodies in the pictures of a pair."""
-    scene = sight.scene
-    return PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
 
 
 def compute_picture_hash(picture: NDArray[np.uint8]) -> float:

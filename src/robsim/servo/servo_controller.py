@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, move_runs_first, view_runs_last
 from robsim.base.errors import InputError
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.camera_target import PairKey
+from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
@@ -64,6 +64,11 @@ class ServoController(TaskController):
         """Detector of each camera-target pair, if the task has one."""
         detector = self.detector
         return {} if detector is None else {sight.key: detector for sight in self.sights}
+
+    @property
+    def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
+        """Believed camera-target pairs."""
+        return {sight.key: sight for sight in self.bound_features.sights}
 
     @property
     def whole(self) -> frozenset[PairKey]:

@@ -82,6 +82,11 @@ class TaskController(ABC):
         return {}
 
     @property
+    def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
+        """Believed camera-target pairs, which are all that a detector knows."""
+        return {}
+
+    @property
     def detecting_cameras(self) -> list[str]:
         """Names of the cameras whose pictures are drawn."""
         return sorted({camera for camera, _ in self.detectors})

@@ -14,11 +14,15 @@ from robsim.analysis.explanation.text_format import format_count, format_number
 from robsim.base.arrays import Array
 from robsim.declare import fields_of
 from robsim.declare.spec import Raw
+from robsim.rendering.light import Light
+from robsim.robot.robot import Robot
+from robsim.robot.tree import Tree
 from robsim.servo.camera_target import CameraTarget
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
 from robsim.vision.optics import Optics
 from robsim.world.mounted_camera import MountedCamera
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+from robsim.world.object import Object
+from robsim.world.scene_picture import CameraPictures, NoiseKey, PicturedScene
 
 EXAMINED = 12  # pictures over the run
 SHARE = 0.5  # a change is a cause if it removes this share of the misses
@@ -48,6 +52,17 @@ class PictureChange(NamedTuple):
     factor: float = 1.0
     offset: tuple[float, float] = (0.0, 0.0)
     alone: bool = False
+
+
+class TargetAlone(NamedTuple):
+    """A scene whose pictures show one object only."""
+
+    objects: tuple[Object, ...]
+    tree: Tree
+    light: Light
+    background: float
+    robots: tuple[Robot, ...] = ()
+    cameras: tuple[MountedCamera, ...] = ()
 
 
 def report_missed_marks(analysis: RunAnalysis) -> Finding | None:
@@ -91,7 +106,7 @@ def _list_changes(eye: MountedCamera) -> Iterator[PictureChange]:
     optics = Optics() if eye.optics is None else eye.optics
     for each in fields_of(Optics):
         value, off = vars(optics)[each.name], each.default
-        if value != off:
+        if value != off and each.name in CAUSES:
             without = replace(optics, **{each.name: off})
             number = f"{each.name} = {format_number(value)}"
             path = f"cameras.{eye.name}.optics.{each.name}"
@@ -118,8 +133,12 @@ def _count_misses(
 ) -> int:
     """Return the number of instants with marks in the image that the detector does not find."""
     scene, loop, thing = sight.scene, analysis.loop, sight.target
-    parts = ((), (thing,), ()) if change.alone else (scene.robots, scene.objects, scene.cameras)
-    pictures = CameraPictures(PictureBodies(*parts, scene.tree), change.eye)
+    shown: PicturedScene = scene
+    if change.alone:
+        shown = TargetAlone((thing,), scene.tree, scene.light, scene.background)
+    pictures = CameraPictures(shown, change.eye)
+    believed = analysis.controller.believed_sights.get(sight.key, sight).eye.camera
+    camera = believed if change.eye.camera is sight.eye.camera else change.eye.camera
     misses = 0
     for t in instants:
         now, before = analysis.snapshots[t], analysis.snapshots[max(t - 1, 0)]
@@ -127,7 +146,7 @@ def _count_misses(
         picture = pictures.take(now.q, (now.q - before.q) / loop.dt, key)
         view = now.projections[sight.key]
         true = change.factor * np.moveaxis(view.pixels, -1, 0) + change.offset
-        search = MarkSearch(thing.target, np.asarray(thing.marks), change.eye.camera, np.rint(true))
+        search = MarkSearch(thing.target, np.asarray(thing.marks), camera, np.rint(true))
         inside = np.moveaxis(view.visibility == 0, -1, 0)
         misses += bool((np.isnan(detector.find(picture, search)).any(axis=-1) & inside).any())
     return misses

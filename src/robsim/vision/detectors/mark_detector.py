@@ -29,11 +29,11 @@ class MarkSearch(NamedTuple):
     Attributes
     ----------
     target : Tag, Board, DotPattern, Poster or None
-        Printed target of the object, None without one.
+        Believed printed target of the object, None without one.
     marks : ndarray of shape (N, 3)
-        Marks in axes of the object, in metres.
+        Believed marks in axes of the object, in metres.
     camera : Camera
-        Believed camera.
+        Believed camera, which differs from the camera of the pictures if the task has a belief.
     last : ndarray of shape (B, N, 2)
         Pixels of each mark in the picture before, or where it was found last.
     number : int
