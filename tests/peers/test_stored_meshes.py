@@ -1,5 +1,6 @@
 """Meshes of files that are gone, have moved or have changed since a run; read by trimesh."""
 
+import pickle
 import shutil
 from dataclasses import replace
 
@@ -119,6 +120,12 @@ def test_a_change_of_the_name_takes_the_other_file(tmp_path):
     shape = "objects.wall.shapes"
     other = cell.at(shape, [{"kind": "mesh", "filename": "box.stl"}])
     assert (other.scene.picture() != cell.scene.picture()).any()
+
+
+def test_another_process_needs_no_file(tmp_path):
+    data = pickle.dumps(rs.load_scenario(write_cell(tmp_path / "cell")))
+    shutil.rmtree(tmp_path / "cell")
+    assert (pickle.loads(data).scene.picture() != 50).sum() > 100
 
 
 def test_a_mesh_that_cannot_be_read_is_stored_by_its_name(tmp_path):

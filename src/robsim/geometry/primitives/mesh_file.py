@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from robsim.base.errors import FileError
 from robsim.geometry.mesh_files import load_mesh
@@ -50,6 +52,12 @@ class MeshFile:
             return self.load().digest
         except FileError:
             return None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the state for another process, with the triangles: it may lack the file."""
+        with suppress(FileError):
+            self.load()
+        return dict(vars(self))
 
     @property
     def _place(self) -> tuple[str, Path] | None:
