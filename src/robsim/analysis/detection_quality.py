@@ -25,7 +25,7 @@ OUTSIDE, UNKNOWN = "outside the image", "unknown"
 Variables = dict[str, tuple[list[str], Any, dict[str, str]]]
 
 
-class DetectedPair(NamedTuple):
+class ExaminedPair(NamedTuple):
     """A camera and its target, their detector, and its marks at some instants."""
 
     sight: CameraTarget
@@ -45,7 +45,7 @@ def measure_detection(again: Resimulation) -> Variables:
     for sight in (each for each in again.controller.sights if each.key in detectors):
         own = detectors[sight.key], instants
         marks = detect_again(again, sight, PictureChange("", sight.eye, {}), *own)
-        pairs.append(DetectedPair(sight, *own, marks))
+        pairs.append(ExaminedPair(sight, *own, marks))
     deviation = np.concatenate([each.marks.deviation for each in pairs], axis=1)
     return {
         **_list_instants(pairs, deviation, count),
@@ -55,7 +55,7 @@ def measure_detection(again: Resimulation) -> Variables:
     }
 
 
-def _list_instants(pairs: list[DetectedPair], deviation: Array, count: int) -> Variables:
+def _list_instants(pairs: list[ExaminedPair], deviation: Array, count: int) -> Variables:
     """Return misses and deviation over time, NaN at instants that were not examined."""
     instants = pairs[0].instants
     missed, error = np.full((2, count), np.nan)
@@ -91,7 +91,7 @@ def _compute_rms(deviation: Array) -> float:
     return float(np.sqrt((numbers**2).mean())) if numbers.size else float("nan")
 
 
-def _count_reasons(again: Resimulation, pairs: list[DetectedPair]) -> Variables:
+def _count_reasons(again: Resimulation, pairs: list[ExaminedPair]) -> Variables:
     """Return the numbers of marks that were not found, by reason.
 
     A mark in the image has the reason whose removal finds the most of the missed marks.
@@ -111,7 +111,7 @@ def _count_reasons(again: Resimulation, pairs: list[DetectedPair]) -> Variables:
     }
 
 
-def _explain_misses(again: Resimulation, pair: DetectedPair) -> dict[str, int]:
+def _explain_misses(again: Resimulation, pair: ExaminedPair) -> dict[str, int]:
     """Return the numbers of missed marks of a pair by the phrases of changes that find them."""
     at = np.flatnonzero(pair.marks.missed.any(axis=1))
     at = at[np.unique(np.linspace(0, len(at) - 1, MOST_TRIALS).astype(int))] if len(at) else at
@@ -129,7 +129,7 @@ def _explain_misses(again: Resimulation, pair: DetectedPair) -> dict[str, int]:
     return {**counts, UNKNOWN: int(left.sum()), "not examined": missed - examined}
 
 
-def _compare_optics(again: Resimulation, pairs: list[DetectedPair]) -> Variables:
+def _compare_optics(again: Resimulation, pairs: list[ExaminedPair]) -> Variables:
     """Return the rms of the deviation without each error of the optics."""
     squares: dict[str, list[Array]] = {}
     for each in pairs:
