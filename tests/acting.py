@@ -1,6 +1,7 @@
 """Whether a declared field acts: its value in a text is changed, and the experiment runs."""
 
 import re
+import warnings
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -169,7 +170,10 @@ def pictures(tables) -> dict:
     """Return all points of a figure of the scene, its frame, its tags and boards, the grey
     values of all faces in pictures, and pictures of cameras with optics."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
-    found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solids))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.errors.FileWarning)  # a mesh whose file does not exist
+        solids = build_scene_content(scene, None, None).solids
+    found = dict(enumerate(wire.points for wire in solids))
     targets = {each.name: np.array(repr(each.target)) for each in scene.objects}
     parts = [link.shapes for robot in scene.robots for link in robot.links]
     parts += [each.shapes for each in scene.objects]
@@ -180,6 +184,7 @@ def pictures(tables) -> dict:
     greys += [face.picture.mean() for face in faces if face.picture is not None]
     developed = {("eye", eye.name): draw_moving_shape(eye) for eye in scene.cameras if eye.optics}
     greys = np.array(greys)
+    developed |= {("light", name): scene.picture(camera=name, exact=True) for _, name in developed}
     return {**found, **targets, **developed, "display": scene.display.matrix, "greys": greys}
 
 

@@ -498,6 +498,11 @@ BAD_OPTICS = {"full_well": 9000, "read_noise": 2.0, "defocus": 1.5, "vignetting"
 BAD_OPTICS |= {"exposure": "5 ms", "readout": "20 ms", "gain": 1.2, "gamma": 2.2, "bits": 7}
 DEVELOPED = deepcopy(WHOLE)
 DEVELOPED["cameras"][0] |= {"size": [160, 120], "focal": [200, 200], "optics": BAD_OPTICS}
+LIT = {"kind": "ball", "radius": "2 cm", "position": "0.01, 0.02, 0.1 m", "n": 8}
+DEVELOPED["objects"] = [
+    *DEVELOPED["objects"],
+    {"name": "lit", "marks": [], "on": DEVELOPED["cameras"][0]["on"], "shapes": [LIT]},
+]
 BY_MATRIX = deepcopy(WHOLE)
 del BY_MATRIX["cameras"][0]["focal"]
 BY_MATRIX["cameras"][0]["K"] = [[800, 0, 320], [0, 790, 240], [0, 0, 1]]
@@ -723,7 +728,14 @@ RECIPES = {
             others={key: [PHOTOS[0]] for key in BLOCK_FACES},
         )
     ],
-    "shape mesh": [linked("shapes", [{"kind": "mesh", "filename": "a.stl"}], 0)],
+    "shape mesh": [
+        linked(
+            "shapes",
+            [{"kind": "mesh", "filename": "a.stl"}],
+            0,
+            others={"content": [{"sha256": 64 * "a"}]},  # its data is missing
+        )
+    ],
     **{
         f"image effect {name}": [imperfect("sensing", {"kind": name, **given})]
         for name, given in {
@@ -774,7 +786,7 @@ RECIPES = {
         (hanging(), ("task", "phases", 1)),
     ],
     "ExperimentTable": [(WHOLE, (), OF_WHOLE), (STUDIED, ())],
-    "Scene": [(WHOLE, (), OF_WHOLE)],
+    "Scene": [(WHOLE, (), OF_WHOLE), (DEVELOPED, (), {"light": [{"ambient": 0.3}]})],
     "RobotTable": [
         (*linked("dh", ROW)[:1], ("robots", 0), OF_ROBOT),
         (WHOLE, ("robots", 0), {"name": ["other"], "model": ["planar_2r"]}),
@@ -811,6 +823,7 @@ RECIPES = {
         (BY_MATRIX, ("cameras", 0), OTHER_K),
         (calibrated({"file": f"{LENSES}/a.xml"})[0], ("cameras", 0), OTHER_FILE),
     ],
+    "Light": [({**DEVELOPED, "light": {"ambient": 0.3}}, ("light",))],
     "Optics": [(DEVELOPED, ("cameras", 0, "optics"))],
     "Motion": [(WHOLE, ("motions", 0), {"robot": ["drone"]})],
     "Sensing": [(*top("sensing", {"outliers": 0.3}), OF_SENSING)],

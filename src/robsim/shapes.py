@@ -12,4 +12,5 @@ from robsim.geometry.primitives import Mesh as Mesh
 from robsim.geometry.primitives import Poster as Poster
 from robsim.geometry.primitives import TaperedCylinder as TaperedCylinder
 from robsim.geometry.primitives import Wheel as Wheel
+from robsim.geometry.triangle_mesh import TriangleMesh as TriangleMesh
 from robsim.rendering.light import Light as Light

@@ -11,8 +11,9 @@ from robsim.engine.mark_detection import compute_picture_hash
 from robsim.plot.film.camera_frames import CameraFrames
 from robsim.plot.film.film_source import build_film_source
 from robsim.plot.film.frame_times import choose_frame_times
+from robsim.shapes import Light
 from robsim.vision import DotDetector, DotPattern, MarkDetector, Optics
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+from robsim.world.scene_picture import CameraPictures, NoiseKey
 
 POINTS = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06], [0.0, 0.02]]
 DT = 0.04
@@ -43,10 +44,9 @@ def change(experiment, optics=None, **sensing):
 def take_pictures(experiment, q, before=None, step=0):
     """Return the picture at coordinates q, one period after the coordinates `before`."""
     scene = experiment.scene
-    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
     before = q if before is None else before
     key = NoiseKey(experiment.seed, np.zeros(1, np.uint64), step)
-    pictures = CameraPictures(bodies, scene.camera())
+    pictures = CameraPictures(scene, scene.camera())
     return pictures.take(q[:, None], (q - before)[:, None] / DT, key)[0]
 
 
@@ -220,12 +220,11 @@ def test_the_exposure_of_a_flying_camera_keeps_its_pose_rigid():
     eye = rs.MountedCamera("eye", lens, on=f"{drone.name}.body", optics=optics)
     dots = DotPattern.grid(3, 2, spacing=0.1, radius=0.03)
     scene = rs.Scene(drone, rs.Object("dots", dots=dots, pose=rs.Pose.at(0, 0, 0.5)), eye)
-    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
     angle = 0.4  # radians about the optical axis within the exposure
     q = np.array([0, 0, 0, 0, 0, np.sin(angle / 2), np.cos(angle / 2)])
     before = np.array([0, 0, 0, 0, 0, 0, 1.0])
     key = NoiseKey(0, np.zeros(1, np.uint64), 0)
-    taken = CameraPictures(bodies, eye).take(q[:, None], ((q - before) / 0.04)[:, None], key)[0]
+    taken = CameraPictures(scene, eye).take(q[:, None], ((q - before) / 0.04)[:, None], key)[0]
     clean = scene.replacing(replace(eye, optics=None))
     shares = 1 - (np.arange(8) + 0.5) / 8
     turns = [rs.Pose.at(0, 0, 0, rotvec=[0, 0, share * angle]).quaternion for share in shares]
@@ -290,6 +289,27 @@ def test_wrong_results_of_an_own_detector_are_named(experiment):
         experiment.with_(task=replace(experiment.task, detector=Half())).run()
 
 
+def test_a_detector_knows_the_belief_of_the_task_only(experiment):
+    known = []
+
+    @dataclass(frozen=True)
+    class Curious(MarkDetector):
+        def find(self, pictures, search):
+            known.extend([(search.camera.K[0, 0], search.marks[0, 0])] * len(pictures))
+            return search.last
+
+    true = experiment.scene.camera().camera.K[0, 0]
+    belief = experiment.scene.believe(focal=1.25, size=0.5)
+    task = replace(experiment.task, detector=Curious(), belief=belief)
+    one = experiment.with_(task=task, duration=0.08)
+    one.run()
+    assert set(known) == {(1.25 * true, 0.5 * POINTS[0][0])}
+    known.clear()
+    focal = [[1.1 * true] * 2, [1.2 * true] * 2]
+    one.vary({"belief.cameras.camera.focal": focal}).run(threads=1)
+    assert {number for number, _ in known} == {1.1 * true, 1.2 * true}
+
+
 @pytest.mark.parametrize(
     ("name", "values"),
     [
@@ -303,3 +323,47 @@ def test_numbers_that_differ_from_run_to_run_are_in_the_pictures(experiment, nam
     assert run.picture_hash.values[0, 0, 0] != run.picture_hash.values[1, 0, 0]
     for k in (0, 1):
         assert_same(many.of_run(k).run(duration=0.2)[["picture_hash", "s"]], run, k)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"light": Light((0.0, 0.5, -1.0), ambient=0.1)}, {"background": 120.0}, {"samples": 2}],
+    ids=str,
+)
+def test_light_background_and_samples_act_in_the_pictures_of_a_run(experiment, change, tmp_path):
+    scene, plain = experiment.scene, experiment.run(duration=0.2)
+    place, cube = rs.Pose.at(0.12, 0.0, 0), rs.Block(0.06, 0.06, 0.06)
+    block = rs.Object("block", cube, np.empty((0, 3)), place, on="plate")
+    scene = replace(scene, objects=(*scene.objects, block))
+    if "samples" in change:
+        changed = scene.replacing(replace(scene.camera(), optics=Optics(**change)))
+    else:
+        changed = replace(scene, **change)
+    other = experiment.with_(scene=changed, duration=0.2, title="other")
+    run = other.run()
+    assert (run.picture_hash.values != plain.picture_hash.values).all()
+    for k in (0, 5):
+        q = run.q.values[k]
+        assert run.picture_hash.values[k, 0] == compute_picture_hash(changed.picture(q))
+        np.testing.assert_array_equal(scene.picture(q, **change), changed.picture(q))
+        assert (scene.picture(q) != changed.picture(q)).any()
+        same = changed.picture(q, samples=1, light=scene.light, background=50)
+        np.testing.assert_array_equal(same, scene.picture(q))
+    source = build_film_source(run)
+    frames = CameraFrames(source, choose_frame_times(source.time, 4.0, 1.0), "camera")
+    k = int(frames.clock.instants[-1])
+    picture = frames.draw_picture(k)
+    np.testing.assert_array_equal(picture, changed.picture(run.q.values[k]))
+    for text in (other.to_toml(folder=tmp_path), other.to_toml(complete=True)):
+        again = rs.Experiment.from_text(text)
+        assert again == other and again.hash == other.hash
+    assert rs.replay(run).identical(run)
+
+
+def test_a_belief_has_no_light_of_its_own(experiment):
+    dark = replace(experiment.scene, light=Light(ambient=0.0))
+    lit = experiment.with_(scene=dark)
+    assert lit.with_(task=replace(lit.task, belief=experiment.scene)).loop() is not None
+    believing = experiment.with_(task=replace(experiment.task, belief=dark))
+    with pytest.raises(rs.errors.InputError, match="light: a controller does not use it"):
+        believing.loop()

@@ -85,13 +85,13 @@ def test_a_stored_run_needs_no_file_of_its_pictures(tmp_path):
     assert rebuilt == cell
     np.testing.assert_array_equal(rebuilt.scene.picture(samples=2, exact=True), before)
     assert rs.replay(again).identical(again)
-    assert json.loads(again.attrs["pictures"]).keys() == {GreyPicture(draw_noise()).digest}
+    assert json.loads(again.attrs["stored_data"]).keys() == {GreyPicture(draw_noise()).digest}
 
 
 def test_a_picture_of_a_batch_of_runs_is_stored_once(tmp_path):
     cell = rs.load_scenario(write_scenario(tmp_path))
     batch = cell.with_(start=np.array([cell.start, cell.start]), record="summary").run()
-    assert len(json.loads(batch.attrs["pictures"])) == 1
+    assert len(json.loads(batch.attrs["stored_data"])) == 1
     alone = rs.Experiment.of(batch.isel(run=slice(1, 2)))
     assert alone.scene == cell.scene and alone.first_run == 1
 
@@ -105,8 +105,8 @@ def test_equal_pictures_are_stored_once(tmp_path):
     cell = rs.load_scenario(write_scenario(tmp_path))
     posters = [Poster(draw_noise(), width) for width in (0.2, 0.3, 0.4)]
     run = hang_up(cell, *posters, Poster(draw_noise(1), 0.2)).run()
-    assert len(json.loads(run.attrs["pictures"])) == 2
-    assert "pictures" not in hang_up(cell, Block(0.1, 0.1, 0.1)).run().attrs
+    assert len(json.loads(run.attrs["stored_data"])) == 2
+    assert "stored_data" not in hang_up(cell, Block(0.1, 0.1, 0.1)).run().attrs
 
 
 def test_a_run_with_other_data_of_a_picture_is_refused(tmp_path):
@@ -115,21 +115,21 @@ def test_a_run_with_other_data_of_a_picture_is_refused(tmp_path):
     other = base64.b64encode(GreyPicture(draw_noise(1)).png).decode()
     for text, message in {
         json.dumps({digest: other}): f"sha256 {digest[:12]}... is stored with the data of",
-        json.dumps({digest: "AAAA"}): "pictures of the run: no picture of PNG",
+        json.dumps({digest: "AAAA"}): "stored data of the run: no picture of PNG",
         json.dumps({digest: "*"}): "not in the form that RobSim writes",
         json.dumps([digest]): "not in the form that RobSim writes",
         json.dumps({}): f"the data of the picture {digest[:12]}... is missing",
     }.items():
         with pytest.raises(rs.errors.FileError) as error:
-            rs.Experiment.of(run.assign_attrs(pictures=text))
+            rs.Experiment.of(run.assign_attrs(stored_data=text))
         assert message in str(error.value)
 
 
 def test_pictures_that_are_too_large_for_a_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("robsim.run.stored_pictures.MOST_BYTES", 1000)
+    monkeypatch.setattr("robsim.run.stored_data.MOST_BYTES", 1000)
     run = rs.load_scenario(write_scenario(tmp_path)).run(record="summary")
-    assert run.attrs["scenario"] == "" and "pictures" not in run.attrs
-    reason = "its pictures take 0.0 MB as PNG files; a run stores at most 0 MB of them"
+    assert run.attrs["scenario"] == "" and "stored_data" not in run.attrs
+    reason = "its pictures and meshes take 0.0 MB; a run stores at most 0 MB of them"
     with pytest.raises(rs.errors.InputError, match=f"cannot be repeated .*: {reason}"):
         rs.Experiment.of(run)
 
@@ -164,17 +164,17 @@ def test_pictures_without_a_file_are_written_beside_a_text(tmp_path):
     with pytest.raises(rs.errors.FileError, match=r"the data of the picture .* is missing"):
         rs.load_scenario(path)
     digest = GreyPicture(draw_noise(1)).digest
-    assert drawn.write_pictures(tmp_path) == [tmp_path / "pictures" / f"{digest[:16]}.png"]
+    assert drawn.write_stored_data(tmp_path) == [tmp_path / "pictures" / f"{digest[:16]}.png"]
     assert rs.load_scenario(path) == drawn
-    assert cell.write_pictures(tmp_path) == []
+    assert cell.write_stored_data(tmp_path) == []
     given = [GreyPicture(draw_noise(seed)) for seed in (0, 1)]
-    assert rs.Experiment.from_text(drawn.to_toml(complete=True), pictures=given) == drawn
+    assert rs.Experiment.from_text(drawn.to_toml(complete=True), stored_data=given) == drawn
 
 
 def test_a_change_keeps_the_pictures_of_an_experiment(tmp_path):
     cell = hang_up(rs.load_scenario(write_scenario(tmp_path)), Poster(draw_noise(1), 0.6))
     moved = cell.at({"objects.wall.position": "0, 0, 2 m", "task.gain": "2"})
-    assert moved.pictures == cell.pictures
+    assert moved.stored_data == cell.stored_data
     assert moved.scene.object("wall").shapes == cell.scene.object("wall").shapes
     believed = cell.at("belief.objects.wall.position", "0, 0, 3 m")
     assert rs.Experiment.of(believed.run(record="summary")).task == believed.task

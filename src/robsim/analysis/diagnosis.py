@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.analysis.detection_quality import measure_detection
 from robsim.analysis.resimulation import Resimulation, resimulate_run
 from robsim.analysis.true_error import TrueError, compute_true_error
 from robsim.base.arrays import Array, view_runs_last
@@ -86,6 +87,18 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
           coordinate nearest to a limit; NaN and -1 without limits.
         - singularity: ratio of the smallest to the largest singular value of the true L J.
 
+        A run with a detector also has variables of at most 200 of its pictures, which are drawn and
+        searched again near the true marks:
+
+        - marks_missed, detection_error: number of marks in the image that were not found, and the
+          root mean square of detected minus true marks in px, along an axis; NaN elsewhere.
+        - detection_pictures, detection_bias, detection_rms: number of examined pictures, mean
+          (column, row) and root mean square of detected minus true marks in px.
+        - not_found: number of marks that were not found for each `reason`: outside the image, or
+          the change of the pictures that finds them.
+        - detection_rms_without: detection_rms without one error of the `optics`. The error that
+          accounts for the deviation has the smallest value.
+
         For several simultaneous tasks the rows of L J are stacked, in units of one common
         tolerance, and variables of a single interaction matrix or law are NaN. stability_motion and
         contraction are NaN for laws other than "joint" and "camera". True quantities are NaN if the
@@ -134,6 +147,7 @@ def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
     }
     variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
     variables["lyapunov_rate"][2]["units"] = f"{variables['lyapunov'][2]['units']}/s"
+    variables |= measure_detection(again)
     coordinate_names = ("time", "coordinate", "mark_camera", "mark_target")
     instants = again.run.isel(time=slice(0, T))
     coordinates = {name: instants[name] for name in coordinate_names}

@@ -52,14 +52,14 @@ def warn_of_millimetres(size: float, what: str) -> None:
         _warn_of_unit(f"{looks}; {size:g} mm is {size / 1000.0:g}")
 
 
-def warn_of_milliseconds(delay: float | None, what: str) -> None:
-    """Warn about a delay above 10 s, which is probably in milliseconds.
+def warn_of_milliseconds(delay: float | None, what: str, longest: float = LONGEST_DELAY) -> None:
+    """Warn about a delay above 10 s, or `longest`, which is probably in milliseconds.
 
     Delays above 10,000 s do not cause the warning: such numbers mean "never".
 
     >>> warn_of_milliseconds(0.1, "latency of the images")
     """
-    if delay is not None and LONGEST_DELAY < delay <= 1000.0 * LONGEST_DELAY:
+    if delay is not None and longest < delay <= 1000.0 * LONGEST_DELAY:
         looks = f"{what}: {delay:g} looks like milliseconds, and times are in seconds"
         _warn_of_unit(f"{looks}; {delay:g} ms is {delay / 1000.0:g}")
 

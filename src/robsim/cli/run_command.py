@@ -139,6 +139,6 @@ def _save_run_and_scenario(result: Any, scenario: Experiment, folder: Path) -> N
 
     save_run(result.run if _is_mission_run(result) else result, folder / "run.nc")
     write_whole(folder / "scenario.toml", choose_scenario_text(scenario, folder))
-    scenario.write_pictures(folder)
+    scenario.write_stored_data(folder)
     for name in (*FIGURES, *VIEWS):
         remove_file(folder / name)  # of an earlier run

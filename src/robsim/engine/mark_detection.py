@@ -19,15 +19,20 @@ from robsim.kernels.formulas.perspective import IN_IMAGE, UNDETECTED
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
+from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, Picture
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, check_effect_result
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, warn_missing_meshes
+from robsim.world.scene_picture import (
+    CameraPictures,
+    NoiseKey,
+    get_target_of_run,
+    warn_missing_meshes,
+)
 
 MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
 
 class DetectedPair(NamedTuple):
-    """A camera and its target, as they are and as they are believed, their marks and a detector."""
+    """A camera and its target, as they are and as believed, their marks and their detector."""
 
     camera: str
     sight: CameraTarget
@@ -43,7 +48,9 @@ class DetectionRows:
     Attributes
     ----------
     image : ImageRows
-        Pixels (N, 2) of the marks, hidden marks (N,), and whether the image is lost.
+        Hidden marks (N,), whether the image is lost, and the keys of the noise.
+    pixels : Rows
+        Pixels (N, 2) of the marks, before the effects on measured pixels.
     exposed : Rows
         Coordinates of the scene at the time of the image (nq,) and earlier (nq,), and the seconds
         between them.
@@ -56,6 +63,7 @@ class DetectionRows:
     """
 
     image: ImageRows
+    pixels: BlockRows
     exposed: BlockRows
     last: BlockRows
     status: BlockRows
@@ -74,15 +82,18 @@ class MarkDetection:
         sights: Sequence[CameraTarget],
         groups: Sequence[MarkGroup],
         detectors: Mapping[PairKey, MarkDetector],
-        beliefs: Mapping[PairKey, CameraTarget],
+        believed: Mapping[PairKey, CameraTarget],
         optional: frozenset[PairKey],
         rows: DetectionRows,
     ) -> None:
         self.optional, self.rows, self.seed = optional, rows, int(rows.image.seed)
         self._of_thread = threading.local()
         each = zip(sights, groups, strict=True)
-        pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
-        named = [DetectedPair(s.eye.name, s, beliefs[s.key], g, d) for s, g, d in pairs]
+        pairs = [(s, g, s.key) for s, g in each if s.key in detectors]
+        named = [
+            DetectedPair(s.eye.name, s, believed.get(key, s), g, detectors[key])
+            for s, g, key in pairs
+        ]
         self.pairs = sorted(named, key=attrgetter("camera"))
 
     def __call__(self, blocks: Blocks, step: int) -> None:
@@ -90,7 +101,7 @@ class MarkDetection:
         rows, image = self.rows, self.rows.image
         if step % image.every:
             return
-        pixels, last = blocks.get(image.pixels), blocks.get(rows.last)
+        pixels, last = blocks.get(rows.pixels), blocks.get(rows.last)
         hidden, status = blocks.get(image.hidden), blocks.get(rows.status)
         if step == 0:
             last = np.rint(pixels)
@@ -105,7 +116,7 @@ class MarkDetection:
                 ends = lacking.any(axis=0) & (status[some] == IN_IMAGE)
                 status[some] = np.where(ends, UNDETECTED, status[some])
         for row, values in (
-            (image.pixels, pixels),
+            (rows.pixels, pixels),
             (rows.last, last),
             (image.hidden, hidden),
             (rows.status, status),
@@ -133,11 +144,8 @@ class MarkDetection:
                 hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
-                    of_runs = places, blocks.rows[some]
-                    search = _make_search(pair, *of_runs, step // self.rows.image.every)
-                    who = f"{type(pair.detector).__name__}.find"
-                    result = pair.detector.find(grey, search)
-                    found = check_effect_result(places, result, who, gaps=True)
+                    number_in_run = step // self.rows.image.every
+                    found = find_marks(pair, grey, places, number_in_run, blocks.rows[some])
                     yield pair, some, np.moveaxis(found, 0, -1)
         blocks.put(self.rows.hashes, hashes)
 
@@ -154,10 +162,43 @@ class MarkDetection:
         if not hasattr(self._of_thread, "pictures"):
             sights = {pair.camera: pair.sight for pair in self.pairs}
             self._of_thread.pictures = {
-                name: CameraPictures(_list_bodies(each), each.eye) for name, each in sights.items()
+                name: CameraPictures(each.scene, each.eye) for name, each in sights.items()
             }
         pictures: dict[str, CameraPictures] = self._of_thread.pictures
         return pictures
+
+
+def find_marks(
+    pair: DetectedPair, grey: Picture, last: Array, number: int, runs: NDArray[np.int64]
+) -> Array:
+    """Return the pixels (B, N, 2) of marks in pictures (B, h, w), NaN for marks not found.
+
+    If the camera or the target differ from run to run, each picture is searched on its own.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera
+    if camera.rows.shape[1] == 1 and np.ndim(thing.marks) == 2:
+        found = pair.detector.find(grey, make_search(pair, last, number))
+    else:
+        each = [slice(b, b + 1) for b in range(len(runs))]
+        found = np.concatenate(
+            [
+                pair.detector.find(grey[b], make_search(pair, last[b], number, int(run)))
+                for b, run in zip(each, runs, strict=True)
+            ]
+        )
+    return check_effect_result(last, found, f"{type(pair.detector).__name__}.find", gaps=True)
+
+
+def make_search(pair: DetectedPair, last: Array, number: int, run: int = 0) -> MarkSearch:
+    """Return the search for the marks of a pair, last seen at pixels (B, N, 2), in one run.
+
+    A detector is software of the robot: it gets the believed camera and marks. A belief with marks
+    only keeps the true target or picture, of which a detector knows the code and the pattern.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera.of_run(run)
+    target = get_target_of_run(thing if thing.mark_target else pair.sight.target, run)
+    marks = np.asarray(thing.marks)
+    return MarkSearch(target, marks[..., run] if marks.ndim == 3 else marks, camera, last, number)
 
 
 def check_detection(
@@ -169,29 +210,13 @@ def check_detection(
         if eye.camera.size is None:
             raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
         detectors[sight.key].check(thing.mark_target, np.asarray(thing.marks), eye.camera)
-        warn_missing_meshes(_list_bodies(sight))
+        warn_missing_meshes(sight.scene)
         seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))
         if seconds > dt:
             raise InputError(
                 f"the exposure and readout of camera '{eye.name}' take {seconds:g} s; at most the "
                 f"control period, {dt:g} s"
             )
-
-
-def _make_search(
-    pair: DetectedPair, last: Array, runs: NDArray[np.int64], number: int
-) -> MarkSearch:
-    """Return the marks of a pair with last places (B, N, 2), as the controller believes them."""
-    thing, camera = pair.believed.target, pair.believed.eye.camera.of_runs(runs)
-    marks = np.asarray(thing.marks)
-    marks = marks[..., runs] if marks.ndim == 3 else marks
-    return MarkSearch(thing.mark_target, marks, camera, last, number)
-
-
-def _list_bodies(sight: CameraTarget) -> PictureBodies:
-    """Return the bodies in the pictures of a pair."""
-    scene = sight.scene
-    return PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
 
 
 def compute_picture_hash(picture: NDArray[np.uint8]) -> float:

@@ -69,7 +69,7 @@ OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
 TEXTS = (
     *(*VERSIONS, "seed", "task", "goal", "belief", "law", "inverse"),
-    *("sensing", "actuation", "scenario", "no_scenario", "pictures", "varied"),
+    *("sensing", "actuation", "scenario", "no_scenario", "stored_data", "varied"),
     *("recorded", "commands"),
 )
 POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")

@@ -8,9 +8,7 @@ study in the folder `pictures`.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,17 +16,24 @@ from typing import Any, ClassVar
 from robsim.base.errors import FileError, InputError, format_value, suggest_names
 from robsim.base.file_content import format_relative_path
 from robsim.declare.spec import Context, FieldValue, Raw, Spec, make_expected_error
+from robsim.geometry.content_reference import (
+    DIGEST_KEY,
+    DIGEST_SCHEMA,
+    check_content,
+    check_digest_text,
+    find_stored,
+    make_missing_error,
+    refer_to_content,
+)
 from robsim.geometry.grey_picture import GreyPicture
 
 FOLDER = "pictures"  # beside a text, with the pictures that it names by their SHA-256 only
-PICTURE_KEY = "sha256"
-KEYS = ("file", PICTURE_KEY)
-DIGEST = "[0-9a-f]{64}"
+KEYS = ("file", DIGEST_KEY)
 LONGEST_PATH = 1000
 PATH = {"type": "string", "minLength": 1, "maxLength": LONGEST_PATH}
 PICTURE_FILE = {
     "type": "object",
-    "properties": {"file": PATH, "sha256": {"type": "string", "pattern": f"^{DIGEST}$"}},
+    "properties": {"file": PATH, DIGEST_KEY: DIGEST_SCHEMA},
     "additionalProperties": False,
     "minProperties": 1,
 }
@@ -76,7 +81,7 @@ def _read_picture(raw: Raw, c: Context) -> GreyPicture:
     for key, value in table.items():
         _check_key(key, value)
     try:
-        return _find_picture(table.get("file"), table.get("sha256"), c)
+        return _find_picture(table.get("file"), table.get(DIGEST_KEY), c)
     except FileError as error:  # one problem among others of the text
         raise InputError(str(error)) from None
 
@@ -87,10 +92,7 @@ def _write_picture(picture: GreyPicture, c: Context) -> Raw:
         reference = refer_to_file(picture, c.facts["folder"])
         if reference is not None:
             return reference
-    found = c.facts.get("pictures", {})
-    if not picture.path or picture.digest not in found:  # rather one without a file
-        found[picture.digest] = picture
-    return {PICTURE_KEY: picture.digest}
+    return refer_to_content(picture, c)
 
 
 def _check_key(key: str, value: Raw) -> None:
@@ -99,8 +101,8 @@ def _check_key(key: str, value: Raw) -> None:
         raise InputError(f"unknown key {format_value(key)}; {suggest_names(key, KEYS, 'keys')}")
     if key == "file" and not (isinstance(value, str) and 0 < len(value) <= LONGEST_PATH):
         raise InputError(f"file must be the path of a picture, got {format_value(value)}")
-    if key == "sha256" and not (isinstance(value, str) and re.fullmatch(DIGEST, value)):
-        raise InputError(f"sha256 must be 64 hexadecimal digits, got {format_value(value)}")
+    if key == DIGEST_KEY:
+        check_digest_text(value)
 
 
 def _find_picture(file: str | None, digest: str | None, c: Context) -> GreyPicture:
@@ -109,35 +111,16 @@ def _find_picture(file: str | None, digest: str | None, c: Context) -> GreyPictu
     path = folder / (file or "")
     if digest is None:
         return GreyPicture.from_file(path)
-    if (stored := _find_known(digest, c)) is not None:
+    stored: GreyPicture | None = find_stored(digest, c, GreyPicture)
+    if stored is not None:
         return stored if file is None else replace(stored, path=os.path.abspath(path))
     if file is None:
         path = get_picture_path(folder, digest)
         if not path.exists():
-            raise FileError(
-                f"the data of the picture {digest[:12]}... is missing: there is no {path}; "
-                "Experiment.write_pictures writes it, a run contains it"
-            )
+            raise make_missing_error(digest, path, "picture")
     found = GreyPicture.from_file(path)
-    _check_digest(found, digest, path)
+    check_content(found, digest, path, "picture")
     return found if file else replace(found, path="")
-
-
-def _find_known(digest: str, c: Context) -> GreyPicture | None:
-    """Return a picture that is stored with a run, or of the experiment that a text changes."""
-    with suppress(InputError):  # an experiment without a text
-        pictures: Mapping[str, GreyPicture] = getattr(c.facts.get("known"), "pictures", {})
-        return pictures.get(digest)
-    return None
-
-
-def _check_digest(picture: GreyPicture, expected: str, path: Path) -> None:
-    """Raise FileError if a file has another picture than expected."""
-    if picture.digest != expected:
-        raise FileError(
-            f"{path}: the picture has changed: expected sha256 {expected[:12]}..., got "
-            f"{picture.digest[:12]}...; restore the file, or remove sha256 to take its new content"
-        )
 
 
 def get_picture_path(folder: Path, digest: str) -> Path:

@@ -27,7 +27,7 @@ from robsim.run.log import NANO, Log, Stream
 from robsim.run.log_commands import LOG_INTRINSICS
 from robsim.run.run_checks import check_instance
 from robsim.run.run_from_log import make_run_from_log
-from robsim.run.stored_pictures import unpack_pictures
+from robsim.run.stored_data import unpack_stored_data
 from robsim.servo.camera_target import PairKey
 
 CLOCKS = ("header", "log")
@@ -182,9 +182,9 @@ def _load_bag_experiment(bag: Bag) -> Experiment:
     if bag.topics.get(EXPERIMENT) not in TYPES["experiment"]:
         raise FileError(f"it has no {EXPERIMENT}: give the experiment, read_bag(path, experiment)")
     messages = (each.message.data for _, each in bag.messages(EXPERIMENT))
-    text, pictures = next(messages, ""), next(messages, "")
-    known = unpack_pictures(pictures)
-    return Experiment.from_text(text, f"topic {EXPERIMENT}", pictures=known)
+    text, data = next(messages, ""), next(messages, "")
+    known = unpack_stored_data(data)
+    return Experiment.from_text(text, f"topic {EXPERIMENT}", stored_data=known)
 
 
 class _BagReader:

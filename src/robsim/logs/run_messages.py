@@ -78,7 +78,7 @@ def generate_messages(
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
     lenses = {camera: scene.camera(camera).camera for camera in arrays.marks}
     origin = experiment.origin
-    for text in (origin["scenario"], origin.get("pictures")):
+    for text in (origin["scenario"], origin.get("stored_data")):
         if text:
             message = make_message(message_types.TEXT, data=text)
             yield TopicMessage(topics.EXPERIMENT, message_types.TEXT, start, message)

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import ListOf, Number, check_fields, described
+from robsim.declare import ListOf, Number, Role, check_fields, described
 
 
 @described
@@ -37,10 +37,14 @@ class Light:
     direction: Annotated[
         tuple[float, float, float],
         ListOf(Number(), 3, 3),
+        Role.FIGURE,
         "Direction in which the light travels, in the world.",
     ] = (0.3, 0.4, -0.87)
     ambient: Annotated[
-        float, Number(least=0, most=1), "Share of the light that comes from everywhere."
+        float,
+        Number(least=0, most=1),
+        Role.FIGURE,
+        "Share of the light that comes from everywhere.",
     ] = 0.4
 
     def __post_init__(self) -> None:

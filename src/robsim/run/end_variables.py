@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians; poses farther apart are different
 UPSIDE_DOWN = math.radians(170.0)  # larger angles are half a turn
-NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
+NO_START = (  # at time 0
+    *(Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT),
+    Outcome.UNDETECTED,
+)
 UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
 DESCRIPTIONS = {
     "goal_pose": "goal pose of the moving frame in the world",
@@ -38,7 +41,7 @@ DESCRIPTIONS = {
 
 
 def is_valid_start(outcome: NDArray[Any], end_time: Array) -> NDArray[np.bool_]:
-    """Return whether each start was in view of the cameras and within the joint limits."""
+    """Return whether each start was seen by the cameras and within the joint limits."""
     return np.asarray(~((end_time == 0.0) & np.isin(outcome, NO_START)))
 
 

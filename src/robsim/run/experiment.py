@@ -40,8 +40,7 @@ from robsim.engine.start_visibility import check_start_visibility
 from robsim.engine.workers import Progress, advance_loop
 from robsim.files.overrides import Changes
 from robsim.files.toml import Tables, read_toml_text
-from robsim.geometry.grey_picture import GreyPicture
-from robsim.geometry.picture_spec import PICTURE_KEY, refer_to_file
+from robsim.geometry.content_reference import DIGEST_KEY
 from robsim.run import experiment_overview
 from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
 from robsim.run.brief_text import write_brief_text
@@ -62,12 +61,13 @@ from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.mission_run import MissionRun
 from robsim.run.provenance import get_run_attributes, read_run_settings
 from robsim.run.run_checks import check_instance, check_starts, check_task, count_periods
-from robsim.run.stored_pictures import (
-    StoredPictures,
-    find_pictures,
-    pack_pictures,
-    unpack_pictures,
-    write_picture,
+from robsim.run.stored_data import (
+    StoredData,
+    StoredValue,
+    find_stored_data,
+    pack_stored_data,
+    unpack_stored_data,
+    write_stored_value,
 )
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import ServoTask, Task
@@ -257,7 +257,7 @@ class Experiment(Value, Generic[TaskT_co]):
         source: str = "<text>",
         set: Changes = (),
         *,
-        pictures: Iterable[GreyPicture] = (),
+        stored_data: Iterable[StoredValue] = (),
     ) -> Self:
         """Return the experiment of a TOML text.
 
@@ -269,9 +269,9 @@ class Experiment(Value, Generic[TaskT_co]):
             File name in error messages. Paths in the text are relative to its folder.
         set : dict or sequence of str, optional
             Changes, such as {"task.gain": "2"} or ["task.gain=2"].
-        pictures : sequence of GreyPicture, optional
-            Pictures that the text names by their SHA-256. Others are read from the files that the
-            text names, and from the folder `pictures` beside `source`.
+        stored_data : sequence of GreyPicture or TriangleMesh, optional
+            Pictures and meshes that the text names by their SHA-256. Others are read from the files
+            that the text names, and from the folders `pictures` and `meshes` beside `source`.
 
         Returns
         -------
@@ -300,7 +300,7 @@ class Experiment(Value, Generic[TaskT_co]):
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {format_value(text)}")
         changes = parse_dotted_changes(set, source)
-        known = StoredPictures({each.digest: each for each in pictures})
+        known = StoredData({each.digest: each for each in stored_data})
         experiment = cls._from_fields(read_experiment_text(text, source, known=known), source)
         return (
             cls._from_fields(apply_changes(experiment, changes), source) if changes else experiment
@@ -347,8 +347,8 @@ class Experiment(Value, Generic[TaskT_co]):
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
-        pictures = unpack_pictures(attributes.get("pictures", ""))
-        stored = cls.from_text(text, "scenario of the run", pictures=pictures)
+        data = unpack_stored_data(attributes.get("stored_data", ""))
+        stored = cls.from_text(text, "scenario of the run", stored_data=data)
         if isinstance(stored.task, SelfSimulatingTask):
             return stored
         whole_run = cast(Any, run)
@@ -613,30 +613,32 @@ class Experiment(Value, Generic[TaskT_co]):
         return whole if complete else write_brief_text(self, Path(folder)) or whole
 
     @cached_property
-    def pictures(self) -> dict[str, GreyPicture]:
-        """The pictures that the complete text names, by their SHA-256.
+    def stored_data(self) -> dict[str, StoredValue]:
+        """The pictures and meshes that the complete text names, by their SHA-256.
 
         Raises
         ------
         InputError
             If the experiment has no text.
         """
-        return find_pictures(self._single_run)
+        return find_stored_data(self._single_run)
 
-    def write_pictures(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write the pictures that a text of this experiment names by their SHA-256 only.
+    def write_stored_data(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write the pictures and meshes that a text of this experiment names by their SHA-256 only.
 
-        A text in `folder` is then complete: `load_scenario` finds the pictures beside it.
+        A text in `folder` is then complete: `load_scenario` finds the data beside it.
 
         Parameters
         ----------
         folder : str or path
-            Folder of the text. The PNG files are written into its folder `pictures`.
+            Folder of the text. Pictures are written into its folder `pictures` as PNG files, meshes
+            into its folder `meshes`.
 
         Returns
         -------
         list of Path
-            The files, none for an experiment whose pictures are files that have not changed.
+            The files, none for an experiment whose pictures and meshes are files that have not
+            changed.
 
         Raises
         ------
@@ -646,11 +648,14 @@ class Experiment(Value, Generic[TaskT_co]):
         Examples
         --------
         >>> from robsim import examples
-        >>> load_scenario(examples.path("visp_tutorial")).write_pictures(".")
+        >>> load_scenario(examples.path("visp_tutorial")).write_stored_data(".")
         []
         """
-        nameless = (x for x in self.pictures.values() if refer_to_file(x, Path(folder)) is None)
-        return [write_picture(each, Path(folder)) for each in nameless]
+        if not self.stored_data:
+            return []
+        text = self._single_run.to_toml(folder=folder)
+        named = (each for digest, each in self.stored_data.items() if digest in text)
+        return [write_stored_value(each, Path(folder)) for each in named]
 
     @cached_property
     def hash(self) -> str:
@@ -916,11 +921,11 @@ class Experiment(Value, Generic[TaskT_co]):
         """The attributes of a run that store its experiment, or the reason why it has no text."""
         try:
             text = self._single_run.to_toml(complete=True)
-            named = self.pictures if PICTURE_KEY in text else {}  # rarely, and the search is fast
-            pictures = pack_pictures(named.values())
+            named = self.stored_data if DIGEST_KEY in text else {}  # the search is fast
+            data = pack_stored_data(named.values())
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
-        return {"scenario": text, **({"pictures": pictures} if pictures else {})}
+        return {"scenario": text, **({"stored_data": data} if data else {})}
 
     @property
     def _single_run(self) -> Experiment:

@@ -159,11 +159,12 @@ def read_experiment(
     """Return the fields of an experiment from tables, or from changes to an old experiment.
 
     An error lists all problems. It is a FileError that names the source, unless the tables are not
-    `in_file`. The fact `known` is an object with the `pictures` that the text names by SHA-256, by
-    default the old experiment.
+    `in_file`. The fact `known` is an object with the `stored_data` that the text names by SHA-256,
+    by default the old experiment.
     """
     problems, folder = Problems(source if in_file else ""), Path(source).parent
-    c = Context(problems, facts={"belief": None, "known": old, "folder": folder, **facts})
+    own = {"folder": folder, "text_file": source.endswith(".toml"), "known": old}
+    c = Context(problems, facts={"belief": None, **own, **facts})
     c = c.with_facts(library=partial(load_origin_robot, folder=folder))
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
@@ -249,8 +250,8 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
     """Return the exact tables of an experiment; NoTextError if it contains a user's Python code.
 
     With the fact `brief`, the tables omit defaults. With `short`, robots and beliefs are written as
-    differences from their sources. A dict `pictures` gets the pictures that the tables name by
-    their SHA-256.
+    differences from their sources. A dict `stored_data` gets the pictures and meshes that the
+    tables name by their SHA-256.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)

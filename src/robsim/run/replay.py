@@ -15,7 +15,7 @@ from robsim.run.provenance import check_run
 if TYPE_CHECKING:
     import xarray as xr
 
-STORED = ("scenario", "pictures", "single")  # attributes that the repeated run shares
+STORED = ("scenario", "stored_data", "single")  # attributes that the repeated run shares
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""The folder of a study: its text, its rows as Parquet files, and its pictures as PNG files.
+"""The folder of a study: its text, its rows as Parquet files, and its pictures and meshes.
 
 The identity of a study is a digest of its text and of the versions that simulated it. The digest of
 each row file includes it.
@@ -24,7 +24,7 @@ from robsim.files.toml import read_toml_text
 from robsim.kernels.machine.cache_files import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import VERSION
-from robsim.run.stored_pictures import write_picture
+from robsim.run.stored_data import write_stored_value
 from robsim.studies.result_columns import Columns, empty_columns, make_table
 from robsim.studies.row_files import (
     DIGEST_SUFFIX,
@@ -73,8 +73,8 @@ class StudyStore:
         self._check_room(plan)
         about = {"format": FORMAT, **VERSIONS, "runs": plan.runs, "draws": plan.draws}
         about["digest"] = _digest_description(about, text)
-        for picture in plan.experiment.pictures.values():  # once for all rows
-            write_picture(picture, self.folder)
+        for value in plan.experiment.stored_data.values():  # once for all rows
+            write_stored_value(value, self.folder)
         write_whole(self.folder / TEXT, text)
         write_whole(self.folder / ABOUT, json.dumps(about, indent=1) + "\n")
 
@@ -217,7 +217,7 @@ class StudyStore:
 def make_exact_text(plan: Plan) -> str:
     """Return the text of a study; raise InputError if the text does not reproduce the study."""
     text = format_plan(plan)
-    again = read_plan(Experiment.from_text(text, pictures=plan.experiment.pictures.values()))
+    again = read_plan(Experiment.from_text(text, stored_data=plan.experiment.stored_data.values()))
     if again.experiment != plan.experiment or format_plan(again) != text:
         raise InputError(
             "no text describes this study exactly, and a store needs such a text: run it without a "

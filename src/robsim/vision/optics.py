@@ -11,11 +11,14 @@ from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.base.value import replace_unchecked
 from robsim.declare import DeclaredValue, Integer, Number, PerRun, Role, Time, described
 
+MOST_SAMPLES = 8
+LONGEST_EXPOSURE = 0.999  # bound of plausible exposures in seconds
+
 
 @described
 @dataclass(frozen=True, eq=False)
 class Optics(DeclaredValue):
-    """The errors of the pictures of a camera: blur, noise, exposure and rolling shutter.
+    """The optics and the sensor of a camera: blur, noise, exposure and rolling shutter.
 
     Every error is off by default, and errors combine. The light L of a pixel is the grey value of
     an ideal camera, averaged over the exposure and blurred by the lens. Its grey value is
@@ -33,6 +36,9 @@ class Optics(DeclaredValue):
     Motion during `exposure` blurs the image. With `readout` each row is seen earlier than the row
     below it: the exposure of row y of h rows ends readout (h - 1 - y) / h before the time of the
     image, at which the exposure of the last row ends. Only a simulation has motion.
+
+    `samples` is the accuracy of the light: a pixel is the mean of samples^2 values, of which each
+    has exact edges. Pictures in a run are drawn with these samples.
 
     Optics describe the true camera. A controller does not use them.
 
@@ -102,11 +108,18 @@ class Optics(DeclaredValue):
     bits: Annotated[
         int, Integer(1, 8), Role.FIGURE, "Bits of a grey value; white is 255 with any number."
     ] = 8
+    samples: Annotated[
+        int,
+        Integer(1, MOST_SAMPLES),
+        Role.FIGURE,
+        "Divisions along each side of a pixel. 2 has a quarter of the error, in four times the "
+        "time.",
+    ] = 1
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        warn_of_milliseconds(self.exposure, "Optics.exposure")
-        warn_of_milliseconds(self.readout, "Optics.readout")
+        for name in ("exposure", "readout"):
+            warn_of_milliseconds(getattr(self, name), f"Optics.{name}", LONGEST_EXPOSURE)
 
     @property
     def duration(self) -> float:

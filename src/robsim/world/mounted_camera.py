@@ -158,6 +158,11 @@ class MountedCamera:
             raise InputError(f"optics of '{self.name}': expected Optics, got {given}")
         object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))
 
+    @property
+    def samples(self) -> int:
+        """The divisions along each side of a pixel of its pictures, 1 without optics."""
+        return 1 if self.optics is None else self.optics.samples
+
     @classmethod
     def rig_from_file(
         cls, path: str | os.PathLike[str], on: str = "world", pose: PoseLike = IDENTITY

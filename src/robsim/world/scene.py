@@ -26,6 +26,7 @@ from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
 from robsim.robot.robot_table import MOST_LISTED_PARTS, ROBOT
 from robsim.robot.tree import Tree
+from robsim.vision.optics import MOST_SAMPLES
 from robsim.world import scene_overview
 from robsim.world.belief_errors import is_not_default, perturb_camera, perturb_robot, perturb_target
 from robsim.world.motion import Motion
@@ -109,6 +110,12 @@ class Scene(SceneCoordinates):
     display: Annotated[
         Pose, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."
     ] = field(default=IDENTITY, kw_only=True)
+    light: Annotated[Light, Table(Light), Role.FIGURE, "Light in the pictures of cameras."] = field(
+        default=Light(), kw_only=True
+    )
+    background: Annotated[
+        float, GREY, Role.FIGURE, "Grey value of pixels without a body, from 0 to 255."
+    ] = field(default=50.0, kw_only=True)
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -120,6 +127,8 @@ class Scene(SceneCoordinates):
             motions: Motion | Sequence[Motion] = (),
             *,
             display: PoseLike = IDENTITY,
+            light: Light = Light(),  # noqa: B008 - frozen
+            background: float = 50.0,
         ) -> None: ...
 
     @classmethod
@@ -146,6 +155,8 @@ class Scene(SceneCoordinates):
                 )
             object.__setattr__(self, kind, tuple(items))
         object.__setattr__(self, "display", check_single_pose(self.display, "display"))
+        _check_light(self.light)
+        object.__setattr__(self, "background", GREY.check(self.background, "background"))
         kind_of = self._check_names()
         try:
             _ = self.tree  # raises FrameError for an unknown frame
@@ -513,9 +524,9 @@ class Scene(SceneCoordinates):
         q: Configuration | None = None,
         camera: str | None = None,
         *,
-        samples: int = 1,
-        light: Light = Light(),  # noqa: B008 - frozen
-        background: float = 50.0,
+        samples: int | None = None,
+        light: Light | None = None,
+        background: float | None = None,
         exact: bool = False,
         seed: int = 0,
     ) -> NDArray[np.uint8] | NDArray[np.float32]:
@@ -537,13 +548,13 @@ class Scene(SceneCoordinates):
             Coordinates of the scene. Default: `home`.
         camera : str, optional
             Name of the camera. Default: the only camera.
-        samples : int, default 1
+        samples : int, optional
             Divisions along each side of a pixel, from 1 to 8. With 2 the picture has a quarter of
-            the error and takes four times as long.
+            the error and takes four times as long. Default: `samples` of the optics, or 1.
         light : Light, optional
-            Light of the scene.
-        background : float, default 50
-            Grey value of pixels without a body, from 0 to 255.
+            Light of the picture. Default: `light` of the scene.
+        background : float, optional
+            Grey value of pixels without a body, from 0 to 255. Default: `background` of the scene.
         exact : bool, default False
             Whether to return grey values that are not rounded and without the errors of `optics`:
             the light of an ideal camera.
@@ -580,16 +591,22 @@ class Scene(SceneCoordinates):
         """
         from robsim.world import scene_picture as pictures
 
-        count = as_integer(samples, "samples", 1, pictures.MOST_SAMPLES + 1)
         values = self.coordinates(self.home if q is None else q, limits=False)
-        bodies = pictures.PictureBodies(self.robots, self.objects, self.cameras, self.tree)
-        if not isinstance(light, Light):
-            raise InputError(f"light: expected a Light, got {format_value(light)}")
-        grey = GREY.check(background, "background")
-        pictures.warn_missing_meshes(bodies)
-        key, eye = as_integer(seed, "seed", 0, 2**64), self.camera(camera)
-        images = pictures.draw_bodies(bodies, values, eye, count, light, grey)
+        shown, key = self._light_up(light, background), as_integer(seed, "seed", 0, 2**64)
+        pictures.warn_missing_meshes(shown)
+        eye = self.camera(camera)
+        count = (
+            eye.samples if samples is None else as_integer(samples, "samples", 1, MOST_SAMPLES + 1)
+        )
+        images = pictures.draw_scene(shown, values, eye, count)
         return images if as_bool(exact, "exact") else pictures.develop_pictures(images, eye, key)
+
+    def _light_up(self, light: Light | None, background: float | None) -> Scene:
+        """Return the scene in another light, or before another background, if they are given."""
+        if light is None and background is None:
+            return self
+        grey = self.background if background is None else GREY.check(background, "background")
+        return self.revised(light=_check_light(light or self.light), background=grey)
 
     def interaction(
         self,
@@ -697,6 +714,13 @@ class Scene(SceneCoordinates):
     @property
     def _frames(self) -> list[Frame]:
         return list_scene_frames(self.robots, self.objects, self.cameras)
+
+
+def _check_light(light: object) -> Light:
+    """Return a light; raise InputError if it is none."""
+    if not isinstance(light, Light):
+        raise InputError(f"light: expected a Light, got {format_value(light)}")
+    return light
 
 
 def _frame_placement(scene: Scene) -> list[int]:

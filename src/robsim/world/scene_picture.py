@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from itertools import chain
 from threading import Lock
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, move_runs_last
 from robsim.base.errors import InputError
 from robsim.declare import fields_of
+from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Primitive
 from robsim.geometry.primitives.unreadable_meshes import warn_unreadable_meshes
@@ -29,30 +30,39 @@ from robsim.robot.tree import RunNumbers, Tree
 from robsim.vision.optics import Optics
 from robsim.vision.tags.tag import Tag
 from robsim.world.mounted_camera import MountedCamera
-from robsim.world.object import Object
+from robsim.world.object import Object, PrintedTarget
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
-MOST_SAMPLES = 8
 MOST_KEPT_PIXELS = 2_000_000  # with samples, of a camera whose buffers are kept: 24 MB
 KEPT_RENDERERS = 64  # of runs with different cameras or tags
 
 
-@dataclass(frozen=True)
-class PictureBodies:
-    """The bodies of a scene that its pictures show.
+class PicturedScene(Protocol):
+    """The parts of a scene that its pictures show, as a `Scene` has them."""
 
-    Attributes
-    ----------
-    robots, objects, cameras : tuple
-        Parts of the scene.
-    tree : Tree
-        Kinematic tree of their frames.
-    """
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """The robots."""
 
-    robots: tuple[Robot, ...]
-    objects: tuple[Object, ...]
-    cameras: tuple[MountedCamera, ...]
-    tree: Tree
+    @property
+    def objects(self) -> tuple[Object, ...]:
+        """The objects, with their printed targets."""
+
+    @property
+    def cameras(self) -> tuple[MountedCamera, ...]:
+        """The cameras, whose housings are seen by other cameras."""
+
+    @property
+    def tree(self) -> Tree:
+        """The kinematic tree of all frames."""
+
+    @property
+    def light(self) -> Light:
+        """The light."""
+
+    @property
+    def background(self) -> float:
+        """The grey value of pixels without a body."""
 
 
 class NoiseKey(NamedTuple):
@@ -70,20 +80,15 @@ class CameraPictures:
     """
 
     def __init__(
-        self,
-        bodies: PictureBodies,
-        eye: MountedCamera,
-        samples: int = 1,
-        light: Light = Light(),  # noqa: B008 - frozen
-        background: float = 50.0,
+        self, scene: PicturedScene, eye: MountedCamera, samples: int | None = None
     ) -> None:
-        self.bodies, self.eye, self.samples = bodies, eye, samples
-        self.light, self.background, self.lock = light, background, Lock()
-        self.frames = list(_list_faces(bodies, eye, 0))
-        self._quaternions = list(_find_quaternions(bodies.robots))
+        self.scene, self.eye, self.lock = scene, eye, Lock()
+        self.samples = eye.samples if samples is None else samples
+        self.frames = list(_list_faces(scene, eye, 0))
+        self._quaternions = list(_find_quaternions(scene.robots))
         self._differ = (
             eye.camera.rows.shape[1] > 1
-            or any(_has_arrays(thing.tag) for thing in bodies.objects if thing.tag)
+            or any(_has_arrays(thing.tag) for thing in scene.objects if thing.tag)
             or (eye.optics is not None and _has_arrays(eye.optics))
         )
         self._renderer = lru_cache(KEPT_RENDERERS)(self._make_renderer)
@@ -132,7 +137,7 @@ class CameraPictures:
 
     def place(self, q: Array, runs: RunNumbers = None) -> tuple[Array, Array]:
         """Return the poses (B, bodies, 4, 4) in camera axes, and the light (B, 4), at q (nq, B)."""
-        tree = self.bodies.tree
+        tree = self.scene.tree
         poses = tree.bodies(q, runs)
         T_w_c = tree.frame(poses, self.eye.name, runs)
         T_c_b = np.zeros((q.shape[1], len(self.frames), 4, 4))
@@ -141,9 +146,9 @@ class CameraPictures:
             T_c_b[:, k, :3] = np.moveaxis(
                 _express_in_camera(T_w_c, tree.frame(poses, name, runs)), -1, 0
             )
-        x, y, z = self.light.unit_direction
+        x, y, z = self.scene.light.unit_direction
         toward = T_w_c[0, :3] * x + T_w_c[1, :3] * y + T_w_c[2, :3] * z
-        return T_c_b, np.column_stack([*toward, np.full(q.shape[1], self.light.ambient)])
+        return T_c_b, np.column_stack([*toward, np.full(q.shape[1], self.scene.light.ambient)])
 
     def _make_development(self, run: int) -> Development:
         """Return the development of the pictures of a run."""
@@ -154,8 +159,8 @@ class CameraPictures:
     def _make_renderer(self, run: int) -> Renderer:
         """Return the renderer of a run."""
         camera = self.eye.camera.of_run(run)
-        faces = [faces for _, faces in _list_faces(self.bodies, self.eye, run)]
-        return Renderer(camera, faces, self.samples, self.background)
+        faces = [faces for _, faces in _list_faces(self.scene, self.eye, run)]
+        return Renderer(camera, faces, self.samples, self.scene.background)
 
 
 def _express_in_camera(T_w_c: Array, T_w_b: Array) -> Array:
@@ -167,45 +172,38 @@ def _express_in_camera(T_w_c: Array, T_w_b: Array) -> Array:
     return T
 
 
-def warn_missing_meshes(bodies: PictureBodies) -> None:
-    """Issue one FileWarning if meshes are missing in pictures of bodies."""
-    parts = [link.shapes for robot in bodies.robots for link in robot.links]
-    shapes = chain(*parts, *(thing.shapes for thing in bodies.objects))
+def warn_missing_meshes(scene: PicturedScene) -> None:
+    """Issue one FileWarning if meshes are missing in pictures of a scene."""
+    parts = [link.shapes for robot in scene.robots for link in robot.links]
+    shapes = chain(*parts, *(thing.shapes for thing in scene.objects))
     warn_unreadable_meshes(shapes, with_unknown=True)
 
 
-def draw_bodies(
-    bodies: PictureBodies,
-    q: Array,
-    eye: MountedCamera,
-    samples: int,
-    light: Light,
-    background: float,
+def draw_scene(
+    scene: PicturedScene, q: Array, eye: MountedCamera, samples: int
 ) -> NDArray[np.float32]:
-    """Return the grey values (..., h, w) of bodies at coordinates q (..., nq)."""
+    """Return the grey values (..., h, w) of a scene at coordinates q (..., nq)."""
     if eye.camera.size is None:
         raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
     lead, (width, height) = q.shape[:-1], eye.camera.size
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
-    pictures = _find_pictures(bodies, eye, samples, light, background)
+    pictures = _find_pictures(scene, eye, samples)
     with pictures.lock:
         return pictures.draw(move_runs_last(q, 1)).reshape(*lead, height, width)
 
 
-def _find_pictures(
-    bodies: PictureBodies, eye: MountedCamera, samples: int, light: Light, background: float
-) -> CameraPictures:
+def _find_pictures(scene: PicturedScene, eye: MountedCamera, samples: int) -> CameraPictures:
     """Return the pictures of a camera; the last ones are kept."""
 
     def build() -> CameraPictures:
-        return CameraPictures(bodies, eye, samples, light, background)
+        return CameraPictures(scene, eye, samples)
 
     width, height = eye.camera.size or (0, 0)
     if width * height * samples**2 > MOST_KEPT_PIXELS:
         return build()
-    held = bodies.robots, bodies.objects, bodies.cameras
-    key = (*map(id, held), eye.name, samples, light, background)
+    held = scene.robots, scene.objects, scene.cameras
+    key = (*map(id, held), eye.name, samples, scene.light, scene.background)
     return _RECENT.find(key, held, build)
 
 
@@ -246,22 +244,28 @@ def develop_pictures(
 
 
 def _list_faces(
-    bodies: PictureBodies, eye: MountedCamera, run: int
+    scene: PicturedScene, eye: MountedCamera, run: int
 ) -> Iterator[tuple[str, list[RenderedFace]]]:
     """Yield the frames that have faces, and these faces, but not the body of the camera."""
-    for robot in bodies.robots:
+    for robot in scene.robots:
         for link in robot.links:
             yield from _list_frame_faces(f"{robot.name}.{link.name}", link.shapes)
-    for thing in bodies.objects:
-        target = thing.target
-        if isinstance(target, Tag) and _has_arrays(target):
-            target = replace(target, size=float(np.asarray(target.size)[run]))
-        printed = [] if target is None else list_target_faces(target)
+    for thing in scene.objects:
+        target = get_target_of_run(thing, run)
+        printed = list_target_faces(target) if isinstance(target, PrintedTarget) else []
         yield from _list_frame_faces(thing.name, thing.shapes, printed)
-    for other in bodies.cameras:
+    for other in scene.cameras:
         body = other.camera.drawn(Pose.at())
         if body is not None and other.name != eye.name:
             yield from _list_frame_faces(other.name, (body,))
+
+
+def get_target_of_run(thing: Object, run: int) -> PrintedTarget | FacePicture | None:
+    """Return the printed target of an object, or the picture under its marks, in one run."""
+    target = thing.mark_target
+    if isinstance(target, Tag) and _has_arrays(target):
+        return replace(target, size=float(np.asarray(target.size)[run]))
+    return target
 
 
 def _list_frame_faces(

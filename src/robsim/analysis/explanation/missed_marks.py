@@ -2,52 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
+from numpy.typing import NDArray
 
+from robsim.analysis.detection_trials import PictureChange, detect_again, list_changes
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.run_analysis import RunAnalysis
-from robsim.analysis.explanation.text_format import format_count, format_number
-from robsim.base.arrays import Array
-from robsim.declare import fields_of
-from robsim.declare.spec import Raw
+from robsim.analysis.explanation.text_format import format_count
 from robsim.servo.camera_target import CameraTarget
-from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
-from robsim.vision.optics import Optics
-from robsim.world.mounted_camera import MountedCamera
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+from robsim.vision.detectors.mark_detector import MarkDetector
 
 EXAMINED = 12  # pictures over the run
 SHARE = 0.5  # a change is a cause if it removes this share of the misses
-CAUSES = {
-    "full_well": "shot noise",
-    "read_noise": "read noise",
-    "defocus": "the blur of the lens",
-    "vignetting": "vignetting",
-    "exposure": "the blur by motion",
-    "readout": "the rolling shutter",
-    "gain": "the gain",
-    "gamma": "gamma",
-    "bits": "the few grey levels",
-}
-
-
-class PictureChange(NamedTuple):
-    """Pictures without one cause of misses: a phrase, and the values of the change.
-
-    `offset` (2,) is added to the pixels of a mark after their multiplication by `factor`. With
-    `alone` the pictures show the target without other bodies.
-    """
-
-    phrase: str
-    eye: MountedCamera
-    values: dict[str, Raw]
-    factor: float = 1.0
-    offset: tuple[float, float] = (0.0, 0.0)
-    alone: bool = False
 
 
 def report_missed_marks(analysis: RunAnalysis) -> Finding | None:
@@ -74,7 +40,7 @@ def _examine_pair(
     )
     evidence = {"pictures": float(len(instants)), "with_misses": float(misses)}
     best: tuple[int, PictureChange] | None = None
-    for change in _list_changes(sight.eye):
+    for change in list_changes(sight.eye):
         left = _count_misses(analysis, sight, change, detector, instants)
         if best is None or left < best[0]:
             best = left, change
@@ -86,50 +52,13 @@ def _examine_pair(
     return Finding("missed marks", text, {**evidence, "left": float(left)}, change.values)
 
 
-def _list_changes(eye: MountedCamera) -> Iterator[PictureChange]:
-    """Yield the cameras without one error of the optics, and with twice the pixels."""
-    optics = Optics() if eye.optics is None else eye.optics
-    for each in fields_of(Optics):
-        value, off = vars(optics)[each.name], each.default
-        if value != off:
-            without = replace(optics, **{each.name: off})
-            number = f"{each.name} = {format_number(value)}"
-            path = f"cameras.{eye.name}.optics.{each.name}"
-            phrase = f"without {CAUSES[each.name]} ({number})"
-            yield PictureChange(phrase, replace(eye, optics=without), {path: off})
-    yield PictureChange("without the other bodies, which hide marks", eye, {}, alone=True)
-    width, height = eye.camera.size or (0, 0)
-    K = eye.camera.K.copy()
-    K[:2, 2] += width / 2, height / 2
-    wider = replace(eye, camera=replace(eye.camera, K=K, size=(2 * width, 2 * height)))
-    phrase = "with a larger image: its border cuts marks"
-    yield PictureChange(phrase, wider, {}, offset=(width / 2, height / 2))
-    larger = replace(eye, camera=eye.camera.resized(2 * width, 2 * height))
-    phrase = "with twice the pixels along each side: the marks are too small in the image"
-    yield PictureChange(phrase, larger, {}, factor=2.0, offset=(0.5, 0.5))
-
-
 def _count_misses(
     analysis: RunAnalysis,
     sight: CameraTarget,
     change: PictureChange,
     detector: MarkDetector,
-    instants: Array,
+    instants: NDArray[np.int64],
 ) -> int:
     """Return the number of instants with marks in the image that the detector does not find."""
-    scene, loop, thing = sight.scene, analysis.loop, sight.target
-    parts = ((), (thing,), ()) if change.alone else (scene.robots, scene.objects, scene.cameras)
-    pictures = CameraPictures(PictureBodies(*parts, scene.tree), change.eye)
-    misses = 0
-    for t in instants:
-        now, before = analysis.snapshots[t], analysis.snapshots[max(t - 1, 0)]
-        key = NoiseKey(loop.seed, loop.runs.astype(np.uint64), int(t))
-        picture = pictures.take(now.q, (now.q - before.q) / loop.dt, key)
-        view = now.projections[sight.key]
-        true = change.factor * np.moveaxis(view.pixels, -1, 0) + change.offset
-        search = MarkSearch(
-            thing.mark_target, np.asarray(thing.marks), change.eye.camera, np.rint(true)
-        )
-        inside = np.moveaxis(view.visibility == 0, -1, 0)
-        misses += bool((np.isnan(detector.find(picture, search)).any(axis=-1) & inside).any())
-    return misses
+    found = detect_again(analysis, sight, change, detector, instants)
+    return int(found.missed.any(axis=1).sum())

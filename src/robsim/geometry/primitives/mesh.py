@@ -1,61 +1,55 @@
-"""Mesh by the name of its file, which is opened for figures only."""
+"""Mesh by the name of its file, or with its triangles."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path, PurePosixPath
-from typing import Annotated
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare import ListOf, Number, Role, Text, register
-from robsim.geometry.mesh_files import load_mesh
-from robsim.geometry.mesh_lookup import FILE_SCHEME, PACKAGE_SCHEME, find_mesh_file
+from robsim.geometry.mesh_lookup import FILE_SCHEME, PACKAGE_SCHEME
 from robsim.geometry.mesh_parser import ColoredMesh, Indices
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
+from robsim.geometry.primitives.mesh_file import MeshFile
+from robsim.geometry.primitives.mesh_spec import MESH
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 from robsim.geometry.primitives.surface import Surface
-
-
-@dataclass(frozen=True)
-class MeshSource:
-    """Folder of the model file that names a mesh, and substitutes for the mesh.
-
-    Attributes
-    ----------
-    folder : Path
-        Folder of the model file.
-    stand_ins : tuple of Primitive
-        Collision shapes in the axes of the mesh. Figures draw them if the mesh file cannot be read.
-    """
-
-    folder: Path
-    stand_ins: tuple[Primitive, ...] = ()
+from robsim.geometry.triangle_mesh import TriangleMesh
 
 
 @register("shape", "mesh")
 @dataclass(frozen=True)
 class Mesh(Primitive):
-    """Mesh by its file name, for figures.
+    """Mesh by its file name, or with its triangles, for figures and pictures.
 
-    Figures draw the mesh if it comes from a URDF file and the extra `mesh` is installed. The file
-    name is "package://name/..." or relative to the folder of the model file; it may lead out of
-    this folder by one level at most. An absolute name needs the prefix "file://". The mass of a
-    mesh is unknown, so its link must give the inertia. `Robot.from_urdf` sets `source`, which has
-    no effect on equality, hashes, text forms and results of runs.
+    A mesh of a URDF file or of a scenario file is read when it is drawn or stored with a run, if
+    the extra `mesh` is installed. The file name is "package://name/..." or relative to the folder
+    of that file; it may lead out of this folder by one level at most. An absolute name needs the
+    prefix "file://". In Python, `content` is a `TriangleMesh`, or a pair of points (P, 3) in metres
+    and triangles (F, 3), and the name is a label. Meshes are equal if their fields and their
+    triangles are. A run stores the triangles, so that it can be repeated without the file. The mass
+    of a mesh is unknown, so its link must give the inertia.
 
     Raises
     ------
     InputError
         If the file name leaves its package, a scale is zero, or a mass or density is given.
+        If the triangles are not the triangles of a mesh.
 
     Examples
     --------
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)
+    >>> corner = Mesh("corner.stl", content=(np.eye(3), [[0, 1, 2]]))
+    >>> [surface.faces for surface in corner.shown()]
+    [((0, 1, 2),)]
     """
 
     pose: Annotated[
@@ -68,7 +62,24 @@ class Mesh(Primitive):
     color: FigureColour = "k"
     mass: None = field(default=None, kw_only=True)
     density: None = field(default=None, kw_only=True)
-    source: MeshSource | None = field(default=None, kw_only=True, compare=False, repr=False)
+    content: Annotated[
+        MeshFile | TriangleMesh | None, MESH, Role.FIGURE, "Triangles, by default of the file."
+    ] = field(default=None, kw_only=True, hash=False, repr=False)
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            filename: str,
+            scale: Sequence[float] = (1.0, 1.0, 1.0),
+            color: str = "k",
+            *,
+            pose: Pose = IDENTITY,
+            mass: None = None,
+            density: None = None,
+            albedo: float = 0.6,
+            content: MeshFile | TriangleMesh | tuple[ArrayLike, ArrayLike] | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -84,25 +95,25 @@ class Mesh(Primitive):
         Each surface has the colour in the file, unless the mesh has a colour other than black.
         """
         content = self._load()
-        if isinstance(content, tuple):
-            return tuple(self._make_surface(piece) for piece in content)
-        stand_ins = self.source.stand_ins if self.source else ()
+        if isinstance(content, TriangleMesh):
+            return tuple(self._make_surface(piece) for piece in content.parts)
+        stand_ins = self.content.stand_ins if isinstance(self.content, MeshFile) else ()
         return tuple(replace(each, color=self.color).at(self.pose) for each in stand_ins)  # type: ignore[call-arg]
 
     @property
     def lack(self) -> str | None:
-        """Reason why the mesh file cannot be drawn, or None if it can or no source is known."""
+        """Reason why the mesh cannot be drawn, or None if it can or has no content."""
         content = self._load()
         return (
             f"{format_value(self.filename)}: {content}" if isinstance(content, FileError) else None
         )
 
-    def _load(self) -> tuple[ColoredMesh, ...] | FileError:
-        """Return the parts of the mesh file, none if no source is known, or the error."""
-        if self.source is None:
-            return ()
+    def _load(self) -> TriangleMesh | FileError | None:
+        """Return the triangles, None if there is no content, or the error of its file."""
+        if not isinstance(self.content, MeshFile):
+            return self.content
         try:
-            return load_mesh(find_mesh_file(self.filename, self.source.folder))
+            return self.content.load()
         except FileError as error:
             return error
 
@@ -111,7 +122,9 @@ class Mesh(Primitive):
         scale = np.array(self.scale)
         triangles = piece.triangles[:, ::-1] if scale.prod() < 0 else piece.triangles  # outwards
         color = piece.color if self.color == "k" and piece.color else self.color
-        return Surface(piece.points * scale, triangles, piece.sharp, color, pose=self.pose)
+        return Surface(
+            piece.points.astype(float) * scale, triangles, piece.sharp, color, pose=self.pose
+        )
 
     @property
     def edges(self) -> Indices:

@@ -16,7 +16,7 @@ MOST_NAMED = 3  # largest number of reasons in a warning
 def warn_unreadable_meshes(shapes: Iterable[Primitive], with_unknown: bool = False) -> None:
     """Issue one FileWarning if meshes are not drawn; it reports their number.
 
-    Meshes without a source, such as those of a repeated run, are counted if `with_unknown`.
+    Meshes without content, are counted if `with_unknown`.
     """
     meshes = [shape for shape in shapes if isinstance(shape, Mesh)]
     reasons = [reason for mesh in meshes if (reason := _find_reason(mesh, with_unknown))]
@@ -29,6 +29,6 @@ def warn_unreadable_meshes(shapes: Iterable[Primitive], with_unknown: bool = Fal
 
 def _find_reason(mesh: Mesh, with_unknown: bool) -> str | None:
     """Return the reason why a mesh is not drawn, or None."""
-    if mesh.source is None and with_unknown:
+    if mesh.content is None and with_unknown:
         return f"{format_value(mesh.filename)}: its folder is not known"
     return mesh.lack

@@ -9,7 +9,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot.film.film_source import FilmShot, FilmSource
 from robsim.plot.film.frame_times import FrameTimes
-from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies
+from robsim.world.scene_picture import CameraPictures, NoiseKey
 
 Frame = NDArray[np.uint8]  # (height, width, 4): red, green, blue, and full opacity
 
@@ -53,8 +53,7 @@ def _make_pictures(shot: FilmShot, camera: str) -> CameraPictures:
     scene, eye = shot.scene, shot.scene.camera(camera)
     if eye.camera.size is None:
         raise InputError(f"camera '{camera}' has no size, which a picture needs")
-    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
-    return CameraPictures(bodies, eye)
+    return CameraPictures(scene, eye)
 
 
 def _column(values: Array) -> Array:

@@ -13,7 +13,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.xml_elements import Element
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
-from robsim.geometry.primitives.mesh import MeshSource
+from robsim.geometry.primitives.mesh_file import MeshFile
 from robsim.robot.urdf.attribute_values import (
     read_attribute_number,
     read_attribute_vector,
@@ -96,7 +96,7 @@ def read_shapes(
 ) -> tuple[Primitive, ...]:
     """Return the visual shapes of a link, or its collision shapes if there are none.
 
-    Each mesh stores the folder of the file, and the first mesh also the collision shapes as
+    Each mesh refers to its file, and the first mesh also the collision shapes as
     substitutes.
     """
     visual, collision = (
@@ -113,7 +113,7 @@ def read_shapes(
     for shape in visual or collision:
         if isinstance(shape, Mesh):
             moved = tuple(each.at(shape.pose.inv()) for each in stand_ins)
-            result.append(replace(shape, source=MeshSource(folder, moved)))
+            result.append(replace(shape, content=MeshFile(shape.filename, folder, moved)))
             stand_ins = []
         else:
             result.append(shape)

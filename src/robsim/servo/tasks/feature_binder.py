@@ -133,7 +133,7 @@ def _find_believed_targets(belief: Any, scene: Scene, truth: BlockTargets) -> Bl
     believed_joints, joints = _list_coordinates(belief), _list_coordinates(scene)
     if believed_joints != joints:
         raise InputError(f"the belief has the joints {believed_joints}, the scene {joints}")
-    _check_believed_optics(belief, scene)
+    _check_believed_pictures(belief, scene)
     by_key: dict[PairKey, CameraTarget] = {}
     for true in deduplicate_targets(truth):
         target = true.target.name
@@ -144,8 +144,14 @@ def _find_believed_targets(belief: Any, scene: Scene, truth: BlockTargets) -> Bl
     return [tuple(by_key[sight.key] for sight in sights) for sights in truth]
 
 
-def _check_believed_optics(belief: Scene, scene: Scene) -> None:
-    """Raise InputError if a camera of the belief has optics of its own."""
+def _check_believed_pictures(belief: Scene, scene: Scene) -> None:
+    """Raise InputError if the belief has a light, a background or optics of its own."""
+    plain = Scene()
+    for name in ("light", "background"):
+        if getattr(belief, name) not in (getattr(scene, name), getattr(plain, name)):
+            raise InputError(
+                f"{name}: a controller does not use it; change the {name} of the true scene"
+            )
     true_optics = {eye.name: eye.optics for eye in scene.cameras}
     for eye in belief.cameras:
         if eye.optics is not None and eye.optics != true_optics.get(eye.name):

@@ -30,10 +30,10 @@ class MarkSearch(NamedTuple):
     ----------
     target : Tag, Board, DotPattern, FacePicture or None
         Printed target of the object, or the picture under its marks; None without one.
-    marks : ndarray of shape (N, 3) or (N, 3, B)
-        Marks in axes of the object, in metres.
+    marks : ndarray of shape (N, 3)
+        Believed marks in axes of the object, in metres.
     camera : Camera
-        Believed camera, or the cameras of B runs.
+        Believed camera, which differs from the camera of the pictures if the task has a belief.
     last : ndarray of shape (B, N, 2)
         Pixels of each mark in the picture before, or where it was found last.
     number : int
