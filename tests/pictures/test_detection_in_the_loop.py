@@ -115,6 +115,15 @@ def test_a_picture_between_two_periods_is_that_of_the_pose_between_them(experime
     )
 
 
+def test_the_noise_of_the_sensing_is_added_to_detected_marks(experiment):
+    run = change(experiment, noise=0.5).run(duration=2.0)
+    K = experiment.scene.camera().camera.K
+    measured = run.s.values.reshape(-1, 5, 2) * np.diag(K)[:2] + K[:2, 2]
+    errors = measured - run.pixels.values
+    assert run.outcome != rs.Outcome.UNDETECTED
+    assert np.std(errors) == pytest.approx(0.5, rel=0.1)  # of 510 values
+
+
 def test_rare_and_lost_pictures_are_not_drawn(experiment):
     rare = change(experiment, period=3 * DT).run().picture_hash.values[:, 0]
     assert (rare[0:3] == rare[0]).all()
