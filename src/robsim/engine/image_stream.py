@@ -55,10 +55,10 @@ class ImageStream:
         steps: int,
         optional_pairs: frozenset[PairKey],
         detectors: Mapping[PairKey, MarkDetector],
-        beliefs: Mapping[PairKey, CameraTarget],
+        believed: Mapping[PairKey, CameraTarget],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
-        self.detectors, self.beliefs = detectors, beliefs
+        self.detectors, self.believed = detectors, believed
         self.key, self.groups = (plant.seed, program.whole(plant.numbers)), group_marks(sights)
         self.N = sum(group.size for group in self.groups)
         acting = [
@@ -245,7 +245,7 @@ class ImageStream:
         image.own_pixels()
         last = self.program.rows(self.N, 2)
         rows = DetectionRows(image, self.exposed, last, self.status, self.hashes)
-        pairs = self.detectors, self.beliefs, self.optional_pairs
+        pairs = self.detectors, self.believed, self.optional_pairs
         self.program.call(MarkDetection(self.sights, self.groups, *pairs, rows))
 
     def _add_reuse(self, image: ImageRows) -> None:

@@ -167,9 +167,11 @@ class Steps:
         controller = self.controller = loop.controller
         motion = loop.actuation, loop.scene, controller.columns, loop.q0
         plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
-        pairs = controller.optional_pairs, controller.detectors, controller.beliefs
-        imperfections = loop.sensing, loop.steps, *pairs
-        images = self.images = ImageStream(program, plant, controller.sights, *imperfections)
+        imperfections = loop.sensing, loop.steps, controller.optional_pairs
+        detection = controller.detectors, controller.believed_sights
+        images = self.images = ImageStream(
+            program, plant, controller.sights, *imperfections, *detection
+        )
         judge = self.judge = TerminationChecks(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 

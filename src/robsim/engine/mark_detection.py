@@ -19,7 +19,7 @@ from robsim.kernels.formulas.perspective import IN_IMAGE, UNDETECTED
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch
+from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, Picture
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, check_effect_result
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, warn_missing_meshes
 
@@ -27,7 +27,7 @@ MOST_BYTES = 64_000_000  # of the pictures that are in memory at once
 
 
 class DetectedPair(NamedTuple):
-    """A camera and its target, as they are and as they are believed, their marks and a detector."""
+    """A camera and its target, as they are and as believed, their marks and their detector."""
 
     camera: str
     sight: CameraTarget
@@ -74,15 +74,18 @@ class MarkDetection:
         sights: Sequence[CameraTarget],
         groups: Sequence[MarkGroup],
         detectors: Mapping[PairKey, MarkDetector],
-        beliefs: Mapping[PairKey, CameraTarget],
+        believed: Mapping[PairKey, CameraTarget],
         optional: frozenset[PairKey],
         rows: DetectionRows,
     ) -> None:
         self.optional, self.rows, self.seed = optional, rows, int(rows.image.seed)
         self._of_thread = threading.local()
         each = zip(sights, groups, strict=True)
-        pairs = [(s, g, detectors[s.key]) for s, g in each if s.key in detectors]
-        named = [DetectedPair(s.eye.name, s, beliefs[s.key], g, d) for s, g, d in pairs]
+        pairs = [(s, g, s.key) for s, g in each if s.key in detectors]
+        named = [
+            DetectedPair(s.eye.name, s, believed.get(key, s), g, detectors[key])
+            for s, g, key in pairs
+        ]
         self.pairs = sorted(named, key=attrgetter("camera"))
 
     def __call__(self, blocks: Blocks, step: int) -> None:
@@ -133,11 +136,8 @@ class MarkDetection:
                 hashes[number, some] = [compute_picture_hash(picture) for picture in grey]
                 for pair in of_camera:
                     places = np.moveaxis(last[pair.group.rows][..., some], -1, 0)
-                    of_runs = places, blocks.rows[some]
-                    search = _make_search(pair, *of_runs, step // self.rows.image.every)
-                    who = f"{type(pair.detector).__name__}.find"
-                    result = pair.detector.find(grey, search)
-                    found = check_effect_result(places, result, who, gaps=True)
+                    number_in_run = step // self.rows.image.every
+                    found = find_marks(pair, grey, places, number_in_run, blocks.rows[some])
                     yield pair, some, np.moveaxis(found, 0, -1)
         blocks.put(self.rows.hashes, hashes)
 
@@ -160,6 +160,39 @@ class MarkDetection:
         return pictures
 
 
+def find_marks(
+    pair: DetectedPair, grey: Picture, last: Array, number: int, runs: NDArray[np.int64]
+) -> Array:
+    """Return the pixels (B, N, 2) of marks in pictures (B, h, w), NaN for marks not found.
+
+    If the camera or the target differ from run to run, each picture is searched on its own.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera
+    if camera.rows.shape[1] == 1 and np.ndim(thing.marks) == 2:
+        found = pair.detector.find(grey, make_search(pair, last, number))
+    else:
+        each = [slice(b, b + 1) for b in range(len(runs))]
+        found = np.concatenate(
+            [
+                pair.detector.find(grey[b], make_search(pair, last[b], number, int(run)))
+                for b, run in zip(each, runs, strict=True)
+            ]
+        )
+    return check_effect_result(last, found, f"{type(pair.detector).__name__}.find", gaps=True)
+
+
+def make_search(pair: DetectedPair, last: Array, number: int, run: int = 0) -> MarkSearch:
+    """Return the search for the marks of a pair, last seen at pixels (B, N, 2), in one run.
+
+    A detector is software of the robot: it gets the believed camera and marks. A belief with marks
+    only keeps the true printed target, of which a detector reads the code and the pattern.
+    """
+    thing, camera = pair.believed.target, pair.believed.eye.camera.of_run(run)
+    target = thing.mark_target or pair.sight.target.mark_target
+    marks = np.asarray(thing.marks)
+    return MarkSearch(target, marks[..., run] if marks.ndim == 3 else marks, camera, last, number)
+
+
 def check_detection(
     sights: Sequence[CameraTarget], detectors: Mapping[PairKey, MarkDetector], dt: float
 ) -> None:
@@ -176,16 +209,6 @@ def check_detection(
                 f"the exposure and readout of camera '{eye.name}' take {seconds:g} s; at most the "
                 f"control period, {dt:g} s"
             )
-
-
-def _make_search(
-    pair: DetectedPair, last: Array, runs: NDArray[np.int64], number: int
-) -> MarkSearch:
-    """Return the marks of a pair with last places (B, N, 2), as the controller believes them."""
-    thing, camera = pair.believed.target, pair.believed.eye.camera.of_runs(runs)
-    marks = np.asarray(thing.marks)
-    marks = marks[..., runs] if marks.ndim == 3 else marks
-    return MarkSearch(thing.mark_target, marks, camera, last, number)
 
 
 def _list_bodies(sight: CameraTarget) -> PictureBodies:

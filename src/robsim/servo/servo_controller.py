@@ -66,8 +66,8 @@ class ServoController(TaskController):
         return {} if detector is None else {sight.key: detector for sight in self.sights}
 
     @property
-    def beliefs(self) -> Mapping[PairKey, CameraTarget]:
-        """Camera-target pairs as the controller believes them."""
+    def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
+        """Believed camera-target pairs."""
         return {sight.key: sight for sight in self.bound_features.sights}
 
     @property

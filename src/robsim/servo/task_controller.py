@@ -82,8 +82,8 @@ class TaskController(ABC):
         return {}
 
     @property
-    def beliefs(self) -> Mapping[PairKey, CameraTarget]:
-        """Camera-target pairs with detectors, as the controller believes them."""
+    def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
+        """Believed camera-target pairs, which are all that a detector knows."""
         return {}
 
     @property

@@ -56,6 +56,12 @@ class CompositeController(TaskController):
         return frozenset(key for one in parts for key in one.optional_pairs if key not in required)
 
     @property
+    def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
+        """Believed camera-target pairs, each as its first task believes."""
+        pairs = [part.believed_sights for part in reversed(self.parts)]
+        return {key: sight for each in pairs for key, sight in each.items()}
+
+    @property
     def detectors(self) -> Mapping[PairKey, MarkDetector]:
         """Detectors of the camera-target pairs of all tasks."""
         merged: dict[PairKey, MarkDetector | None] = {}
@@ -69,11 +75,6 @@ class CompositeController(TaskController):
                         "give them the same detector"
                     )
         return {key: each for key, each in merged.items() if each is not None}
-
-    @property
-    def beliefs(self) -> Mapping[PairKey, CameraTarget]:
-        """Camera-target pairs as the tasks believe them; the first task counts."""
-        return {key: pair for part in reversed(self.parts) for key, pair in part.beliefs.items()}
 
     @property
     def whole(self) -> frozenset[PairKey]:

@@ -24,16 +24,16 @@ LEAST_SIDE = 16  # pixels of the smallest picture; AprilTag aborts the process f
 
 
 class MarkSearch(NamedTuple):
-    """The marks that a detector searches in pictures, as the controller believes them.
+    """The marks that a detector searches in pictures.
 
     Attributes
     ----------
     target : Tag, Board, DotPattern, FacePicture or None
-        Printed target of the object, or the picture under its marks; None without one.
-    marks : ndarray of shape (N, 3) or (N, 3, B)
-        Marks in axes of the object, in metres.
+        Believed printed target of the object, or the picture under its marks; None without one.
+    marks : ndarray of shape (N, 3)
+        Believed marks in axes of the object, in metres.
     camera : Camera
-        Believed camera, or the cameras of B runs.
+        Believed camera, which differs from the camera of the pictures if the task has a belief.
     last : ndarray of shape (B, N, 2)
         Pixels of each mark in the picture before, or where it was found last.
     number : int
@@ -53,17 +53,15 @@ class MarkSearch(NamedTuple):
     number: int = 0
 
     def of_picture(self, k: int) -> MarkSearch:
-        """Return the marks, the camera and the last places (1, N, 2) of one picture.
+        """Return the search in one picture, with last places (1, N, 2).
 
         Examples
         --------
         >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
-        >>> MarkSearch(None, np.zeros((1, 3, 2)), camera, np.zeros((2, 1, 2))).of_picture(1).marks
-        array([[0., 0., 0.]])
+        >>> MarkSearch(None, np.zeros((1, 3)), camera, np.zeros((2, 1, 2))).of_picture(1).last
+        array([[[0., 0.]]])
         """
-        marks = self.marks if self.marks.ndim == 2 else self.marks[..., k]
-        camera = self.camera.of_run(k if self.camera.rows.shape[1] > 1 else 0)
-        return self._replace(marks=marks, camera=camera, last=self.last[k : k + 1])
+        return self._replace(last=self.last[k : k + 1])
 
 
 class MarkDetector(DeclaredValue):
