@@ -235,10 +235,31 @@ def test_the_detector_has_the_lens_that_the_controller_believes(experiment):
     assert 0.1 < np.abs(believed - true).max() < 3.0
 
 
+def test_a_poster_calibrates_a_camera():
+    """Points of a poster, in pictures, of a bench with a wrong belief of the focal length."""
+    bench = rs.load_scenario(rs.examples.path("calibration_bench"))
+    board = bench.scene.object("board")
+    x, y = np.meshgrid(np.linspace(0.02, 0.16, 5), np.linspace(0.02, 0.1, 4))
+    marks = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    poster = Poster(SHAPES, width=0.24, pose=rs.Pose.at(0.09, 0.06))
+    target = rs.Object("board", poster, marks=marks, pose=board.pose, on=board.on)
+    scene = rs.Scene(bench.scene.robots, target, bench.scene.cameras)
+    task = rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 0.5)), belief=scene.believe(focal=1.01))
+    experiment = rs.Experiment(scene, task, bench.start)
+    start = rs.starts.LookAt("board", distance=(0.4, 0.6))
+    q = rs.calibration.sample_viewpoints(experiment, 10, start, seed=2)
+    views = rs.calibration.simulate_views(experiment, q, detector="keypoints")
+    exact = rs.calibration.simulate_views(experiment, q)
+    assert np.sqrt(np.nanmean((views.pixels - exact.pixels) ** 2)) < 0.08
+    with pytest.warns(rs.errors.FitWarning, match="off"):  # the marks of a view err together
+        K = rs.calibrate(views, ["focal"]).scene.camera().camera.K
+    np.testing.assert_allclose(K, scene.camera().camera.K, rtol=0, atol=0.6)
+
+
 def test_an_experiment_with_the_detector_has_a_text(experiment, tmp_path):
     detector = KeypointDetector(ratio=0.7, keypoints=300)
     one = experiment.with_(task=replace(experiment.task, detector=detector))
-    one.write_pictures(tmp_path)
+    one.write_stored_data(tmp_path)
     (tmp_path / "scenario.toml").write_text(one.to_toml(), encoding="utf-8")
     read = rs.load_scenario(tmp_path / "scenario.toml")
     assert read.task.detector == detector

@@ -7,6 +7,8 @@ import pytest
 
 import robsim as rs
 from robsim.vision import Board, MarkSearch, Optics, Tag, TagDetector, TagTracker
+from robsim.vision.detectors.tag_tracker import INNER_CELLS
+from robsim.vision.tags.tag_families import TAG_FAMILIES, black_cells, find_tag_family
 
 K = np.array([[800.0, 2.0, 321.3], [0, 790.0, 238.2], [0, 0, 1]])
 LENS = (-0.2, 0.05, 0.001, -0.002)
@@ -157,6 +159,20 @@ def test_tags_of_all_families_are_read(family):
     assert np.isnan(find(other, true)).all()
     for quarters in (1, 2, 3):
         assert np.isnan(find(tag, np.roll(true, quarters, axis=0))).all()
+
+
+@pytest.mark.parametrize("family", sorted(set(TAG_FAMILIES) - {"DICT_ARUCO_ORIGINAL"}))
+def test_tags_differ_by_more_cells_than_may_be_wrong(family):
+    """Two tags of a family, or a tag and its turns; some tags of the original ArUco are equal."""
+    ids = range(find_tag_family(family).ids)
+    inner = np.stack([black_cells(family, k)[1:-1, 1:-1] for k in ids])
+    flat = inner.reshape(len(inner), -1).astype(float)
+    for quarters in range(4):
+        turned = np.rot90(inner, quarters, axes=(1, 2)).reshape(flat.shape).astype(float)
+        apart = flat @ (1 - turned).T + (1 - flat) @ turned.T
+        if quarters == 0:
+            np.fill_diagonal(apart, np.inf)
+        assert apart.min() > flat.shape[1] // INNER_CELLS
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ class MarkSearch(NamedTuple):
     Attributes
     ----------
     target : Tag, Board, DotPattern, FacePicture or None
-        Printed target of the object, or the picture under its marks; None without one.
+        Believed printed target of the object, or the picture under its marks; None without one.
     marks : ndarray of shape (N, 3)
         Believed marks in axes of the object, in metres.
     camera : Camera

@@ -26,6 +26,7 @@ from robsim.vision.tags.tag import Tag
 from robsim.vision.tags.tag_families import find_tag_family
 
 DEVIATION = 0.007  # pixels: tags with sides of 28 to 110 pixels, noise of 2 grey values
+INNER_CELLS = 12  # for each cell that may have the wrong colour
 
 
 @register("mark detector", "tag_tracker")
@@ -79,8 +80,11 @@ class TagTracker(MarkDetector):
         bool, Flag(), "Whether the cells of a tag are compared, or only its border."
     ] = True
     most_wrong: Annotated[
-        int, Integer(0, 100), "Largest number of cells with the wrong colour, if they are compared."
-    ] = 1
+        int | None,
+        Integer(0, 100),
+        "Largest number of cells with the wrong colour, if they are compared. None: a twelfth of "
+        "the cells within the border, which is less than the distance of two tags of a family.",
+    ] = None
     search_every: Annotated[
         int | None,
         Integer(1, 1_000_000),
@@ -101,8 +105,8 @@ class TagTracker(MarkDetector):
     def find(self, pictures: Picture, search: MarkSearch) -> Array:
         assert isinstance(search.target, Tag | Board)
         grey = np.ascontiguousarray(pictures)
-        wrong = self.most_wrong if self.reads_cells else -1
-        how = self._list_patterns(search.target), wrong, float(self.reach)
+        patterns = self._list_patterns(search.target)
+        how = patterns, self._choose_most_wrong(patterns.shape[1]), float(self.reach)
         if isinstance(search.target, Board):
             each = [follow_board(one, search.of_picture(k), *how) for k, one in enumerate(grey)]
             found = np.array(each).reshape(search.last.shape)
@@ -114,6 +118,11 @@ class TagTracker(MarkDetector):
             lost = np.isnan(found).all(axis=(1, 2))
             found[lost] = TagDetector().find(pictures[lost], search)
         return found
+
+    def _choose_most_wrong(self, cells: int) -> int:
+        """Return the largest number of wrong cells, for tags with cells on a side; -1 for any."""
+        allowed = (cells - 2) ** 2 // INNER_CELLS if self.most_wrong is None else self.most_wrong
+        return allowed if self.reads_cells else -1
 
     def _list_patterns(self, target: Tag | Board) -> NDArray[np.bool_]:
         """Return whether the cells (T, n, n) of the tags are black; InputError without OpenCV."""
