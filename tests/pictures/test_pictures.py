@@ -251,7 +251,8 @@ def test_requests_that_cannot_be_drawn():
             scene.picture(background=given)
     with pytest.raises(rs.errors.InputError, match="light: expected a Light, got"):
         scene.picture(light=(0, 0, 1))
-    for given in ({"ambient": 2}, {"direction": "up"}, {"direction": (0, 0, 0)}):
+    wrong = [{"direction": each} for each in ("up", (0, 0, 0), (1e300, 0, 0), (0, 1e-200, 0))]
+    for given in ({"ambient": 2}, *wrong):
         with pytest.raises(rs.errors.InputError, match=next(iter(given))):
             Light(**given)
     with pytest.raises(rs.errors.InputError, match="no camera 'ey'"):

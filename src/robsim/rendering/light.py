@@ -11,6 +11,8 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Role, check_fields, described
 
+SHORTEST, LONGEST = 1e-9, 1e9  # of the direction
+
 
 @described
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Light:
     Raises
     ------
     InputError
-        If the direction is zero, or `ambient` is not between 0 and 1.
+        If the direction is zero or huge, or `ambient` is not between 0 and 1.
 
     Examples
     --------
@@ -49,8 +51,12 @@ class Light:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if not any(self.direction):
-            raise InputError("direction of a light: expected a direction, got zero")
+        largest = max(map(abs, self.direction))
+        if not SHORTEST <= largest <= LONGEST:
+            raise InputError(
+                f"direction of a light: expected a vector with a length from {SHORTEST:g} to "
+                f"{LONGEST:g}, got {self.direction}"
+            )
 
     @property
     def unit_direction(self) -> Array:
