@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose
 from robsim.plot import run_data
 from robsim.plot.goal_outlines import read_goal_pose
 from robsim.world.mounted_camera import MountedCamera
-from robsim.world.scene_picture import round_greys
+from robsim.world.scene import Scene
+from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, round_greys
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from robsim.world.scene import Scene
 
 EQUAL = 127.0  # grey value of a difference of zero
 
@@ -31,21 +33,79 @@ def draw_end_picture(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.u
 def draw_goal_difference(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.uint8]:
     """Return half of the end picture minus the goal picture, plus 127, of a camera of a run.
 
-    The goal picture shows the camera, or the target of a fixed camera, at its pose at the goal, and
-    all other bodies at the end of the run. Raise InputError if the goal of the run has no pose.
+    Raise InputError if `place_goal` cannot place the goal of the run.
     """
     q = run_data.read_configurations(run, scene)[-1]
     end = np.asarray(scene.picture(q, camera, exact=True), dtype=float)
-    goal = _place_goal(run, scene).picture(q, camera, exact=True)
-    return round_greys(EQUAL + 0.5 * (end - goal))
+    goal_scene = place_goal(read_goal_pose(run), scene, q, camera)
+    return subtract_greys(end, goal_scene.picture(q, camera, exact=True))
 
 
-def _place_goal(run: xr.Dataset, scene: Scene) -> Scene:
-    """Return a scene whose camera or target stands at the goal of a run."""
-    poses = read_goal_pose(run)
-    if not poses:
+def subtract_greys(picture: NDArray[np.floating], goal: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Return half of the difference of two pictures plus 127, as whole grey values."""
+    return round_greys(EQUAL + 0.5 * (picture - np.asarray(goal, dtype=float)))
+
+
+def place_goal(goal: Mapping[str, Pose], scene: Scene, q: Array, camera: str) -> Scene:
+    """Return a scene that `camera` sees at the goal of a run, if all joints are at q (nq,).
+
+    `goal` has the goal pose of a camera or a target in the world by its name, and all other bodies
+    are at q. A second camera on the same body as the camera of the goal moves with it. Raise
+    InputError if there is no goal pose, or if it does not determine the pose of `camera`.
+    """
+    if not goal:
         raise InputError("picture: the goal of the run has no pose, so there is no picture of it")
-    ((name, pose),) = poses.items()
-    parts: dict[str, MountedCamera] = {each.name: each for each in scene.cameras}
-    moved = parts[name] if name in parts else scene.object(name)
-    return scene.replacing(replace(moved, on="world", pose=pose))
+    ((name, pose),) = goal.items()
+    eyes = {each.name: each for each in scene.cameras}
+    if name not in eyes:
+        return scene.replacing(replace(scene.object(name), on="world", pose=pose))
+    parts = [replace(eyes[name], on="world", pose=pose)]
+    eye = scene.camera(camera)
+    if eye.name != name and scene.tree.flag_moves(eye.name).any():
+        if eye.on != eyes[name].on:
+            raise InputError(f"picture: the goal has a pose of camera '{name}', not of '{camera}'")
+        beside = Pose(scene.pose(name, q).matrix).inv() @ Pose(scene.pose(camera, q).matrix)
+        parts.append(replace(eye, on="world", pose=pose @ beside))
+    return scene.replacing(*parts)
+
+
+def make_camera_pictures(scene: Scene, eye: MountedCamera) -> CameraPictures:
+    """Return the pictures of a camera of a scene, or of a camera in its place."""
+    if eye.camera.size is None:
+        raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
+    bodies = PictureBodies(scene.robots, scene.objects, scene.cameras, scene.tree)
+    return CameraPictures(bodies, eye)
+
+
+def take_recorded_picture(
+    pictures: CameraPictures, run: xr.Dataset, instant: int
+) -> NDArray[np.uint8]:
+    """Return the picture (h, w) that a camera took at an instant of a single run.
+
+    It is the picture in which a task detected its marks, if its images were on time and all
+    instants are recorded: with the same noise, and with the motion since the instant before.
+    """
+    q, time = run["q"].values, run["time"].values
+    before = max(instant - 1, 0)
+    rates = (q[instant] - q[before]) / max(time[instant] - time[before], np.finfo(float).tiny)
+    step = round(float(time[instant]) / float(run.attrs.get("dt", 1.0)))
+    return take_picture(pictures, q[instant], rates, make_noise_key(run, step))
+
+
+def make_noise_key(run: xr.Dataset, step: int) -> NoiseKey:
+    """Return the key of the noise in the pictures of a single run at a step."""
+    number = np.atleast_1d(run["run"].values).astype(np.uint64)
+    return NoiseKey(int(run.attrs.get("seed", 0)), number, step)
+
+
+def take_picture(
+    pictures: CameraPictures, q: Array, rates: Array, key: NoiseKey
+) -> NDArray[np.uint8]:
+    """Return the picture (h, w) of a camera at coordinates q (nq,) with rates (nq,)."""
+    with pictures.lock:
+        picture: NDArray[np.uint8] = pictures.take(_make_column(q), _make_column(rates), key)[0]
+    return picture
+
+
+def _make_column(values: Array) -> Array:
+    return np.ascontiguousarray(values[:, None], dtype=float)

@@ -1,0 +1,132 @@
+"""Rendered pictures in the recording of a run: their grey values, their number and their size."""
+
+import base64
+import dataclasses
+import io
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.page import camera_pictures
+from robsim.page.export import export_html, load_recording
+from robsim.page.recordings import build_recording
+
+
+def hang_poster(grey, optics=None, **changes):
+    """ViSP's tutorial case with a poster behind its square."""
+    experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    (square,) = experiment.scene.objects
+    poster = dataclasses.replace(square, shapes=(rs.shapes.Poster(grey, 0.6),), marks=square.marks)
+    eye = dataclasses.replace(experiment.scene.camera(), optics=optics)
+    return experiment.with_(scene=experiment.scene.replacing(poster, eye), **changes)
+
+
+def draw_noise(shape=(60, 80), seed=0):
+    return np.random.default_rng(seed).integers(0, 256, shape, dtype=np.uint8)
+
+
+def decode(address):
+    """The grey values in a data URL of a PNG file."""
+    from PIL import Image
+
+    head, data = address.split(",")
+    assert head == "data:image/png;base64"
+    with Image.open(io.BytesIO(base64.b64decode(data)), formats=["PNG"]) as image:
+        assert image.mode == "L"
+        return np.asarray(image)
+
+
+def read_pictures(recording, camera="camera"):
+    (entry,) = [each for each in recording.header["cameras"] if each["name"] == camera]
+    return entry.get("pictures")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return hang_poster(draw_noise((6, 8))).run()
+
+
+def test_a_page_has_the_pictures_of_the_scene(run, tmp_path):
+    pictures = read_pictures(load_recording(export_html(run, tmp_path / "run.html")))
+    scene = rs.Experiment.of(run).scene
+    eye = scene.camera()
+    half = scene.replacing(dataclasses.replace(eye, camera=eye.camera.resized(320, 240)))
+    assert pictures["size"] == [320, 240] and pictures["prints"]
+    assert len(pictures["instants"]) == len(pictures["images"]) >= 24
+    for instant, address in zip(pictures["instants"], pictures["images"], strict=True):
+        np.testing.assert_array_equal(decode(address), half.picture(run.q.values[instant]))
+    q_goal = rs.Experiment.of(run).task.goal.q
+    goal = decode(pictures["goal"]).astype(float)
+    np.testing.assert_allclose(goal, half.picture(q_goal), atol=1)
+    first, last = (decode(pictures["images"][k]) - goal for k in (0, -1))
+    assert abs(first).max() > 50 and abs(last).max() <= 1
+
+
+def test_pictures_are_denser_while_the_image_moves(run):
+    instants = np.array(read_pictures(build_recording(run, trials=False))["instants"])
+    last = round(float(run.end_time) / 0.04)
+    assert instants[0] == 0 and instants[-1] == last
+    assert (np.diff(instants) > 0).all() and np.diff(instants).max() < last / 10
+    assert (instants < last / 4).mean() > 0.4
+    first, second = np.diff(instants)[:2]
+    assert first < np.diff(instants).max() / 2 and second <= 3 * first
+
+
+def test_pictures_with_noise_give_equal_bytes_and_are_small(tmp_path):
+    optics = rs.vision.Optics(full_well=5000, read_noise=3.0, exposure=0.02)
+    smooth = np.kron(draw_noise((4, 4)), np.ones((30, 40), dtype=np.uint8))
+    run = hang_poster(smooth, optics, duration=4.0).run()
+    first, second = (export_html(run, tmp_path / name).read_bytes() for name in ("a", "b"))
+    assert first == second
+    pictures = read_pictures(load_recording(tmp_path / "a"))
+    assert len(pictures["images"]) >= 24
+    assert 100_000 < sum(map(len, pictures["images"])) < 500_000
+
+
+def test_noise_of_a_reduced_picture_is_the_noise_of_its_mean():
+    optics = rs.vision.Optics(full_well=2000, read_noise=4.0, defocus=2.0)
+    grey = np.full((6, 8), 128, dtype=np.uint8)
+    scene = hang_poster(grey, optics).scene
+    q, eye = [0, 0, 1.0, 0, 0, 0, 1], scene.camera()
+    reduced = camera_pictures.reduce_camera(eye)
+    assert reduced.camera.size == (320, 240) and reduced.optics.defocus == 1.0
+    whole = scene.picture(q, exact=False).astype(float)
+    means = whole.reshape(240, 2, 320, 2).mean(axis=(1, 3))
+    small = scene.replacing(reduced).picture(q)
+    inside = slice(110, 130), slice(150, 170)
+    assert small[inside].std() == pytest.approx(means[inside].std(), rel=0.15)
+    assert camera_pictures.reduce_camera(reduced) is reduced
+
+
+def test_cameras_without_anything_to_see_have_no_pictures():
+    marks_only = rs.load_scenario(rs.examples.path("visp_tutorial")).run(duration=0.2)
+    assert read_pictures(build_recording(marks_only)) is None
+    behind = hang_poster(draw_noise(), duration=0.2)
+    (square,) = behind.scene.objects
+    wall = rs.Object("wall", shapes=square.shapes, pose=rs.Pose.at(0, 0, -5))
+    bare = dataclasses.replace(square, shapes=(), marks=square.marks)
+    scene = rs.Scene(behind.scene.robots, [bare, wall], behind.scene.cameras)
+    task = dataclasses.replace(behind.task, target="square")
+    there = behind.with_(scene=scene, task=task)
+    assert read_pictures(build_recording(there.run())) is None
+    for shown in (behind, behind.scene):
+        assert all("pictures" not in each for each in build_recording(shown).header["cameras"])
+
+
+def test_bodies_without_prints_are_drawn_too():
+    made = build_recording(rs.load_scenario(rs.examples.path("stereo_in_hand")).run())
+    left, right = (read_pictures(made, name) for name in ("left", "right"))
+    assert not left["prints"] and not right["prints"]
+    for each in (
+        left,
+        right,
+    ):  # the goal has a pose of the left camera, and the right one moves too
+        goal, last = decode(each["goal"]).astype(float), decode(each["images"][-1])
+        assert (abs(goal - last) > 2).mean() < 0.002 and np.ptp(last) > 50
+        assert (abs(goal - decode(each["images"][0])) > 2).mean() > 0.02
+
+
+def test_a_goal_without_a_pose_has_no_picture():
+    watching = rs.load_scenario(rs.examples.path("watching_head")).run(duration=1.0)
+    assert read_pictures(build_recording(watching, trials=False))["goal"] is None
