@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from page.conftest import until
-from page.test_camera_pictures import decode, draw_noise, hang_poster, read_pictures
+from page.posters import decode, draw_noise, hang_poster, read_pictures
 
 import robsim as rs
 from robsim.page.export import export_html, load_recording

@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
-from robsim.page.camera_pictures import add_pictures
+from robsim.page.camera_pictures import PictureSource, add_pictures
 from robsim.page.curves_and_texts import build_joint_panels, list_run_events
 from robsim.page.explanation_card import build_card, collect_run_entries, list_remark_texts
 from robsim.page.recording_builder import (
@@ -107,7 +107,7 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     entries["why"]["watch"] = list_remark_texts(source)
     entries |= {"outcome": Outcome(int(one["outcome"])).name, "events": list_run_events(one)}
     recording = builder.build_recording(source.title or "run", instants, **entries)
-    cameras = add_pictures(recording.header["cameras"], one, source.scene)
+    cameras = add_pictures(recording.header["cameras"], PictureSource.of(one, source.scene))
     return replace(recording, header={**recording.header, "cameras": cameras})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,34 +77,62 @@ def make_camera_pictures(scene: Scene, eye: MountedCamera) -> CameraPictures:
     return CameraPictures(bodies, eye)
 
 
-def take_recorded_picture(
-    pictures: CameraPictures, run: xr.Dataset, instant: int
-) -> NDArray[np.uint8]:
-    """Return the picture (h, w) that a camera took at an instant of a single run.
+@dataclass(frozen=True, eq=False)
+class CameraInstants:
+    """The coordinates of a run at its instants, at which cameras take pictures.
 
-    It is the picture in which a task detected its marks, if its images were on time and all
-    instants are recorded: with the same noise, and with the motion since the instant before.
+    Attributes
+    ----------
+    q : array of shape (T, nq)
+        Coordinates.
+    time : array of shape (T,)
+        Times in seconds.
+    seed, number : int
+        Seed of the noise, and number of the run in its batch.
+    dt : float
+        Period of the steps in seconds.
+    start : float
+        Time of step 0 in seconds.
     """
-    q, time = run["q"].values, run["time"].values
-    before = max(instant - 1, 0)
-    rates = (q[instant] - q[before]) / max(time[instant] - time[before], np.finfo(float).tiny)
-    step = round(float(time[instant]) / float(run.attrs.get("dt", 1.0)))
-    return take_picture(pictures, q[instant], rates, make_noise_key(run, step))
 
+    q: Array
+    time: Array
+    seed: int = 0
+    number: int = 0
+    dt: float = 1.0
+    start: float = 0.0
 
-def make_noise_key(run: xr.Dataset, step: int) -> NoiseKey:
-    """Return the key of the noise in the pictures of a single run at a step."""
-    number = np.atleast_1d(run["run"].values).astype(np.uint64)
-    return NoiseKey(int(run.attrs.get("seed", 0)), number, step)
+    @classmethod
+    def of(cls, run: xr.Dataset) -> CameraInstants:
+        """Return the instants of a single run."""
+        seed, dt = int(run.attrs.get("seed", 0)), float(run.attrs.get("dt", 1.0))
+        number = int(np.atleast_1d(run["run"].values)[0])
+        return cls(run["q"].values, run["time"].values, seed, number, dt)
 
+    def take(self, pictures: CameraPictures, t: int) -> NDArray[np.uint8]:
+        """Return the picture (h, w) that a camera takes at instant number t.
 
-def take_picture(
-    pictures: CameraPictures, q: Array, rates: Array, key: NoiseKey
-) -> NDArray[np.uint8]:
-    """Return the picture (h, w) of a camera at coordinates q (nq,) with rates (nq,)."""
-    with pictures.lock:
-        picture: NDArray[np.uint8] = pictures.take(_make_column(q), _make_column(rates), key)[0]
-    return picture
+        It is the picture in which a task detected its marks, if its images were on time and all
+        instants are recorded: with the same noise, and with the motion since the instant before.
+        """
+        rates = np.zeros_like(self.q[t])
+        if t > 0 and self.time[t - 1] >= self.start:
+            rates = (self.q[t] - self.q[t - 1]) / (self.time[t] - self.time[t - 1])
+        return self._take(pictures, t, rates)
+
+    def take_still(self, pictures: CameraPictures, t: int) -> NDArray[np.uint8]:
+        """Return the picture (h, w) at instant number t of bodies that do not move."""
+        return self._take(pictures, t, np.zeros_like(self.q[t]))
+
+    def _take(self, pictures: CameraPictures, t: int, rates: Array) -> NDArray[np.uint8]:
+        """Return the picture (h, w) at instant number t with rates (nq,)."""
+        step = round(float(self.time[t] - self.start) / self.dt)
+        key = NoiseKey(self.seed, np.array([self.number], dtype=np.uint64), step)
+        with pictures.lock:
+            picture: NDArray[np.uint8] = pictures.take(
+                _make_column(self.q[t]), _make_column(rates), key
+            )[0]
+        return picture
 
 
 def _make_column(values: Array) -> Array:

@@ -149,7 +149,8 @@ export class LiveLayer {
     this.changed();
   }
 
-  destroy() {
+  // Request no more, until a picture is demanded again.
+  rest() {
     clearTimeout(this.timer);
     this.demanded = null;
   }

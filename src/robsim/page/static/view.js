@@ -133,7 +133,7 @@ export class View {
   }
 
   forgetLayers() {
-    for (const layer of this.layers.values()) layer.destroy?.();
+    for (const layer of this.layers.values()) layer.rest?.();
     this.layers.clear();
   }
 
@@ -218,7 +218,9 @@ export class View {
     find("pictures").append(figure);
     const beneath = (index) => {
       const mode = this.choice.of(camera);
-      return mode === "marks" ? null : this.layerOf(camera).at(index, mode, this.version);
+      if (mode !== "marks") return this.layerOf(camera).at(index, mode, this.version);
+      this.layers.get(camera.name)?.rest?.();
+      return null;
     };
     return new Picture(figure, camera, this.arrays, beneath);
   }

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from robsim.plot.film.film_source import FilmSource
 from robsim.plot.film.frame_times import FrameTimes
-from robsim.plot.run_pictures import make_camera_pictures, take_recorded_picture
+from robsim.plot.run_pictures import CameraInstants, make_camera_pictures
 
 Frame = NDArray[np.uint8]  # (height, width, 4): red, green, blue, and full opacity
 
@@ -31,7 +31,7 @@ class CameraFrames:
     def draw_picture(self, instant: int) -> NDArray[np.uint8]:
         """Return the picture (h, w) at an instant of the film."""
         shot, pictures = next(each for each in self._shots if instant in each[0].instants)
-        return take_recorded_picture(pictures, shot.run, instant - shot.first)
+        return CameraInstants.of(shot.run).take(pictures, instant - shot.first)
 
 
 def _build_frame(grey: NDArray[np.uint8]) -> Frame:
