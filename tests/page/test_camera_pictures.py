@@ -10,6 +10,7 @@ import robsim as rs
 from robsim.page import camera_pictures
 from robsim.page.export import export_html, load_recording
 from robsim.page.recordings import build_recording
+from robsim.plot.run_pictures import place_goal
 
 
 @pytest.fixture(scope="module")
@@ -84,17 +85,30 @@ def test_cameras_without_anything_to_see_have_no_pictures():
         assert all("pictures" not in each for each in build_recording(shown).header["cameras"])
 
 
-def test_bodies_without_prints_are_drawn_too():
-    made = build_recording(rs.load_scenario(rs.examples.path("stereo_in_hand")).run())
-    left, right = (read_pictures(made, name) for name in ("left", "right"))
-    assert not left["prints"] and not right["prints"]
-    for each in (
-        left,
-        right,
-    ):  # the goal has a pose of the left camera, and the right one moves too
-        goal, last = decode(each["goal"]).astype(float), decode(each["images"][-1])
-        assert (abs(goal - last) > 2).mean() < 0.002 and np.ptp(last) > 50
-        assert (abs(goal - decode(each["images"][0])) > 2).mean() > 0.02
+def test_the_goal_shows_all_bodies_at_the_goal_before_the_run_is_there():
+    experiment = rs.load_scenario(rs.examples.path("stereo_in_hand"))
+    made = build_recording(experiment.run(duration=0.4), trials=False)
+    for name in ("left", "right"):  # the run knows the goal pose of the left camera
+        pictures = read_pictures(made, name)
+        eye = camera_pictures.reduce_camera(experiment.scene.camera(name))
+        expected = experiment.scene.replacing(eye).picture(camera=name).astype(float)  # at home
+        goal, first = decode(pictures["goal"]), decode(pictures["images"][0])
+        assert (abs(goal - expected) > 2).mean() < 1e-3 and np.ptp(expected) > 50
+        assert (abs(goal - first.astype(float)) > 20).mean() > 0.02
+        assert not pictures["prints"]
+
+
+def test_a_goal_out_of_reach_shows_the_camera_alone():
+    experiment = rs.load_scenario(rs.examples.path("stereo_in_hand"))
+    scene, q = experiment.scene, experiment.scene.home
+    far = {"left": scene.pose("left", q) @ rs.Pose.at(0, 0, -5)}
+    placed, at = place_goal(far, scene, q, "left")
+    np.testing.assert_allclose(placed.pose("left", at).matrix, far["left"].matrix, atol=1e-12)
+    assert at is q
+    with pytest.raises(rs.errors.InputError, match="a pose of camera 'left', not of 'right'"):
+        place_goal(far, scene, q, "right")
+    with pytest.raises(rs.errors.InputError, match="the goal of the run has no pose"):
+        place_goal({}, scene, q, "left")
 
 
 def test_a_goal_without_a_pose_has_no_picture():

@@ -145,17 +145,19 @@ def encode_picture(grey: NDArray[np.uint8]) -> str:
     return f"data:image/png;base64,{base64.b64encode(GreyPicture(grey).png).decode()}"
 
 
-def make_goal_pictures(
-    source: PictureSource, eye: MountedCamera, t: int = -1
-) -> CameraPictures | None:
-    """Return the pictures of a camera at the goal, with all other bodies as at instant number t.
+def draw_goal_picture(source: PictureSource, pictures: CameraPictures) -> NDArray[np.uint8] | None:
+    """Return the picture (h, w) of a camera at the goal, with other bodies as at the last instant.
 
     None if the pose of the camera at the goal is unknown.
     """
+    eye, last = pictures.eye, len(source.instants.q) - 1
     with suppress(InputError):
-        placed = place_goal(source.goal, source.scene, source.instants.q[t], eye.name)
-        there = placed.camera(eye.name)
-        return make_camera_pictures(placed, replace(eye, on=there.on, pose=there.pose))
+        q_last = source.instants.q[last]
+        placed, q = place_goal(source.goal, source.scene, q_last, eye.name)
+        if placed is not source.scene:
+            there = placed.camera(eye.name)
+            pictures = make_camera_pictures(placed, replace(eye, on=there.on, pose=there.pose))
+        return source.instants.take_still(pictures, last, q)
     return None
 
 
@@ -167,13 +169,12 @@ def _build_pictures_entry(source: PictureSource, camera: str, room: int) -> Entr
     pictures = make_camera_pictures(source.scene, eye)
     if not _shows_body(pictures, source, instants):
         return {}
-    goal = make_goal_pictures(source, eye)
-    last = len(source.instants.q) - 1
+    goal = draw_goal_picture(source, pictures)
     entry = {
         "size": list(eye.camera.size or ()),
         "instants": instants,
         "images": [encode_picture(source.instants.take(pictures, t)) for t in instants],
-        "goal": goal and encode_picture(source.instants.take_still(goal, last)),
+        "goal": None if goal is None else encode_picture(goal),
         "prints": has_prints(source.scene),
     }
     return {"pictures": entry}

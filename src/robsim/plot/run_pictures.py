@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.plot import run_data
 from robsim.plot.goal_outlines import read_goal_pose
+from robsim.world.frame_placement import solve_frame_placement
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, round_greys
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 EQUAL = 127.0  # grey value of a difference of zero
+REACHED = 1e-6  # largest error of a goal pose that a robot reaches, metres and sines
 
 
 def draw_end_picture(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.uint8]:
@@ -37,8 +40,8 @@ def draw_goal_difference(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[
     """
     q = run_data.read_configurations(run, scene)[-1]
     end = np.asarray(scene.picture(q, camera, exact=True), dtype=float)
-    goal_scene = place_goal(read_goal_pose(run), scene, q, camera)
-    return subtract_greys(end, goal_scene.picture(q, camera, exact=True))
+    goal_scene, q_goal = place_goal(read_goal_pose(run), scene, q, camera)
+    return subtract_greys(end, goal_scene.picture(q_goal, camera, exact=True))
 
 
 def subtract_greys(picture: NDArray[np.floating], goal: NDArray[np.generic]) -> NDArray[np.uint8]:
@@ -46,27 +49,29 @@ def subtract_greys(picture: NDArray[np.floating], goal: NDArray[np.generic]) -> 
     return round_greys(EQUAL + 0.5 * (picture - np.asarray(goal, dtype=float)))
 
 
-def place_goal(goal: Mapping[str, Pose], scene: Scene, q: Array, camera: str) -> Scene:
-    """Return a scene that `camera` sees at the goal of a run, if all joints are at q (nq,).
+def place_goal(
+    goal: Mapping[str, Pose], scene: Scene, q: Array, camera: str
+) -> tuple[Scene, Array]:
+    """Return a scene and its coordinates (nq,) that `camera` sees at the goal of a run.
 
-    `goal` has the goal pose of a camera or a target in the world by its name, and all other bodies
-    are at q. A second camera on the same body as the camera of the goal moves with it. Raise
-    InputError if there is no goal pose, or if it does not determine the pose of `camera`.
+    `goal` has the goal pose of a camera or a target in the world by its name. The robot that
+    carries it is placed by inverse kinematics from q (nq,). If it does not reach the pose, camera
+    or target stand there alone, and all other bodies are at q. Raise InputError if there is no goal
+    pose, or if it does not determine the pose of `camera`.
     """
     if not goal:
         raise InputError("picture: the goal of the run has no pose, so there is no picture of it")
     ((name, pose),) = goal.items()
+    with suppress(InputError):
+        q_goal = solve_frame_placement(scene, name, pose, q)
+        if np.abs(scene.pose(name, q_goal).matrix - pose.matrix).max() < REACHED:
+            return scene, q_goal
     eyes = {each.name: each for each in scene.cameras}
     if name not in eyes:
-        return scene.replacing(replace(scene.object(name), on="world", pose=pose))
-    parts = [replace(eyes[name], on="world", pose=pose)]
-    eye = scene.camera(camera)
-    if eye.name != name and scene.tree.flag_moves(eye.name).any():
-        if eye.on != eyes[name].on:
-            raise InputError(f"picture: the goal has a pose of camera '{name}', not of '{camera}'")
-        beside = Pose(scene.pose(name, q).matrix).inv() @ Pose(scene.pose(camera, q).matrix)
-        parts.append(replace(eye, on="world", pose=pose @ beside))
-    return scene.replacing(*parts)
+        return scene.replacing(replace(scene.object(name), on="world", pose=pose)), q
+    if name != camera and scene.tree.flag_moves(camera).any():
+        raise InputError(f"picture: the goal has a pose of camera '{name}', not of '{camera}'")
+    return scene.replacing(replace(eyes[name], on="world", pose=pose)), q
 
 
 def make_camera_pictures(scene: Scene, eye: MountedCamera) -> CameraPictures:
@@ -118,20 +123,18 @@ class CameraInstants:
         rates = np.zeros_like(self.q[t])
         if t > 0 and self.time[t - 1] >= self.start:
             rates = (self.q[t] - self.q[t - 1]) / (self.time[t] - self.time[t - 1])
-        return self._take(pictures, t, rates)
+        return self._take(pictures, t, self.q[t], rates)
 
-    def take_still(self, pictures: CameraPictures, t: int) -> NDArray[np.uint8]:
-        """Return the picture (h, w) at instant number t of bodies that do not move."""
-        return self._take(pictures, t, np.zeros_like(self.q[t]))
+    def take_still(self, pictures: CameraPictures, t: int, q: Array) -> NDArray[np.uint8]:
+        """Return the picture (h, w) at coordinates q (nq,), with the noise of instant number t."""
+        return self._take(pictures, t, q, np.zeros_like(q))
 
-    def _take(self, pictures: CameraPictures, t: int, rates: Array) -> NDArray[np.uint8]:
-        """Return the picture (h, w) at instant number t with rates (nq,)."""
+    def _take(self, pictures: CameraPictures, t: int, q: Array, rates: Array) -> NDArray[np.uint8]:
+        """Return the picture (h, w) at q (nq,) with rates (nq,)."""
         step = round(float(self.time[t] - self.start) / self.dt)
         key = NoiseKey(self.seed, np.array([self.number], dtype=np.uint64), step)
         with pictures.lock:
-            picture: NDArray[np.uint8] = pictures.take(
-                _make_column(self.q[t]), _make_column(rates), key
-            )[0]
+            picture: NDArray[np.uint8] = pictures.take(_make_column(q), _make_column(rates), key)[0]
         return picture
 
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from robsim.page.camera_pictures import (
     PictureSource,
+    draw_goal_picture,
     encode_picture,
     has_pictures,
-    make_goal_pictures,
     reduce_camera,
 )
 from robsim.plot.run_pictures import make_camera_pictures, subtract_greys
@@ -65,7 +65,7 @@ class LivePictures:
         self._waiting: OrderedDict[tuple[str, int, str], PictureRequest] = OrderedDict()
         self._changed, self._over = threading.Condition(), False
         self._thread: threading.Thread | None = None
-        self._recent: RecentValues[CameraPictures | None] = RecentValues(KEPT)
+        self._recent: RecentValues[CameraPictures] = RecentValues(KEPT)
         self._sides: dict[str, int] = {}  # by camera
 
     def request(self, bench: Workbench | None, value: Any) -> None:
@@ -126,15 +126,11 @@ class LivePictures:
         eye = reduce_camera(scene.camera(request.camera), side)
         key = id(scene), eye.name, side
         pictures = self._recent.find(key, scene, lambda: make_camera_pictures(scene, eye))
-        assert pictures is not None
         picture = source.instants.take(pictures, last)
         if request.mode == "picture":
             return picture
-        poses = tuple((name, pose.matrix.tobytes()) for name, pose in source.goal.items())
-        goal = self._recent.find((*key, poses), scene, lambda: make_goal_pictures(source, eye))
-        if goal is None:
-            return None
-        return subtract_greys(picture.astype(float), source.instants.take_still(goal, last))
+        goal = draw_goal_picture(source, pictures)
+        return None if goal is None else subtract_greys(picture.astype(float), goal)
 
 
 def _build_request(bench: Workbench | None, value: Any) -> PictureRequest | None:
