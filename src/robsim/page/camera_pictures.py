@@ -184,14 +184,15 @@ def _choose_camera(
     source: PictureSource, camera: str, room: int
 ) -> tuple[MountedCamera, list[int]]:
     """Return a camera of a smaller image, and the instants of its pictures, for `room` bytes."""
+    samples, means = source.choose_instants(camera, SAMPLES), dict[int, float]()
     for most, number in CHOICES:
         eye = reduce_camera(source.scene.camera(camera), most)
+        if most not in means:
+            pictures = make_camera_pictures(source.scene, eye)
+            greys = [source.instants.take(pictures, t) for t in samples]
+            means[most] = float(np.mean([len(GreyPicture(grey).png) for grey in greys]))
         instants = source.choose_instants(camera, number)
-        samples = np.linspace(0, len(instants) - 1, SAMPLES).round().astype(int)
-        pictures = make_camera_pictures(source.scene, eye)
-        greys = [source.instants.take(pictures, instants[k]) for k in samples]
-        mean = np.mean([len(GreyPicture(grey).png) for grey in greys])
-        if mean * (len(instants) + 1) <= room:
+        if means[most] * (len(instants) + 1) <= room:
             break
     return eye, instants
 
