@@ -24,7 +24,7 @@ FILMS = (".mp4", ".gif")
 
 @click.command("export")
 @click.argument("shown", metavar="RUN", type=click.Path(path_type=Path))
-@click.argument("output", metavar="FILE", required=False, type=click.Path(path_type=Path))
+@click.argument("output", metavar="[FILE]", required=False, type=click.Path(path_type=Path))
 @click.option("--camera", metavar="NAME", help="Camera whose pictures a film shows.")
 @force_option
 def export_page(shown: Path, output: Path | None, camera: str | None, force: bool) -> None:
