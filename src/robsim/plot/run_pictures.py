@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,8 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.plot import run_data
 from robsim.plot.goal_outlines import read_goal_pose
-from robsim.world.frame_placement import solve_frame_placement
 from robsim.world.mounted_camera import MountedCamera
+from robsim.world.pose_approach import approach_pose
 from robsim.world.scene import Scene
 from robsim.world.scene_picture import CameraPictures, NoiseKey, PictureBodies, round_greys
 
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 EQUAL = 127.0  # grey value of a difference of zero
-REACHED = 1e-6  # largest error of a goal pose that a robot reaches, metres and sines
 
 
 def draw_end_picture(run: xr.Dataset, scene: Scene, camera: str) -> NDArray[np.uint8]:
@@ -55,17 +53,15 @@ def place_goal(
     """Return a scene and its coordinates (nq,) that `camera` sees at the goal of a run.
 
     `goal` has the goal pose of a camera or a target in the world by its name. The robot that
-    carries it is placed by inverse kinematics from q (nq,). If it does not reach the pose, camera
-    or target stand there alone, and all other bodies are at q. Raise InputError if there is no goal
-    pose, or if it does not determine the pose of `camera`.
+    carries it approaches the pose from q (nq,). If it does not reach the pose, camera or target
+    stand there alone, and all other bodies are at q. Raise InputError if there is no goal pose, or
+    if it does not determine the pose of `camera`.
     """
     if not goal:
         raise InputError("picture: the goal of the run has no pose, so there is no picture of it")
     ((name, pose),) = goal.items()
-    with suppress(InputError):
-        q_goal = solve_frame_placement(scene, name, pose, q)
-        if np.abs(scene.pose(name, q_goal).matrix - pose.matrix).max() < REACHED:
-            return scene, q_goal
+    if (q_goal := approach_pose(scene, name, pose, q)) is not None:
+        return scene, q_goal
     eyes = {each.name: each for each in scene.cameras}
     if name not in eyes:
         return scene.replacing(replace(scene.object(name), on="world", pose=pose)), q

@@ -17,8 +17,8 @@ from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
 from robsim.studio.control_values import is_json_number
+from robsim.studio.frame_placement import find_carrier, solve_frame_placement
 from robsim.studio.rounded_values import round_dragged_value
-from robsim.world.frame_placement import find_carrier, solve_frame_placement
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
