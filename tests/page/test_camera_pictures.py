@@ -98,6 +98,25 @@ def test_the_goal_shows_all_bodies_at_the_goal_before_the_run_is_there():
         assert not pictures["prints"]
 
 
+def test_a_run_of_a_batch_has_the_pictures_of_its_own_camera():
+    focals = np.array([600.0, 900.0])
+    batch = hang_poster(draw_noise((6, 8)), duration=0.2).vary({"cameras.camera.focal": focals})
+    runs = batch.run()
+    first, second = (
+        [read_pictures(build_recording(runs.isel(run=i), experiment, trials=False)) for i in chosen]
+        for chosen, experiment in (((0, [0], 0), batch), ((1, [1], 1), None))
+    )
+    for focal, several in zip(focals, (first, second), strict=True):
+        scene = batch.scene.replacing(camera_pictures.reduce_camera(batch.scene.camera()))
+        assert several[0] == several[1] == several[2]
+        eye = scene.camera()
+        K = eye.camera.K * [[focal / 800, 1, 1], [1, focal / 800, 1], [1, 1, 1]]
+        own = dataclasses.replace(eye, camera=dataclasses.replace(eye.camera, K=K))
+        expected = scene.replacing(own).picture(batch.start)
+        difference = np.abs(decode(several[0]["images"][0]).astype(int) - expected)
+        assert difference.max() <= 1
+
+
 def test_a_goal_out_of_reach_shows_the_camera_alone():
     experiment = rs.load_scenario(rs.examples.path("stereo_in_hand"))
     scene, q = experiment.scene, experiment.scene.home

@@ -100,15 +100,23 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     """Return the recording of a run."""
     one = run_data.extract_single_run(run)
     source = Experiment.of(run) if experiment is None else experiment
-    instants = RecordingInstants.of(one, source.scene)
-    warn_missing_meshes(source.scene)
-    builder = RecordingBuilder(instants.motion, one, find_task_belief(source))
+    shown = _select_run(source, one)
+    instants = RecordingInstants.of(one, shown.scene)
+    warn_missing_meshes(shown.scene)
+    builder = RecordingBuilder(instants.motion, one, find_task_belief(shown))
     entries = collect_run_entries(run, source, trials)
     entries["why"]["watch"] = list_remark_texts(source)
     entries |= {"outcome": Outcome(int(one["outcome"])).name, "events": list_run_events(one)}
     recording = builder.build_recording(source.title or "run", instants, **entries)
-    cameras = add_pictures(recording.header["cameras"], PictureSource.of(one, source.scene))
+    cameras = add_pictures(recording.header["cameras"], PictureSource.of(one, shown.scene))
     return replace(recording, header={**recording.header, "cameras": cameras})
+
+
+def _select_run(experiment: Experiment, run: xr.Dataset) -> Experiment:
+    """Return the experiment of a single run, with its own numbers if they differ between runs."""
+    if not experiment.varied:
+        return experiment
+    return experiment.of_run(int(run["run"]) - experiment.first_run)
 
 
 def _record_mission(mission: MissionRun) -> Recording:

@@ -117,8 +117,9 @@ class CameraInstants:
         instants are recorded: with the same noise, and with the motion since the instant before.
         """
         rates = np.zeros_like(self.q[t])
-        if t > 0 and self.time[t - 1] >= self.start:
-            rates = (self.q[t] - self.q[t - 1]) / (self.time[t] - self.time[t - 1])
+        elapsed = self.time[t] - self.time[t - 1] if t > 0 else 0.0
+        if elapsed > 0 and self.time[t - 1] >= self.start:
+            rates = (self.q[t] - self.q[t - 1]) / elapsed
         return self._take(pictures, t, self.q[t], rates)
 
     def take_still(self, pictures: CameraPictures, t: int, q: Array) -> NDArray[np.uint8]:
