@@ -6,7 +6,7 @@ from page.conftest import until
 from page.posters import decode, draw_noise, hang_poster, read_pictures
 
 import robsim as rs
-from robsim.page.export import export_html, load_recording
+from robsim.page.export import embed_page, export_html, load_recording
 
 pytestmark = pytest.mark.browser
 
@@ -64,6 +64,8 @@ def test_the_picture_and_its_difference_are_beneath_the_marks(opened, poster_pag
         until(page, "robsim.layers.get('camera').differences.size > 0")
         np.testing.assert_allclose(read_greys(page), 127 + (grey - goal) / 2, atol=0.51)
         choose(page, "picture")
+    page.evaluate("robsim.layers.get('camera').instants[0] = 1; robsim.clock.seek(0)")
+    assert page.evaluate("robsim.pictures[0].image") is None  # before the first picture
     choose(page, "marks")
     assert page.evaluate(GREYS, POINTS) == [[255, 255, 255]] * len(POINTS)
 
@@ -109,3 +111,17 @@ def test_a_goal_without_a_picture_has_no_difference(opened, tmp_path):
     watching = rs.load_scenario(rs.examples.path("watching_head"))
     page = opened(export_html(watching.run(duration=0.4), tmp_path / "head.html").as_uri())
     assert page.locator(".layers button").all_inner_texts() == ["marks", "picture"]
+
+
+def test_the_switch_works_in_a_frame_of_a_notebook(opened, poster_page, tmp_path):
+    """The frame has no origin, and therefore no storage."""
+    notebook = tmp_path / "notebook.html"
+    page = embed_page(poster_page.read_text(encoding="utf-8"))
+    notebook.write_text(f"<!doctype html><body data-ready='yes'>{page}", encoding="utf-8")
+    frame = opened(notebook.as_uri()).frames[1]
+    until(frame, "document.body.dataset.ready")
+    stored = read_pictures(load_recording(poster_page))
+    first, goal = (decode(each).astype(float) for each in (stored["images"][0], stored["goal"]))
+    frame.get_by_role("button", name="difference", exact=True).click()
+    until(frame, "robsim.layers.get('camera').differences.size > 0")
+    np.testing.assert_allclose(read_greys(frame), 127 + (first - goal) / 2, atol=0.51)

@@ -3,8 +3,8 @@
 A page requests {"picture": [camera, index, mode]}, with the name of a camera, the number of an
 instant, and the mode "picture" or "difference". The message is {"type": "picture", camera, index,
 mode, image}. The image is a PNG file as a data URL: the picture, or half of its difference from the
-picture at the goal. It is null if the instant is before the last change of the scene, or if the
-goal has no pose. Requests of anything else are ignored.
+picture at the goal. It is null if the run has no such instant since its last change, or if the goal
+has no pose. Requests of anything else are ignored.
 """
 
 from __future__ import annotations
@@ -141,14 +141,17 @@ def _build_request(bench: Workbench | None, value: Any) -> PictureRequest | None
     scene = live.experiment.scene
     if not any(each.name == camera for each in scene.cameras) or not has_pictures(scene, camera):
         return None
-    if not is_json_integer(index) or not 0 <= index < len(live.instants) or mode not in MODES:
+    if not is_json_integer(index) or index < 0 or mode not in MODES:
         return None
     return PictureRequest(camera, index, mode, _build_source(live, index))
 
 
 def _build_source(live: LiveRun, index: int) -> PictureSource | None:
-    """Return the last two instants up to number `index`; None before the last change."""
-    if live.instants[index].time < live.start_time:
+    """Return the last two instants up to number `index`.
+
+    None before the last change, and if the run has been started over and is not there yet.
+    """
+    if index >= len(live.instants) or live.instants[index].time < live.start_time:
         return None
     instants = live.camera_instants(max(index - 1, 0), index + 1)
     return PictureSource(live.experiment.scene, instants, {}, live.find_goal_poses())

@@ -84,21 +84,28 @@ function modesOf(cameras) {
   return LAYER_MODES.filter((mode) => mode !== "difference" || goals);
 }
 
-// Pictures at some instants of a recording; a picture is decoded once.
+// Pictures at some instants of a recording; a picture is decoded once, and the next one in advance.
 export class StoredLayer {
   // `changed` is called when a picture can be drawn that was demanded before.
   constructor({ instants, images, goal }, changed) {
-    Object.assign(this, { instants, images, goal, changed, decoded: new Map(), differences: new Map() });
+    Object.assign(this, { instants, images, goal, changed, decoded: new Map(), differences: new Map(), drawn: {} });
   }
 
-  // The picture of the last stored instant up to an instant, or its difference to the goal; null until it is decoded.
+  // The picture of the last stored instant up to an instant, or its difference from the goal.
+  // While it is decoded, the picture before; null before the first stored instant.
   at(index, mode) {
-    const number = Math.max(this.instants.findLastIndex((each) => each <= index), 0);
-    const image = this.decode(this.images[number]);
-    if (mode === "picture" || !image) return image;
-    const goal = this.decode(this.goal);
-    if (goal && !this.differences.has(number)) this.differences.set(number, differenceOf(image, goal));
-    return this.differences.get(number) ?? null;
+    const number = this.instants.findLastIndex((each) => each <= index);
+    if (number < 0) return null;
+    const image = mode === "picture" ? this.decode(this.images[number]) : this.difference(number);
+    if (image) this.drawn[mode] = image;
+    if (number + 1 < this.images.length) this.decode(this.images[number + 1]);
+    return this.drawn[mode] ?? null;
+  }
+
+  difference(number) {
+    const [image, goal] = [this.images[number], this.goal].map((address) => this.decode(address));
+    if (image && goal && !this.differences.has(number)) this.differences.set(number, differenceOf(image, goal));
+    return this.differences.get(number);
   }
 
   decode(address) {
