@@ -64,10 +64,11 @@ def test_the_picture_and_its_difference_are_beneath_the_marks(opened, poster_pag
         until(page, "robsim.layers.get('camera').differences.size > 0")
         np.testing.assert_allclose(read_greys(page), 127 + (grey - goal) / 2, atol=0.51)
         choose(page, "picture")
-    page.evaluate("robsim.layers.get('camera').instants[0] = 1; robsim.clock.seek(0)")
-    assert page.evaluate("robsim.pictures[0].image") is None  # before the first picture
     choose(page, "marks")
     assert page.evaluate(GREYS, POINTS) == [[255, 255, 255]] * len(POINTS)
+    choose(page, "picture")
+    page.evaluate("robsim.layers.get('camera').instants[0] = 1; robsim.clock.seek(0)")
+    assert page.evaluate("robsim.pictures[0].image") is None  # before the first picture
 
 
 def test_the_choice_is_made_by_keys_and_remembered(opened, poster_page):
