@@ -405,6 +405,27 @@ def test_a_film_that_is_impossible_is_refused_before_it_is_simulated(called, tmp
         check_views(several, ("run.html",))
 
 
+def test_export_writes_a_film_of_what_the_camera_of_a_stored_run_saw(called, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    run = example("stereo_in_hand").run(duration=0.04)
+    rs.save_run(run, "run.nc")
+    status, out, _ = called("export", "run.nc", "eye.gif", "--camera", "right")
+    assert (status, out) == (0, "wrote eye.gif\n")
+    again = rs.plot.save_film(run, "again.gif", camera="right")
+    assert Path("eye.gif").read_bytes() == again.read_bytes()
+    for options, reason in {
+        ("eye.gif", "--camera", "right"): "eye.gif exists; overwrite it with --force",
+        ("page.html", "--camera", "right"): "--camera is for films, and page.html is a page",
+        ("other.gif", "--camera", "none"): "run.nc: no camera 'none'",
+    }.items():
+        status, out, err = called("export", "run.nc", *options)
+        assert status == 2 and not out and reason in err
+    assert not Path("page.html").exists() and not Path("other.gif").exists()
+    case = str(rs.examples.path("visp_tutorial"))
+    status, _, err = called("export", case, "case.gif")
+    assert status == 2 and "expected a run as simulate returns it" in err
+
+
 @pytest.mark.parametrize(("seen", "options"), [(True, []), (True, ["--no-open"]), (False, [])])
 def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, seen, options):
     served = []

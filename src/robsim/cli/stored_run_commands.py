@@ -1,16 +1,17 @@
-"""Commands of stored runs: `export` writes a page, `explain` prints the cause of the outcome."""
+"""Commands of stored runs: `export` writes pages and films, `explain` prints a cause."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import click
 
-from robsim.base.errors import raise_file_errors
+from robsim.base.errors import InputError, raise_file_errors
 from robsim.cli.console import print_text
 from robsim.cli.options import force_option
 from robsim.cli.output_files import choose_output_file, find_run_file
+from robsim.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,24 +19,44 @@ if TYPE_CHECKING:
     from robsim.robot.robot import Robot
     from robsim.run.experiment import Experiment
 
+FILMS = (".mp4", ".gif")
+
 
 @click.command("export")
 @click.argument("shown", metavar="RUN", type=click.Path(path_type=Path))
-@click.argument("page", required=False, type=click.Path(path_type=Path))
+@click.argument("output", metavar="[FILE]", required=False, type=click.Path(path_type=Path))
+@click.option("--camera", metavar="NAME", help="Camera whose pictures a film shows.")
 @force_option
-def export_page(shown: Path, page: Path | None, force: bool) -> None:
-    """Write a run, a scenario or a robot as one HTML page.
+def export_page(shown: Path, output: Path | None, camera: str | None, force: bool) -> None:
+    """Write a run, a scenario or a robot as one HTML page, or a run as a film.
 
     RUN is a run.nc or its folder, a scenario (.toml), or a robot (.urdf). Scenarios and robots are
-    shown at their start. PAGE is the file to write. Any browser shows the page, without a network.
+    shown at their start. FILE is the file to write: a page, or a film of a run if it ends in .mp4
+    or .gif. Any browser shows the page, without a network.
     """
     from robsim.page.export import export_html
 
     path = find_run_file(shown)
-    target = choose_output_file(page, f"{shown.stem}.html", force)
+    target = choose_output_file(output, f"{shown.stem}.html", force)
+    if target.suffix.lower() in FILMS:
+        _export_film(path, target, camera)
+        return
+    if camera is not None:
+        raise InputError(f"--camera is for films, and {target} is a page: name a .mp4 or a .gif")
     with raise_file_errors(path):
         export_html(_load_shown_object(path), target)
     print_text(f"open {target} in any browser")
+
+
+def _export_film(path: Path, target: Path, camera: str | None) -> None:
+    """Write a film of a stored run, or of the pictures of its camera."""
+    from robsim.plot.film.animation import check_film_path, save_film
+
+    check_film_path(target)
+    with raise_file_errors(path), progress_bar(f"drawing {target}") as progress:
+        run = cast("xr.Dataset", _load_shown_object(path))  # save_film refuses other objects
+        save_film(run, target, camera=camera, progress=progress)
+    print_text(f"wrote {target}")
 
 
 def _load_shown_object(path: Path) -> xr.Dataset | Experiment | Robot:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.page.camera_pictures import has_pictures, has_prints
 from robsim.page.recording_frames import Entry, RecordingFrames
 from robsim.plot import palette, run_data, wireframe
 from robsim.vision.camera import Camera
@@ -44,6 +45,7 @@ def list_camera_entries(
             "frame": frames.add_frame(eye.name),
             "frustum": frames.shapes.store_points(2 * depth * _compute_view_lines(eye.camera)),
             **_build_lens_entry(eye.camera),
+            **(_build_live_pictures_entry(frames, eye) if frames.live else {}),
             **(
                 _build_pixels_entry(frames, run, eye)
                 if run is not None and eye.name in used
@@ -58,6 +60,12 @@ def _build_lens_entry(camera: Camera) -> Entry:
     """Return the image size and the image centre of a camera."""
     centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
     return {"size": None if camera.size is None else list(camera.size), "centre": centre}
+
+
+def _build_live_pictures_entry(frames: RecordingFrames, eye: MountedCamera) -> Entry:
+    """Return that a studio draws pictures of a camera on request; empty without other bodies."""
+    scene = frames.motion.scene
+    return {"pictures": {"prints": has_prints(scene)}} if has_pictures(scene, eye.name) else {}
 
 
 def _compute_view_lines(camera: Camera) -> Array:

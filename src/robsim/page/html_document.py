@@ -24,6 +24,7 @@ MODULES = (
         "shading",
         "solids",
         "space",
+        "layers",
         "picture",
         "charts",
         "view",

@@ -19,7 +19,10 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
 * marks: feature points of a target: its frame, "points" (N, 3), and their colours.
 * cameras: name, frame, image size and centre; "frustum" (ends, 3), lines in camera axes; "pixels"
   (T, N, 2) and "goal" (N, 2) of the feature points, and their colours; "second" (T, N, 2), the
-  pixels under the second scheme.
+  pixels under the second scheme. "pictures", if the camera sees bodies: the "size" of its rendered
+  pictures, "instants", the number of the instant of each, "images", 8-bit grey PNG files as data
+  URLs, and "goal", the picture at the goal, or null; "prints", whether the scene has posters, tags,
+  boards or dots. A picture is shown until the instant of the next one.
 * trails: frames with a drawn path, of the scene and of the second scheme, and their colours.
 * curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic.
 * events: {time, text} of each event.
@@ -29,6 +32,7 @@ The array "time" (T,) has the times in seconds.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +40,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.errors import InputError, format_value
 from robsim.engine.outcome import Outcome
+from robsim.page.camera_pictures import PictureSource, add_pictures
 from robsim.page.curves_and_texts import build_joint_panels, list_run_events
 from robsim.page.explanation_card import build_card, collect_run_entries, list_remark_texts
 from robsim.page.recording_builder import (
@@ -95,13 +100,23 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     """Return the recording of a run."""
     one = run_data.extract_single_run(run)
     source = Experiment.of(run) if experiment is None else experiment
-    instants = RecordingInstants.of(one, source.scene)
-    warn_missing_meshes(source.scene)
-    builder = RecordingBuilder(instants.motion, one, find_task_belief(source))
+    shown = _select_run(source, one)
+    instants = RecordingInstants.of(one, shown.scene)
+    warn_missing_meshes(shown.scene)
+    builder = RecordingBuilder(instants.motion, one, find_task_belief(shown))
     entries = collect_run_entries(run, source, trials)
     entries["why"]["watch"] = list_remark_texts(source)
     entries |= {"outcome": Outcome(int(one["outcome"])).name, "events": list_run_events(one)}
-    return builder.build_recording(source.title or "run", instants, **entries)
+    recording = builder.build_recording(source.title or "run", instants, **entries)
+    cameras = add_pictures(recording.header["cameras"], PictureSource.of(one, shown.scene))
+    return replace(recording, header={**recording.header, "cameras": cameras})
+
+
+def _select_run(experiment: Experiment, run: xr.Dataset) -> Experiment:
+    """Return the experiment of a single run, with its own numbers if they differ between runs."""
+    if not experiment.varied:
+        return experiment
+    return experiment.of_run(int(run["run"]) - experiment.first_run)
 
 
 def _record_mission(mission: MissionRun) -> Recording:

@@ -17,6 +17,7 @@ from robsim.engine.instant import Instant, make_instant
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose, homogeneous_matrix
+from robsim.plot.run_pictures import CameraInstants
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
 from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import compute_frame_motion, make_plain_variables
@@ -215,6 +216,11 @@ class LiveRun:
         goal, away, _ = self._measure_goal()
         return Pose(homogeneous_matrix(goal)[0]) if np.isfinite(away[0]) else None
 
+    def find_goal_poses(self) -> dict[str, Pose]:
+        """Return the present goal pose by the name of the moving frame; empty if it is unknown."""
+        pose = self.find_goal_pose()
+        return {} if pose is None else {self.moving_frame: pose}
+
     def measure_distance(self) -> tuple[float, float]:
         """Return the distance (m) and angle (rad) of the moving frame to its goal, or NaN."""
         _, away, turn = self._measure_goal()
@@ -251,6 +257,12 @@ class LiveRun:
             for name, variable in template.items()
             if name in values or "time" not in variable.dims
         }
+
+    def camera_instants(self, start: int = 0, end: int | None = None) -> CameraInstants:
+        """Return the coordinates of the instants from number `start` to before `end`."""
+        instants, segment = self.instants[start:end], self.segment
+        q, time = (np.stack([getattr(each, name) for each in instants]) for name in ("q", "time"))
+        return CameraInstants(q, time, segment.seed, segment.first_run, segment.dt, self.start_time)
 
     @property
     def gain(self) -> float:

@@ -17,6 +17,8 @@ The messages, by type:
 * values: {"controls"}, the controls that have changed.
 * gallery: {"entries"}, experiments to choose from.
 * texts: {"texts", "why"}, texts by heading, and the explanation with its actions.
+* picture: {"camera", "index", "mode", "image"}, an answer to a page; see
+  `robsim.studio.live_pictures`.
 * state: playing, speed, factor, outcome, ending, note, second, changes, handles, and run (the
   number of the open run of the study).
 """

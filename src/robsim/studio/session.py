@@ -20,6 +20,7 @@ from robsim.studio import downloads
 from robsim.studio.control_values import is_json_integer
 from robsim.studio.interaction_message import InteractionMessages
 from robsim.studio.live_explanation import add_search_note, explain_live_run
+from robsim.studio.live_pictures import LivePictures
 from robsim.studio.outbound_messages import OutboundMessages
 from robsim.studio.refusal_reasons import format_refusal
 from robsim.studio.request_queue import RequestQueue
@@ -68,6 +69,7 @@ class Session:
         self._last_request = 0.0
         self._explained = -1  # revision of the bench whose run was explained
         self.matrices = InteractionMessages()
+        self.pictures = LivePictures(self._send_picture)
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and simulated time
         self._requests = RequestQueue(_build_request_key)
@@ -92,6 +94,7 @@ class Session:
         """End the simulation within half a second; a longer step ends with the process."""
         self._over.set()
         self._thread.join(LAST_STEP)
+        self.pictures.close()
 
     # methods that the server calls in its threads
 
@@ -165,8 +168,11 @@ class Session:
 
     def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
         """Handle the requests of pages, and store their error messages for all pages."""
-        for look in [each for each in requests if each.keys() == {"interaction"}]:
+        for look in [each for each in requests if each.keys() in _LOOKS]:
             requests.remove(look)  # it changes nothing, so notes and speed remain
+            if "picture" in look:
+                self.pictures.request(self.open_bench, look["picture"])
+                continue
             message = self.matrices.build(self.open_bench, look["interaction"])
             self.broadcast(json.dumps(message, allow_nan=False))
         notes = [self.do(request) for request in requests if not self._over.is_set()]
@@ -307,6 +313,10 @@ class Session:
             if revision == self.bench.revision:
                 self.bench.explain(explanation)
 
+    def _send_picture(self, message: str) -> None:
+        """Send a picture to all pages, from the thread of the pictures."""
+        self.broadcast(message)
+
     def send_news(self) -> None:
         """Send new messages to all pages, and store them for new pages."""
         for message in self.outgoing.news(self, self.open_bench, self.shelf):
@@ -326,6 +336,8 @@ def _build_request_key(request: dict[str, Any]) -> Any:
     value = request.get(name)
     if name in ("set", "drag") and isinstance(value, list) and value:
         return name, str(value[0])
+    if name == "picture":  # of another camera, or for another page
+        return name, str(value)
     return (name, id(request)) if name in ("step", "undo", "redo", "change") else name
 
 
@@ -346,6 +358,7 @@ def _strip_path(reason: str, path: str) -> str:
     return reason.removeprefix(f"{path}: ")
 
 
+_LOOKS = ({"interaction"}, {"picture"})
 _EDITS = {"set", "drag", "change", "show_goal", "undo", "redo", "original", "second"}
 _REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,

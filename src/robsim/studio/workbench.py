@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +13,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, check_known, format_value
 from robsim.declare.controls import Control
 from robsim.declare.name_lookup import suggest_dotted_names
+from robsim.page.camera_pictures import PictureSource, add_pictures
 from robsim.page.explanation_card import build_card
 from robsim.page.recording_builder import Recording, RecordingBuilder
 from robsim.page.recording_frames import Entry
@@ -281,7 +283,18 @@ class Workbench:
         title = self.experiment.title or "experiment"
         changes = self.differences if self.changes else []
         entries = {"texts": self.texts, "why": {**self.why, "changes": changes}}
-        return self.builder.build_recording(title, self.pair.instants(), **entries)
+        recording = self.builder.build_recording(title, self.pair.instants(), **entries)
+        source = self._build_picture_source(self.pair.live)
+        cameras = add_pictures(recording.header["cameras"], source)
+        return replace(recording, header={**recording.header, "cameras": cameras})
+
+    @staticmethod
+    def _build_picture_source(live: LiveRun) -> PictureSource:
+        """Return the instants since the last change of a run, at which cameras take pictures."""
+        times = [each.time for each in live.instants]
+        first = int(np.searchsorted(times, live.start_time))
+        scene, instants = live.experiment.scene, live.camera_instants()
+        return PictureSource(scene, instants, live.variables(), live.find_goal_poses(), first)
 
     def _get_control(self, name: object) -> Control:
         """Return the control of a dotted name; raise InputError if there is none."""

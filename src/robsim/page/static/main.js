@@ -36,7 +36,7 @@ function replay(header, arrays, view, clock) {
   document.body.classList.toggle("still", clock.times.length < 2);
   const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
   if (!still && clock.times.length > 1) clock.toggle();
-  window.robsim = { header, arrays, clock, space: view.space, pictures: view.pictures, charts: view.charts };
+  window.robsim = { header, arrays, clock, space: view.space, pictures: view.pictures, choice: view.choice, layers: view.layers, charts: view.charts };
   document.body.dataset.ready = "yes";
 }
 
@@ -65,6 +65,7 @@ function timeControls(clock, view) {
     { keys: ["Home"], words: "the first instant", act: () => clock.seek(0) },
     { keys: ["End"], words: "the last instant", act: () => clock.seek(clock.end) },
     { keys: ["h"], words: "reset the view of the scene", act: () => view.space.home() },
+    { keys: ["p"], words: "marks, picture or difference in the images", act: () => view.choice.turn(view.header.cameras) },
   ]);
 }
 

@@ -3,10 +3,14 @@
 import { inked } from "./charts.js";
 
 const MARGIN = 0.05; // of the image, around it
+const RIM = "rgba(255, 255, 255, 0.8)"; // of lines over a rendered picture
+const DARK = "#1c1c1c"; // black lines over a rendered picture
 
 export class Picture {
-  constructor(element, camera, arrays) {
+  // `beneath` returns the rendered picture of an instant, or null.
+  constructor(element, camera, arrays, beneath) {
     this.camera = camera;
+    this.beneath = beneath;
     this.pixels = arrays[camera.pixels];
     this.goal = arrays[camera.goal];
     this.second = camera.second && arrays[camera.second];
@@ -64,7 +68,8 @@ export class Picture {
     this.pen.setTransform(this.scale, 0, 0, this.scale, -left * this.scale, -top * this.scale);
     this.unit = ratio / this.scale; // a screen pixel in image pixels
     const style = getComputedStyle(this.canvas);
-    this.ink = style.getPropertyValue("--ink").trim();
+    this.image = this.beneath(this.index);
+    this.ink = this.image ? DARK : style.getPropertyValue("--ink").trim();
     this.colors = this.camera.colors.map((color) => inked(color, this.ink));
     this.pen.clearRect(left, top, width, height);
     this.drawBorder(style.getPropertyValue("--paper"));
@@ -84,6 +89,7 @@ export class Picture {
     if (size) {
       pen.fillStyle = paper;
       pen.fillRect(-0.5, -0.5, size[0], size[1]);
+      if (this.image) pen.drawImage(this.image, -0.5, -0.5, size[0], size[1]);
       pen.strokeRect(-0.5, -0.5, size[0], size[1]);
     }
     pen.globalAlpha = 0.5;
@@ -92,8 +98,20 @@ export class Picture {
     pen.lineTo(centre[0] + 6 * unit, centre[1]);
     pen.moveTo(centre[0], centre[1] - 6 * unit);
     pen.lineTo(centre[0], centre[1] + 6 * unit);
-    pen.stroke();
+    this.stroke();
     pen.globalAlpha = 1;
+  }
+
+  // Stroke the path of the pen, over a picture with a pale rim.
+  stroke() {
+    const { pen, unit } = this;
+    const { strokeStyle, lineWidth } = pen;
+    if (this.image) {
+      Object.assign(pen, { strokeStyle: RIM, lineWidth: lineWidth + 2 * unit });
+      pen.stroke();
+      Object.assign(pen, { strokeStyle, lineWidth });
+    }
+    pen.stroke();
   }
 
   at(index, mark, pixels = this.pixels) {
@@ -126,7 +144,7 @@ export class Picture {
     if (!Number.isFinite(x)) return;
     pen.beginPath();
     pen.arc(x, y, 4 * unit, 0, 2 * Math.PI);
-    pen.stroke();
+    this.stroke();
   }
 
   drawPath(mark, to, pixels) {
@@ -142,7 +160,7 @@ export class Picture {
         [x0, y0] = [x, y];
       }
     }
-    pen.stroke();
+    this.stroke();
   }
 
   drawGoals() {
@@ -153,7 +171,9 @@ export class Picture {
       const [x, y] = this.goal.values.subarray(2 * mark, 2 * mark + 2);
       if (!Number.isFinite(x)) return;
       pen.strokeStyle = color;
-      pen.strokeRect(x - side / 2, y - side / 2, side, side);
+      pen.beginPath();
+      pen.rect(x - side / 2, y - side / 2, side, side);
+      this.stroke();
     });
   }
 
@@ -162,8 +182,8 @@ export class Picture {
     const [x, y] = this.at(this.index, mark);
     if (!Number.isFinite(x)) return;
     pen.fillStyle = this.colors[mark];
-    pen.strokeStyle = this.ink;
-    pen.lineWidth = 0.8 * unit;
+    pen.strokeStyle = this.image ? RIM : this.ink;
+    pen.lineWidth = (this.image ? 1.6 : 0.8) * unit;
     pen.beginPath();
     pen.arc(x, y, 4.5 * unit, 0, 2 * Math.PI);
     pen.fill();

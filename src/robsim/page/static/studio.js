@@ -33,6 +33,7 @@ export class Studio {
     });
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => ask({ drag: [name, pose, this.stroke] }));
     view.why.ask = (request) => (this.live || !("reset" in request || "play" in request)) && ask(request); // a mission runs at once
+    view.askForPicture = ask;
     this.matrix = new MatrixPanel(clock, ask);
     this.timeControls();
     this.gallery = new Gallery(find("gallery"), find("choose"), (name) => ask({ open: name }));
@@ -65,6 +66,7 @@ export class Studio {
       texts: () => this.view.tellTexts(message.texts, message.why),
       state: () => this.tell(message),
       interaction: () => this.matrix.tell(message),
+      picture: () => void this.view.layers.get(message.camera)?.hear?.(message), // other messages do not wait for it
     }[message.type];
     if (done) return done();
     this.tellNote(message.error ?? "");
@@ -251,6 +253,7 @@ export class Studio {
       { keys: ["End"], words: "follow the last instant", act: () => scrub(Infinity) },
       { keys: ["r"], words: "back to the start", act: () => this.reset() },
       { keys: ["h"], words: "reset the view of the scene", act: () => this.view.space.home() },
+      { keys: ["p"], words: "marks, picture or difference in the images", act: () => this.view.choice.turn(this.view.header.cameras) },
       { keys: ["m"], words: "show the interaction matrix of the instant", act: () => this.matrix.toggle() },
       { keys: ["g"], words: "show the goal anew", act: () => this.bar.anew.click() },
       { keys: ["ctrl+z"], words: "undo", act: () => ask({ undo: true }) },

@@ -3,6 +3,7 @@
 import { GUI } from "./vendor.js";
 import { Chart } from "./charts.js";
 import { amended, extend, shapeNamesOf, Shapes, widen } from "./growing.js";
+import { LayerChoice, LiveLayer, StoredLayer } from "./layers.js";
 import { Picture } from "./picture.js";
 import { Space } from "./space.js";
 import { WhyCard } from "./why.js";
@@ -56,6 +57,10 @@ export class View {
   constructor(clock) {
     this.clock = clock;
     this.pictures = [];
+    this.layers = new Map(); // rendered pictures, by the name of the camera
+    this.choice = new LayerChoice();
+    this.version = 0; // number of changes of instants
+    this.askForPicture = () => {}; // set by a studio
     this.charts = [];
     this.why = new WhyCard(find("why"));
     this.shapes = new Shapes();
@@ -81,6 +86,7 @@ export class View {
     this.space.load(header, arrays, same);
     this.options();
     this.clock.times = arrays.time.values;
+    this.forgetLayers();
     this.showPictures();
     this.charts = header.curves.map((curve) => this.chart(curve));
     this.tellTexts(header.texts, header.why);
@@ -98,6 +104,7 @@ export class View {
     const names = shapeNamesOf(header);
     for (const name of shapeNamesOf(before)) if (!names.has(name)) delete this.arrays[name];
     widen(this.arrays.poses, header.frames.length);
+    this.version++;
     this.space.change(header);
     if (changes.cameras) this.showPictures();
     if (groupsOf(before).join() !== groupsOf(header).join()) this.options();
@@ -106,10 +113,36 @@ export class View {
 
   showPictures() {
     for (const picture of this.pictures) picture.destroy();
+    this.choice.listeners.clear();
     find("pictures").replaceChildren();
-    this.pictures = this.header.cameras.filter((c) => c.pixels).map((c) => this.picture(c));
+    const cameras = this.header.cameras.filter((c) => c.pixels);
+    this.pictures = cameras.map((c) => this.picture(c));
+    this.offerLayers(cameras.filter((c) => c.pictures));
     find("pictures").classList.toggle("several", this.pictures.length > 1);
     document.body.classList.toggle("blind", !this.pictures.length);
+  }
+
+  // The buttons that choose the content of the images: in the only caption, or above several images.
+  offerLayers(cameras) {
+    if (!cameras.length) return;
+    const buttons = this.choice.buttons(cameras);
+    const place = find("pictures");
+    if (this.pictures.length === 1) place.querySelector("figcaption").append(buttons);
+    else place.prepend(buttons);
+    this.choice.listeners.add(() => this.pictures.forEach((each) => each.draw()));
+  }
+
+  forgetLayers() {
+    for (const layer of this.layers.values()) layer.rest?.();
+    this.layers.clear();
+  }
+
+  // The rendered pictures of a camera.
+  layerOf({ name, pictures }) {
+    const changed = () => this.pictures.find((each) => each.camera.name === name)?.draw();
+    if (!this.layers.has(name))
+      this.layers.set(name, pictures.images ? new StoredLayer(pictures, changed) : new LiveLayer(name, this.askForPicture, changed));
+    return this.layers.get(name);
   }
 
   // Add rows from an instant on; arrays without rows replace the arrays of their names.
@@ -121,6 +154,7 @@ export class View {
       else Object.assign(this.arrays[name], more);
     }
     this.late = Math.min(this.late ?? Infinity, from);
+    this.version++;
   }
 
   // Draw new instants, and curves at intervals of at least `CURVES`.
@@ -182,7 +216,13 @@ export class View {
     const figure = element("figure");
     figure.append(element("figcaption", camera.name));
     find("pictures").append(figure);
-    return new Picture(figure, camera, this.arrays);
+    const beneath = (index) => {
+      const mode = this.choice.of(camera);
+      if (mode !== "marks") return this.layerOf(camera).at(index, mode, this.version);
+      this.layers.get(camera.name)?.rest?.();
+      return null;
+    };
+    return new Picture(figure, camera, this.arrays, beneath);
   }
 
   chart(curve) {
