@@ -122,6 +122,20 @@ def test_the_area_of_a_divided_pixel():
     np.testing.assert_allclose(divide(0.25, 0.0, -1.0), [0.75, 0.0, -0.09375], atol=1e-15)
 
 
+@pytest.mark.parametrize("radius", [0.4, 1.1, 6.3])  # pixels
+def test_the_part_of_a_pixel_that_a_face_with_many_sides_covers(radius):
+    points = [[0.0013, 0.0021], [-0.08, -0.08], [0.08, 0.08]]
+    dots = rs.vision.DotPattern(points, radius=radius / 200)
+    plate = rs.Object("plate", dots=dots, pose=rs.Pose.at(0, 0, 1.0))
+    eye = rs.MountedCamera("eye", rs.Camera([[200, 0, 20], [0, 200, 20], [0, 0, 1]], (41, 41)))
+    scene = rs.Scene(objects=plate, cameras=eye)
+    one, many = (scene.picture(samples=n, light=FULL, exact=True) for n in (1, 8))
+    np.testing.assert_allclose(one, many, rtol=0, atol=1e-3)
+    ink, paper = 30.0, 225.0
+    dark = (paper - one[12:30, 12:30]) / (paper - ink)
+    np.testing.assert_allclose(dark.sum(), np.pi * radius**2, rtol=1e-5)
+
+
 @pytest.mark.parametrize("tilt", [0.0, 0.4, np.pi / 4])
 @pytest.mark.parametrize("lens", LENSES)
 def test_the_edges_of_a_poster_are_as_by_144_rays(lens, tilt):

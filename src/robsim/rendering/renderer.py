@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.raster.edge_coverage import PLACES
+from robsim.kernels.raster.edge_coverage import MOST_CROSSINGS, PLACES
 from robsim.kernels.raster.picture import draw_pictures
 from robsim.kernels.raster.raster_arrays import ImagePlane, PixelBuffers, PlacedFaces
 from robsim.rendering.face_table import build_faces
@@ -153,5 +153,6 @@ def _allocate_buffers(width: int, height: int) -> PixelBuffers:
         greatest=np.empty((3, width), dtype=np.int32),
         near=np.empty((3, NEIGHBOURS), dtype=np.int64),
         shares=np.empty((NEIGHBOURS, 3)),
+        polygon=np.empty((2, 2, 4 + MOST_CROSSINGS)),
         **floats,
     )

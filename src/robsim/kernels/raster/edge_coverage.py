@@ -9,17 +9,18 @@ from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.pixel_shades import BLOCK, SMOOTH, find_density
 from robsim.kernels.raster.texel_levels import find_level, sample_picture
 
-PLACES = 16  # in a pixel that several lines divide
+PLACES = 16  # in a pixel with several faces
 ALL_PLACES = (1 << PLACES) - 1
 SAME_LINE = 1e-6  # of a pixel, the distance of two sides that are one
+MOST_CROSSINGS = 28  # sides of a face, or their continuations, that divide a pixel exactly
 
 
 @routine
 def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
     """Compute the pixels anew that have another tone in their neighbourhood.
 
-    The value is the mean over the area of the pixel, if one line divides it between two faces or a
-    face and the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the
+    The value is the mean over the area of the pixel, if one face covers a part of it, before one
+    other face or the background. Otherwise, it is the mean over places `pattern` (2, PLACES) in the
     pixel, each of the nearest face of the neighbourhood of 3 x 3 pixels. A picture is read once for
     each face and pixel.
     """
@@ -42,7 +43,9 @@ def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, i
             count, crossings = _drop_distant_faces(rays, first, sides, axes, near, count)
             if count == 0 or (count == 1 and crossings == 0):
                 continue  # the value at its centre is the value of the pixel
-            if not _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
+            if not _divide_pixel(
+                *(rays, first, sides, planes, axes, near, count, crossings, buffers.polygon, shares)
+            ):
                 _count_hits(rays, first, sides, planes, pattern, axes, near, count, shares)
             value, total = 0.0, 0.0
             for k in range(count):
@@ -186,28 +189,89 @@ def _drop_distant_faces(rays, first, sides, axes, near, count):
 
 
 @fragment
-def _divide_pixel(rays, sides, planes, axes, near, count, crossings, shares):
-    """Compute the shares of one face or two faces that a line divides; return whether it does.
+def _divide_pixel(rays, first, sides, planes, axes, near, count, crossings, polygon, shares):
+    """Compute the shares of faces, if one covers a part of a pixel; return whether it does.
 
     `shares` takes the area of each face, and its first moments from the centre of the pixel.
     """
-    if count > 2 or crossings == 0 or near[1, 0] > 1 or (count == 2 and near[1, 1] > 1):
+    if count > 2 or crossings == 0:
         return False
-    k = 0 if near[1, 0] == 1 else 1
+    k = 1 if near[1, 0] == 0 else 0
+    other, crossed, is_shared = 1 - k, near[1, k], count == 2 and near[1, 0] * near[1, 1] > 0
+    if crossed > MOST_CROSSINGS or (is_shared and crossings > 2):
+        return False
     value, right, down = _view_from_pixel(rays, sides[near[2, k]], axes)
-    share, at_right, at_down = divide_square(value, right, down)
+    if crossed == 1:
+        share, at_right, at_down = divide_square(value, right, down)
+    else:
+        f = near[0, k]
+        share, at_right, at_down = _clip_square(rays, sides[first[f] : first[f + 1]], axes, polygon)
     shares[k, 0], shares[k, 1], shares[k, 2] = share, at_right, at_down
     if count == 1:
         return True
-    other = 1 - k
     shares[other, 0], shares[other, 1], shares[other, 2] = 1.0 - share, -at_right, -at_down
-    if crossings == 2:  # both have the same side, or the pixel is divided twice
+    if is_shared:  # both have the same side, or the pixel is divided twice
         a, b, c = _view_from_pixel(rays, sides[near[2, other]], axes)
         scale = max(abs(b), abs(c)) / max(abs(right), abs(down))
         gap = max(abs(a + scale * value), abs(b + scale * right), abs(c + scale * down))
         return gap <= SAME_LINE * max(abs(b), abs(c))
     value, right, down = _compare_depths(rays, planes, near[0, k], near[0, other], axes)
     return value > 0.5 * (abs(right) + abs(down))  # the divided face is in front
+
+
+@routine
+def _clip_square(rays, sides, axes, polygon):
+    """Return the area of a pixel inside all sides of a face, and its moments.
+
+    The pixel is cut by one side after the other (Sutherland and Hodgman 1974, "Reentrant polygon
+    clipping"). `polygon` (2, 2, 4 + MOST_CROSSINGS) has room for the corners before and after.
+    """
+    n, now = 4, 0
+    for i in range(4):
+        polygon[0, 0, i] = -0.5 if i in (0, 3) else 0.5
+        polygon[0, 1, i] = -0.5 if i < 2 else 0.5
+    for i in range(len(sides)):
+        value, right, down = _view_from_pixel(rays, sides[i], axes)
+        if value < 0.5 * (abs(right) + abs(down)):
+            n = _cut_polygon(value, right, down, polygon[now], n, polygon[1 - now])
+            now = 1 - now
+    return _measure_polygon(polygon[now], n)
+
+
+@routine
+def _cut_polygon(value, right, down, polygon, n, out):
+    """Compute the part of a convex polygon where value + right x + down y >= 0; return its size."""
+    kept, x, y = 0, polygon[0, n - 1], polygon[1, n - 1]
+    here = value + right * x + down * y
+    for i in range(n):
+        before, x_before, y_before = here, x, y
+        x, y = polygon[0, i], polygon[1, i]
+        here = value + right * x + down * y
+        if (here >= 0.0) != (before >= 0.0):
+            t = before / (before - here)
+            out[0, kept], out[1, kept] = (
+                x_before + t * (x - x_before),
+                y_before + t * (y - y_before),
+            )
+            kept += 1
+        if here >= 0.0:
+            out[0, kept], out[1, kept] = x, y
+            kept += 1
+    return kept
+
+
+@routine
+def _measure_polygon(polygon, n):
+    """Return the area of a polygon, and its moments."""
+    area, along, down = 0.0, 0.0, 0.0
+    for i in range(n):
+        j = i - 1 if i > 0 else n - 1
+        x, y, u, v = polygon[0, j], polygon[1, j], polygon[0, i], polygon[1, i]
+        cross = x * v - u * y
+        area += 0.5 * cross
+        along += (x + u) * cross / 6.0
+        down += (y + v) * cross / 6.0
+    return area, along, down
 
 
 @routine
