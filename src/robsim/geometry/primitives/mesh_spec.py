@@ -100,12 +100,17 @@ def _read_mesh(raw: Raw, c: Context) -> TriangleMesh:
 
 
 def _find_mesh(digest: str, c: Context) -> TriangleMesh:
-    """Return the mesh of a digest among the stored ones, or of a file; raise FileError."""
+    """Return the mesh of a digest among the stored ones, or of a file; raise FileError.
+
+    The text of a run opens no file: its meshes are stored with the run.
+    """
     stored: TriangleMesh | None = find_stored(digest, c, TriangleMesh)
     if stored is not None:
         return stored
     folder = Path(c.facts.get("folder", ""))
     path = get_mesh_path(folder, digest)
+    if not c.facts.get("text_file", False):
+        raise make_missing_error(digest, path, "mesh")
     if path.exists():
         mesh = TriangleMesh.unpack(read_bytes(path, "a mesh", LARGEST_FILE), str(path))
     else:
