@@ -45,11 +45,14 @@ def test_the_picture_follows_the_run_and_the_hand(poster_desk):
     until(page, "robsim.clock.index === 20")
     second = read_picture(page)
     assert (abs(second.astype(float) - first) > 20).mean() > 0.05
-    hands.ask("{set: ['objects.square.position', [0.05, 0, 0]]}")
-    until(page, "robsim.view.version > 1")
+    hands.pull("objects.square", 30, 10)
+    moved = "robsim.state.changes.some((c) => c.path === 'objects.square.position')"
+    until(page, moved)
     until(page, f"{LAYER}.demanded.key.endsWith(' ' + robsim.view.version)")
     third = read_picture(page)
     assert (abs(third.astype(float) - second) > 20).mean() > 0.05
+    whole = draw_now(poster_desk)[::2, ::2].astype(float)
+    assert np.median(abs(third - whole)) < 3
     choose(page, "difference")
     hands.play_to_rest()
     until(page, SHOWN)
