@@ -157,6 +157,14 @@ def test_a_start_without_detected_marks_ends_with_its_reason(experiment):
     assert "in none of them without the blur of the lens (defocus = 12)" in sentences
 
 
+def test_the_back_of_a_printed_target_is_named(experiment):
+    plate = experiment.scene.object("plate")
+    pose = plate.pose @ rs.Pose.at(0, 0, 0, rpy=(np.pi, 0, 0))
+    run = experiment.with_(scene=experiment.scene.replacing(replace(plate, pose=pose))).run()
+    assert run.outcome == rs.Outcome.UNDETECTED
+    assert "The camera sees its back; the print is on the side of -z" in str(rs.explain(run))
+
+
 def test_marks_that_are_not_found_are_not_used(experiment):
     """A second object hides a dot from the tenth instant on: the four others lead the arm."""
     cover = rs.Object(

@@ -39,6 +39,9 @@ def _examine_pair(
         f"{misses} of {format_count(len(instants), 'examined picture')}"
     )
     evidence = {"pictures": float(len(instants)), "with_misses": float(misses)}
+    if _count_backs(analysis, sight, instants) > SHARE * misses:
+        text = f"{sentence}. The camera sees its back; the print is on the side of -z."
+        return Finding("missed marks", text, evidence)
     best: tuple[int, PictureChange] | None = None
     for change in list_changes(sight.eye):
         left = _count_misses(analysis, sight, change, detector, instants)
@@ -50,6 +53,21 @@ def _examine_pair(
     found = "in none" if left == 0 else f"in {left}"
     text = f"{sentence}, and {found} of them {change.phrase}."
     return Finding("missed marks", text, {**evidence, "left": float(left)}, change.values)
+
+
+def _count_backs(analysis: RunAnalysis, sight: CameraTarget, instants: NDArray[np.int64]) -> int:
+    """Return the number of instants at which the camera sees the back of a printed target.
+
+    The image of its marks is then mirrored: the affine map that is nearest to it has a negative
+    determinant.
+    """
+    if sight.target.target is None:
+        return 0
+    marks = np.asarray(sight.target.marks)[:, :2]
+    known = np.column_stack([marks, np.ones(len(marks))])
+    images = [analysis.snapshots[t].projections[sight.key].pixels[..., 0] for t in instants]
+    maps = [np.linalg.lstsq(known, each, rcond=None)[0][:2] for each in images]
+    return int(sum(np.linalg.det(each) < 0 for each in maps))
 
 
 def _count_misses(
