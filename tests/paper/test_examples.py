@@ -57,6 +57,14 @@ def test_robust_weights_leave_the_error_of_noise():
     np.testing.assert_allclose([lying[1], weighted[1]], [11.5, 2.68], rtol=0.01)
 
 
+def test_a_long_exposure_blurs_the_dots_of_a_fast_camera():
+    fast = run_of("detected_dots", "task.gain=10")
+    assert outcome(fast) == "CONVERGED" and float(fast.end_time) == pytest.approx(0.48)
+    blurred = run_of("detected_dots", "task.gain=10", "cameras.camera.optics.exposure=40 ms")
+    assert outcome(blurred) == "OUT_OF_IMAGE" and float(blurred.end_time) == pytest.approx(0.64)
+    assert "without the blur by motion" in str(rs.explain(blurred))
+
+
 def test_feed_forward_keeps_the_plate_in_the_middle():
     """The lag without it is some hundred times the error with it."""
     known, none = (

@@ -21,7 +21,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         *("latency_and_gain", "slow_camera", "joint_lag", "smooth_start", "adaptive_gain"),
     ),
     "Feature points and cameras": (
-        *("noise_floor", "marks_that_lie", "marks_come_and_go"),
+        *("noise_floor", "marks_that_lie", "marks_come_and_go", "detected_dots"),
         *("watching_head", "pan_tilt_tracking"),
     ),
     "Robot arms": (

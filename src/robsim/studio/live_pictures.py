@@ -45,7 +45,7 @@ LAST_PICTURE = 0.5  # seconds until a picture that has begun is abandoned at the
 
 @dataclass(frozen=True)
 class PictureRequest:
-    """A request for a picture of a camera at an instant: its mode, and what is seen."""
+    """A request for a picture of a camera at an instant, with its mode and its source."""
 
     camera: str
     index: int
