@@ -122,7 +122,7 @@ def test_the_area_of_a_divided_pixel():
     np.testing.assert_allclose(divide(0.25, 0.0, -1.0), [0.75, 0.0, -0.09375], atol=1e-15)
 
 
-@pytest.mark.parametrize("radius", [0.8, 1.1, 6.3])  # pixels
+@pytest.mark.parametrize("radius", [0.75, 1.1, 6.3])  # pixels
 def test_the_part_of_a_pixel_that_a_face_with_many_sides_covers(radius):
     points = [[0.0013, 0.0021], [-0.08, -0.08], [0.08, 0.08]]
     dots = rs.vision.DotPattern(points, radius=radius / 200)

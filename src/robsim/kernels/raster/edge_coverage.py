@@ -12,7 +12,7 @@ from robsim.kernels.raster.texel_levels import find_level, sample_picture
 PLACES = 16  # in a pixel with several faces
 ALL_PLACES = (1 << PLACES) - 1
 SAME_LINE = 1e-6  # of a pixel, the distance of two sides that are one
-MOST_CROSSINGS = 28  # sides of a face, or their continuations, that divide a pixel exactly
+MOST_CROSSINGS = 64  # sides of a face, or their continuations, that divide a pixel exactly
 
 
 @routine

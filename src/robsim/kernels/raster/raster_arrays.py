@@ -85,7 +85,7 @@ class PixelBuffers(NamedTuple):
 
     Of one pixel at an edge: near (3, 9), the faces near it, the number of their sides that cross
     it, and the last of these or the places inside all sides; shares (9, 3), area and moments of
-    each; polygon (2, 2, 32), corners of the part of a pixel that a face covers.
+    each; polygon (2, 2, 68), corners of the part of a pixel that a face covers.
     """
 
     face: Any
