@@ -68,7 +68,7 @@ def test_an_invalid_path_is_one_clear_error(experiment, path):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, 10**400, "1e400 m", True, b"1"])
 def test_a_number_that_cannot_be_is_refused_everywhere(experiment, value):
-    for path in paths_of(experiment)[::43]:
+    for path in paths_of(experiment)[::11]:
         with pytest.raises(rs.RobSimError):
             experiment.at(path, value)
 

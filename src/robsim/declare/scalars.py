@@ -131,7 +131,11 @@ class Number(PlainValue):
         return ""
 
     def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
-        return as_floats(value, what, ()).tolist()
+        number: float = as_floats(value, what, ()).tolist()
+        if LARGEST < abs(number) < math.inf:
+            limits = f"between {-LARGEST:g} and {LARGEST:g}"
+            raise InputError(f"{what} must be {limits}, got {format_value(value)}")
+        return number
 
     def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
