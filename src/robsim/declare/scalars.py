@@ -131,11 +131,11 @@ class Number(PlainValue):
         return ""
 
     def convert_python_value(self, value: FieldValue, what: str) -> FieldValue:
-        number: float = as_floats(value, what, ()).tolist()
-        if LARGEST < abs(number) < math.inf:
+        numbers = as_floats(value, what, ())
+        if np.any((np.abs(numbers) > LARGEST) & np.isfinite(numbers)):
             limits = f"between {-LARGEST:g} and {LARGEST:g}"
             raise InputError(f"{what} must be {limits}, got {format_value(value)}")
-        return number
+        return numbers.tolist()
 
     def parse_text_value(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
