@@ -185,3 +185,18 @@ def test_invalid_contents_of_a_text(tmp_path, content, text):
         rs.load_scenario(path)
     assert "objects.wall.shapes[0].content: " in str(error.value)
     assert text in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        (None, "expected parts"),
+        ([1], "expected parts"),
+        ([(np.eye(3), [[0, 1, 2]], [], None, 0)], "expected parts"),
+        ([(np.eye(3), [[0, 1, 2], [0]], np.empty((0, 2), int), None)], "expected triangles"),
+        ([(np.eye(3), "abc", np.empty((0, 2), int), None)], "expected triangles"),
+    ],
+)
+def test_parts_that_are_no_mesh_are_refused(parts, message):
+    with pytest.raises(rs.errors.InputError, match=message):
+        TriangleMesh(parts)

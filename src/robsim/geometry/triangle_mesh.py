@@ -59,7 +59,7 @@ class TriangleMesh:
     parts: tuple[ColoredMesh, ...]
 
     def __post_init__(self) -> None:
-        parts = tuple(_check_part(ColoredMesh(*each)) for each in self.parts)
+        parts = tuple(_check_part(each) for each in _list_parts(self.parts))
         count = sum(len(each.triangles) for each in parts)
         if not 0 < count <= MOST_TRIANGLES or len(parts) > MOST_COLORS:
             most = f"1 to {MOST_TRIANGLES} in 1 to {MOST_COLORS} parts"
@@ -144,6 +144,15 @@ class TriangleMesh:
         return f"TriangleMesh({count} triangles, {self.digest[:12]})"
 
 
+def _list_parts(parts: object) -> list[ColoredMesh]:
+    """Return the parts of a mesh; raise InputError if they are none."""
+    rows: list[Any] = list(parts) if isinstance(parts, list | tuple) else [parts]
+    if not all(isinstance(each, list | tuple) and len(each) == 4 for each in rows):
+        expected = "parts (points, triangles, sharp, color)"
+        raise InputError(f"mesh: expected {expected}, got {format_value(parts)}")
+    return [ColoredMesh(*each) for each in rows]
+
+
 def _check_part(part: ColoredMesh) -> ColoredMesh:
     """Return the arrays of a part, read-only; raise InputError if they are invalid."""
     points = as_floats(part.points, "mesh: points", ("P", 3))
@@ -159,7 +168,10 @@ def _check_part(part: ColoredMesh) -> ColoredMesh:
 
 def _check_indices(values: Any, width: int, points: int, what: str) -> Indices:
     """Return indices (n, width) of points as 32-bit integers; raise InputError if invalid."""
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except (ValueError, TypeError):  # rows of different lengths
+        array = np.empty(0)
     if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != width:
         given = f"{array.dtype}, shape {array.shape}"
         raise InputError(f"mesh: expected {what} of integers, shape (n, {width}), got {given}")

@@ -68,8 +68,8 @@ class PictureSource:
         own = self.run["mark_camera"].values == camera
         pixels = self.run["pixels"].values[self.first :, own]
         count = len(pixels)
-        steps = np.abs(np.diff(pixels, axis=0)).reshape(count - 1, -1)
-        moved = np.cumsum(np.nan_to_num(steps).sum(axis=1), dtype=float)
+        steps = np.nan_to_num(np.abs(np.diff(pixels, axis=0))).sum(axis=(1, 2))
+        moved = np.cumsum(steps, dtype=float)
         progress = np.linspace(0, 1, count)
         if count > 1 and moved[-1] > 0:
             progress[1:] = (progress[1:] + moved / moved[-1]) / 2
