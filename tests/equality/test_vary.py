@@ -53,7 +53,7 @@ def numbers_of(scene, prefix, rng, links):
         pose = {"position": eye.pose.position, "rotvec": eye.pose.rotvec}
         made |= {f"{prefix}cameras.{eye.name}.{k}": x for k, x in {**lens, **pose}.items()}
     for thing in scene.objects:
-        if len(thing.marks):
+        if len(thing.marks) and thing.target is None:  # marks would replace a printed target
             made[f"{prefix}objects.{thing.name}.marks"] = thing.marks
             made[f"{prefix}objects.{thing.name}.position"] = thing.pose.position
             made[f"{prefix}objects.{thing.name}.rotvec"] = thing.pose.rotvec

@@ -133,7 +133,7 @@ def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 def test_an_image_later_than_the_run_leaves_the_first_image():
     """Later than any run, or rarer than any number of periods."""
-    for late in ({"latency": 1e9}, {"latency": 100.0}, {"period": 1e9}, {"period": 100.0}):
+    for late in ({"latency": 1e300}, {"latency": 100.0}, {"period": 1e308}, {"period": 100.0}):
         s = closed(duration=0.4, **late).s.values
         np.testing.assert_array_equal(s, np.broadcast_to(s[0], s.shape))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -31,6 +32,7 @@ from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value, is_immutable, replace_unchecked
 from robsim.declare.controls import Control
 from robsim.declare.problems import join_keys, prefix_path
+from robsim.declare.scalars import LARGEST
 from robsim.declare.spec import MISSING, FieldValue
 from robsim.engine.endings import ENDING_LIST, Ending, check_endings
 from robsim.engine.instant import Instant, iterate_instants
@@ -479,6 +481,10 @@ class Experiment(Value, Generic[TaskT_co]):
 
         Its errors do not name the file, which does not contain the changes.
         """
+        for name, value in changes.items():
+            if isinstance(value, float) and LARGEST < abs(value) < math.inf:
+                limits = f"between {-LARGEST:g} and {LARGEST:g}"
+                raise InputError(f"{name}: expected a number {limits}, got {format_value(value)}")
         several = self._has_many_starts  # a text holds one start only
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
         pairs = parse_dotted_changes(changes, "")
