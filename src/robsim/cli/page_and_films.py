@@ -21,9 +21,10 @@ VIEWS = (PAGE, "run.gif", "run.mp4")
 def check_views(scenario: Experiment, names: tuple[str, ...], camera: str | None = None) -> None:
     """Raise InputError if the files cannot show the run of a scenario, or a camera of it."""
     from robsim.plot.film.animation import check_film_path
+    from robsim.world.mounted_camera import get_picture_size
 
-    if camera is not None and scenario.scene.camera(camera).camera.size is None:
-        raise InputError(f"camera '{camera}' has no size, which a picture needs")
+    if camera is not None:
+        get_picture_size(scenario.scene.camera(camera))
     for name in names:
         if name != PAGE:
             check_film_path(name)

@@ -21,6 +21,7 @@ from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, Picture
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, check_effect_result
+from robsim.world.mounted_camera import get_picture_size
 from robsim.world.scene_picture import (
     CameraPictures,
     NoiseKey,
@@ -135,8 +136,8 @@ class MarkDetection:
         each = groupby(self.pairs, key=attrgetter("camera"))
         for number, (camera, pairs) in enumerate(each):
             of_camera, source = list(pairs), sources[camera]
-            size = of_camera[0].sight.eye.camera.size or (1, 1)
-            count = max(MOST_BYTES // (size[0] * size[1]), 1)
+            width, height = source.size
+            count = max(MOST_BYTES // (width * height), 1)
             for first in range(0, len(drawn), count):
                 some = drawn[first : first + count]
                 key = NoiseKey(self.seed, numbers[some], step)
@@ -207,8 +208,7 @@ def check_detection(
     """Raise InputError if a detector cannot detect its marks, or an exposure is too long."""
     for sight in (each for each in sights if each.key in detectors):
         thing, eye = sight.target, sight.eye
-        if eye.camera.size is None:
-            raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
+        get_picture_size(eye)
         detectors[sight.key].check(thing.mark_target, np.asarray(thing.marks), eye.camera)
         warn_missing_meshes(sight.scene)
         seconds = 0.0 if eye.optics is None else float(np.max(eye.optics.duration))

@@ -16,7 +16,7 @@ from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.pose import Pose
 from robsim.page.recording_frames import Entry
 from robsim.plot.goal_outlines import read_goal_pose
-from robsim.plot.run_pictures import CameraInstants, make_camera_pictures, place_goal
+from robsim.plot.run_pictures import CameraInstants, place_goal
 from robsim.vision.optics import Optics
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
@@ -156,7 +156,7 @@ def draw_goal_picture(source: PictureSource, pictures: CameraPictures) -> NDArra
         placed, q = place_goal(source.goal, source.scene, q_last, eye.name)
         if placed is not source.scene:
             there = placed.camera(eye.name)
-            pictures = make_camera_pictures(placed, replace(eye, on=there.on, pose=there.pose))
+            pictures = CameraPictures(placed, replace(eye, on=there.on, pose=there.pose))
         return source.instants.take_still(pictures, last, q)
     return None
 
@@ -166,7 +166,7 @@ def _build_pictures_entry(source: PictureSource, camera: str, room: int) -> Entr
     if not has_pictures(source.scene, camera):
         return {}
     eye, instants = _choose_camera(source, camera, room)
-    pictures = make_camera_pictures(source.scene, eye)
+    pictures = CameraPictures(source.scene, eye)
     if not _shows_body(pictures, source, instants):
         return {}
     goal = draw_goal_picture(source, pictures)
@@ -188,7 +188,7 @@ def _choose_camera(
     for most, number in CHOICES:
         eye = reduce_camera(source.scene.camera(camera), most)
         if most not in means:
-            pictures = make_camera_pictures(source.scene, eye)
+            pictures = CameraPictures(source.scene, eye)
             greys = [source.instants.take(pictures, t) for t in samples]
             means[most] = float(np.mean([len(GreyPicture(grey).png) for grey in greys]))
         instants = source.choose_instants(camera, number)

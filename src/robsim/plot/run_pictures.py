@@ -14,7 +14,6 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.plot import run_data
 from robsim.plot.goal_outlines import read_goal_pose
-from robsim.world.mounted_camera import MountedCamera
 from robsim.world.pose_approach import approach_pose
 from robsim.world.scene import Scene
 from robsim.world.scene_picture import CameraPictures, NoiseKey, round_greys
@@ -68,13 +67,6 @@ def place_goal(
     if name != camera and scene.tree.flag_moves(camera).any():
         raise InputError(f"picture: the goal has a pose of camera '{name}', not of '{camera}'")
     return scene.replacing(replace(eyes[name], on="world", pose=pose)), q
-
-
-def make_camera_pictures(scene: Scene, eye: MountedCamera) -> CameraPictures:
-    """Return the pictures of a camera of a scene, or of a camera in its place."""
-    if eye.camera.size is None:
-        raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
-    return CameraPictures(scene, eye)
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ from robsim.page.camera_pictures import (
     has_pictures,
     reduce_camera,
 )
-from robsim.plot.run_pictures import make_camera_pictures, subtract_greys
+from robsim.plot.run_pictures import subtract_greys
 from robsim.rendering.recent_values import RecentValues
 from robsim.studio.control_values import is_json_integer
 from robsim.studio.message_text import PART, encode_message
@@ -125,7 +125,7 @@ class LivePictures:
         scene, last = source.scene, len(source.instants.q) - 1
         eye = reduce_camera(scene.camera(request.camera), side)
         key = id(scene), eye.name, side
-        pictures = self._recent.find(key, scene, lambda: make_camera_pictures(scene, eye))
+        pictures = self._recent.find(key, scene, lambda: CameraPictures(scene, eye))
         picture = source.instants.take(pictures, last)
         if request.mode == "picture":
             return picture

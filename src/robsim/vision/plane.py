@@ -104,6 +104,17 @@ def append_one(a: Array) -> Array:
     return np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
 
 
+def map_points(H: Array, points: Array) -> Array:
+    """Return the images (..., N, 2) of points (..., N, 2) by H (..., 3, 3), NaN behind the camera.
+
+    >>> map_points(np.diag([1.0, 1.0, 2.0]), np.array([[2.0, 4.0]]))
+    array([[1., 2.]])
+    """
+    mapped = append_one(points) @ np.swapaxes(H, -1, -2)
+    depth = np.where(mapped[..., 2:] > 0, mapped[..., 2:], np.nan)
+    return np.asarray(mapped[..., :2] / depth)
+
+
 @dataclass(frozen=True, eq=False)
 class HomographyMotions(Value):
     """The camera motions of a homography H = R + t n'/d, with X_b = R X_a + t and n'X_a = d.

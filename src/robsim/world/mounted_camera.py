@@ -197,3 +197,10 @@ class MountedCamera:
             cls(name, camera.read_from(origin), on, first @ T_first_camera)
             for name, (camera, origin, T_first_camera) in load_rig(path, Camera).items()
         )
+
+
+def get_picture_size(eye: MountedCamera) -> tuple[int, int]:
+    """Return the width and height of the pictures of a camera; InputError without a size."""
+    if eye.camera.size is None:
+        raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
+    return eye.camera.size

@@ -29,7 +29,7 @@ from robsim.robot.robot import Robot
 from robsim.robot.tree import RunNumbers, Tree
 from robsim.vision.optics import Optics
 from robsim.vision.tags.tag import Tag
-from robsim.world.mounted_camera import MountedCamera
+from robsim.world.mounted_camera import MountedCamera, get_picture_size
 from robsim.world.object import Object, PrintedTarget
 
 MOST_PIXELS = 500_000_000  # of all pictures of one call, with their samples
@@ -76,13 +76,15 @@ class NoiseKey(NamedTuple):
 class CameraPictures:
     """Pictures of one camera at many coordinates of its scene.
 
-    A renderer has one memory, so that one thread may use it at a time, under the `lock`.
+    A renderer has one memory, so that one thread may use it at a time, under the `lock`. Raise
+    InputError if the camera has no size.
     """
 
     def __init__(
         self, scene: PicturedScene, eye: MountedCamera, samples: int | None = None
     ) -> None:
         self.scene, self.eye, self.lock = scene, eye, Lock()
+        self.size = get_picture_size(eye)
         self.samples = eye.samples if samples is None else samples
         self.frames = list(_list_faces(scene, eye, 0))
         self._quaternions = list(_find_quaternions(scene.robots))
@@ -100,8 +102,7 @@ class CameraPictures:
         `runs` (B,) are the indices of the runs, used if numbers of the scene differ from run to
         run. By default the runs come in order.
         """
-        assert self.eye.camera.size is not None
-        width, height = self.eye.camera.size
+        width, height = self.size
         T_c_b, light = self.place(q, runs)
         if not self._differ:
             return self._renderer(0).draw_many(T_c_b, light)
@@ -183,9 +184,7 @@ def draw_scene(
     scene: PicturedScene, q: Array, eye: MountedCamera, samples: int
 ) -> NDArray[np.float32]:
     """Return the grey values (..., h, w) of a scene at coordinates q (..., nq)."""
-    if eye.camera.size is None:
-        raise InputError(f"camera '{eye.name}' has no size, which a picture needs")
-    lead, (width, height) = q.shape[:-1], eye.camera.size
+    lead, (width, height) = q.shape[:-1], get_picture_size(eye)
     if (count := int(np.prod(lead)) * width * height * samples**2) > MOST_PIXELS:
         raise InputError(f"pictures of {count} pixels and samples; at most {MOST_PIXELS}")
     pictures = _find_pictures(scene, eye, samples)
@@ -199,7 +198,7 @@ def _find_pictures(scene: PicturedScene, eye: MountedCamera, samples: int) -> Ca
     def build() -> CameraPictures:
         return CameraPictures(scene, eye, samples)
 
-    width, height = eye.camera.size or (0, 0)
+    width, height = get_picture_size(eye)
     if width * height * samples**2 > MOST_KEPT_PIXELS:
         return build()
     held = scene.robots, scene.objects, scene.cameras

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from robsim.plot.film.film_source import FilmSource
 from robsim.plot.film.frame_times import FrameTimes
-from robsim.plot.run_pictures import CameraInstants, make_camera_pictures
+from robsim.plot.run_pictures import CameraInstants
+from robsim.world.scene_picture import CameraPictures
 
 Frame = NDArray[np.uint8]  # (height, width, 4): red, green, blue, and full opacity
 
@@ -18,8 +19,7 @@ class CameraFrames:
     def __init__(self, source: FilmSource, clock: FrameTimes, camera: str) -> None:
         self.clock = clock
         self._shots = [
-            (shot, make_camera_pictures(shot.scene, shot.scene.camera(camera)))
-            for shot in source.shots
+            (shot, CameraPictures(shot.scene, shot.scene.camera(camera))) for shot in source.shots
         ]
 
     def __len__(self) -> int:

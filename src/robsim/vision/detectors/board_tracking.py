@@ -12,9 +12,8 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import IDENTITY
 from robsim.kernels.detection.square_edges import follow_squares
 from robsim.vision.camera import Camera
-from robsim.vision.detectors.keypoint_homography import map_points
 from robsim.vision.detectors.mark_detector import MarkSearch, Picture
-from robsim.vision.plane import append_one, estimate_homography
+from robsim.vision.plane import append_one, estimate_homography, map_points
 from robsim.vision.tags.board import Board
 from robsim.vision.tags.tag_families import find_tag_family
 

@@ -7,8 +7,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.geometry.pose import IDENTITY
 from robsim.vision.camera import Camera
-from robsim.vision.detectors.keypoint_homography import map_points
-from robsim.vision.plane import append_one, estimate_homography
+from robsim.vision.plane import append_one, estimate_homography, map_points
 from robsim.vision.tags.dot_pattern import DotPattern
 
 FEWEST = 4  # dots of a homography

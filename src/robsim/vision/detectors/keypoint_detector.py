@@ -19,11 +19,10 @@ from robsim.vision.detectors.keypoint_homography import (
     find_keypoints,
     find_reference,
     fit_plane,
-    map_points,
     match_keypoints,
 )
 from robsim.vision.detectors.mark_detector import MarkDetector, MarkSearch, MarkTarget, Picture
-from robsim.vision.plane import append_one
+from robsim.vision.plane import append_one, map_points
 from robsim.vision.tags.tag_families import import_opencv
 
 DEVIATION = 0.04  # pixels: posters with 100 to 300 matches, with noise of 2 grey values or without

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.geometry.grey_picture import GreyPicture
-from robsim.vision.plane import append_one, estimate_homography
+from robsim.vision.plane import estimate_homography, map_points
 from robsim.vision.tags.tag_families import import_opencv
 
 LEAST_CONTRAST = 0.02  # half of OpenCV's: smooth pictures have keypoints too
@@ -123,14 +123,3 @@ def fit_plane(points: Array, places: Array, tolerance: float) -> PlaneFit | None
         spread = max(NORMAL * float(np.median(apart[near])), LEAST_SPREAD)
         near = apart < min(OUTLYING * spread, tolerance)
     return PlaneFit(H, points[near]) if np.linalg.det(H) > 0 else None
-
-
-def map_points(H: Array, points: Array) -> Array:
-    """Return the images (..., N, 2) of points (..., N, 2) by H (..., 3, 3), NaN behind the camera.
-
-    >>> map_points(np.diag([1.0, 1.0, 2.0]), np.array([[2.0, 4.0]]))
-    array([[1., 2.]])
-    """
-    mapped = append_one(points) @ np.swapaxes(H, -1, -2)
-    depth = np.where(mapped[..., 2:] > 0, mapped[..., 2:], np.nan)
-    return np.asarray(mapped[..., :2] / depth)

@@ -53,17 +53,16 @@ class MarkSearch(NamedTuple):
     number: int = 0
 
     def of_picture(self, k: int) -> MarkSearch:
-        """Return the marks, the camera and the last places (1, N, 2) of one picture.
+        """Return the search in one of several pictures, with its last places (1, N, 2).
 
         Examples
         --------
         >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
-        >>> MarkSearch(None, np.zeros((1, 3, 2)), camera, np.zeros((2, 1, 2))).of_picture(1).marks
-        array([[0., 0., 0.]])
+        >>> last = np.array([[[1.0, 2.0]], [[3.0, 4.0]]])
+        >>> MarkSearch(None, np.zeros((1, 3)), camera, last).of_picture(1).last
+        array([[[3., 4.]]])
         """
-        marks = self.marks if self.marks.ndim == 2 else self.marks[..., k]
-        camera = self.camera.of_run(k if self.camera.rows.shape[1] > 1 else 0)
-        return self._replace(marks=marks, camera=camera, last=self.last[k : k + 1])
+        return self._replace(last=self.last[k : k + 1])
 
 
 class MarkDetector(DeclaredValue):
