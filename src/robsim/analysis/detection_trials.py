@@ -54,7 +54,7 @@ class PictureChange(NamedTuple):
 
 
 class TargetAlone(NamedTuple):
-    """A scene whose pictures show one object only."""
+    """The scene of a run, reduced to one object in its pictures."""
 
     objects: tuple[Object, ...]
     tree: Tree

@@ -164,8 +164,8 @@ class Object(Value):
     def mark_target(self) -> PrintedTarget | FacePicture | None:
         """The printed target, or else the picture under the marks; None without one.
 
-        The picture is that of a `Poster` or of a face of a `Block`: the first one that all marks
-        lie on, or the first one if there is none.
+        It is a picture on a `Poster` or on a face of a `Block`: the first picture under all marks,
+        or else the first picture of the object.
 
         Examples
         --------

@@ -42,7 +42,7 @@ class MeshFile:
 
     @property
     def path(self) -> Path:
-        """The resolved path of the file; FileError if there is none."""
+        """The resolved path of the file; FileError if the file does not exist."""
         return find_mesh_file(self.name, self.folder)
 
     @property
