@@ -106,7 +106,7 @@ class LivePictures:
             self._broadcast(encode_message("picture", camera=request.camera, **content))
 
     def _draw(self, request: PictureRequest) -> str | None:
-        """Return the picture as a data URL that fits in a message; None without an instant or goal."""
+        """Return the picture as a data URL of a message; None without an instant or a goal."""
         if request.source is None:
             return None
         largest = self._sides.get(request.camera, SIDES[0])
