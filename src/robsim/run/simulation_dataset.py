@@ -194,7 +194,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     has_pictures = loop.recorder.last.hashes.shape[-1] > 0
-    cameras = loop.controller.detecting_cameras if has_pictures else []
+    cameras = loop.controller.picture_cameras if has_pictures else []
     return {
         "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),

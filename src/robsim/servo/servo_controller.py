@@ -57,7 +57,20 @@ class ServoController(TaskController):
     def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
-        return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
+        every = frozenset(sight.key for sight in self.sights)
+        return every if excuses else every - self._marked_pairs
+
+    @property
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures."""
+        parts = self.bound_features.parts
+        return frozenset(part.sights[0].key for part in parts if part.uses_pictures)
+
+    @property
+    def _marked_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of marks."""
+        parts = (part for part in self.bound_features.parts if not part.uses_pictures)
+        return frozenset(sight.key for part in parts for sight in part.sights)
 
     @property
     def detectors(self) -> Mapping[PairKey, MarkDetector]:

@@ -346,6 +346,7 @@ def observe_goal(
     belief: CameraTarget,
     first: CameraTarget,
     runs: int,
+    needs_marks: bool = True,
 ) -> Observation:
     """Return the observation of the goal by a camera, with true depths.
 
@@ -353,21 +354,21 @@ def observe_goal(
     scene differ from run to run. A computed goal is the pose of the believed target of `first` in
     its camera; the other camera-target pairs follow if they move with `first`. A goal of numbers
     has no image: its observation, at home, only has the right shape. Raises GoalError if a mark is
-    outside the image.
+    outside the image, unless no feature of the pair needs marks.
     """
     if isinstance(goal, GoalPose):
-        return _observe_computed_goal(goal, belief, first, runs)
+        return _observe_computed_goal(goal, belief, first, runs, needs_marks)
     q_shown = truth.home(runs) if q is None else q  # for numbers, only the shape matters
     projection = truth.project(q_shown)
     believed = projection if belief is truth else belief.project(q_shown)
-    if q is not None:
+    if q is not None and needs_marks:
         _check_marks_visible(truth, projection.visibility, "shown")
     T_c_o = compute_relative_pose(believed.T_w_c, believed.T_w_o)
     return belief.observation(projection.pixels, projection.depth, T_c_o)
 
 
 def _observe_computed_goal(
-    goal: GoalPose, belief: CameraTarget, first: CameraTarget, runs: int
+    goal: GoalPose, belief: CameraTarget, first: CameraTarget, runs: int, needs_marks: bool
 ) -> Observation:
     """Return the observation of a computed goal; raise GoalError if it is impossible."""
     if not belief.moves_with(first):
@@ -387,7 +388,8 @@ def _observe_computed_goal(
             (_make_poses(T_c_f) @ goal.T_c_o @ _make_poses(T_f_o)).matrix[:, :3], 2
         )
     depth, pixels, status = belief.image(np.eye(3, 4)[..., None], T_c_o)
-    _check_marks_visible(belief, status, "computed")
+    if needs_marks:
+        _check_marks_visible(belief, status, "computed")
     return belief.observation(pixels, depth, T_c_o)
 
 

@@ -56,6 +56,11 @@ class CompositeController(TaskController):
         return frozenset(key for one in parts for key in one.optional_pairs if key not in required)
 
     @property
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures, in any task."""
+        return frozenset().union(*(part.pictured_pairs for part in self.parts))
+
+    @property
     def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
         """Believed camera-target pairs, each as its first task believes."""
         pairs = [part.believed_sights for part in reversed(self.parts)]
