@@ -174,6 +174,11 @@ class BoundBlock:
         """Return the chosen components s (k, B)."""
         return self._check_returned(self.feature.measure(seen), seen)
 
+    def measure_goal(self, goal: Observation) -> Array:
+        """Return the chosen components s_goal (k, R): s at the goal, or zeros."""
+        s = self.measure(goal)
+        return np.zeros_like(s) if getattr(self.feature, "zero_at_goal", False) else s
+
     def interaction(self, seen: Observation) -> Array:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
         return self._check_returned(compute_interaction(self.feature, seen), seen, 6)
