@@ -273,7 +273,7 @@ def test_a_camera_without_size_and_a_border_without_pixels_are_refused(scene):
     with pytest.raises(rs.errors.InputError, match="too few pixels inside a border of 29"):
         simulate(scene, rs.IBVS(GOAL, features=feature))
     with pytest.raises(rs.errors.InputError, match="a filter follows marks"):
-        simulate(scene, make_task(depth="filter"))
+        simulate(scene, make_task(depth=rs.laws.DepthFilter(start=1.0)))
     with pytest.raises(rs.errors.InputError, match="takes 'current', 'desired' or 'mean'"):
         simulate(scene, make_task(interaction=np.ones((7, 6))))
 
