@@ -54,7 +54,7 @@ class LinearFeature(PreparedGoals[LinearGoal], DeclaredValue):
         float,
         Number(above=0, unit="grey values"),
         "Largest |e| at convergence, in the unit of the feature.",
-    ] = 1.0
+    ] = 0.2
     _: KW_ONLY
     step: Annotated[
         float | None,

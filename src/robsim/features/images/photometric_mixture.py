@@ -79,7 +79,7 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
     ... )
     >>> feature = PhotometricMixture(extension=3.0, border=4).towards(at_goal)
     >>> feature.find_extensions(at_goal), feature.find_extensions(now).round(2)
-    (array([1.]), array([2.28]))
+    (array([1.]), array([1.32]))
     """
 
     _: KW_ONLY

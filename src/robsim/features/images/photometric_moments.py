@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
+from math import fsum, sqrt
 from typing import Annotated, Self
 
 import numpy as np
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import replace_unchecked
-from robsim.declare import Word, register
+from robsim.declare import Integer, Word, register
 from robsim.features.feature import Observation
 from robsim.features.images.goal_pictures_of_runs import get_inverse_depth
 from robsim.features.images.linear_feature import LinearFeature
@@ -25,25 +26,27 @@ FORMS = ("plain", "decoupled")
 @register("feature", "photometric_moments")
 @dataclass(frozen=True, eq=False)
 class PhotometricMoments(LinearFeature):
-    """Weighted moments of the grey values of a picture, up to the third order.
+    """Weighted moments of the grey values of a picture.
 
     The moments of the picture I, with a window w that vanishes at the border, are
 
-        m_ij = 1/N sum over the pixels of w x^i y^j I,    w = (1 - X^2)^2 (1 - Y^2)^2,
+        m_ij = 1/N sum over the pixels of w x^i y^j I,    w = (1 - X^2) (1 - Y^2),
 
     with X and Y from -1 to 1 inside the border. They are linear in the grey values, and the window
     keeps out texture that enters at the border, so that their L holds also for large motions
     (Bakthavatchalam, Tahri and Chaumette 2018, "A direct dense visual servoing approach using
     photometric moments", IEEE T-RO 34(5), with another window).
 
-    ``form="plain"`` takes the ten moments of x/r and y/r, with the half width r of the view. It
-    suits a picture that fills the view. ``form="decoupled"`` takes the six numbers of
-    `DecoupledMoments`, (xn, yn, an, Px, Py, alpha), of the centred moments. They move the camera
-    nearly straight, but need a bright object before a dark ground: the size of a picture that fills
-    the view hardly depends on its distance, and a centre of gravity in the middle hardly moves.
+    ``form="plain"`` takes the combinations of moments with i + j <= `order` whose weights of the
+    pixels are orthonormal, times the root of 1/N, so that all have the same noise: w P_i(X) P_j(Y)
+    with polynomials P_i of degree i. It suits a picture that fills the view.
+    ``form="decoupled"`` takes the six numbers of `DecoupledMoments`, (xn, yn, an, Px, Py, alpha),
+    of the moments up to the third order. They move the camera nearly straight, but need a bright
+    object before a dark ground: the size of a picture that fills the view hardly depends on its
+    distance, and a centre of gravity in the middle hardly moves.
 
-    Moments add all pixels, so they have the largest basin of the features of pictures, and little
-    noise; a body before the object, and light that changes, shift them.
+    Plain moments have a large basin with ``interaction="current"``, and a smaller one with L of the
+    goal. A body before the object, and light that changes, shift them.
 
     Raises
     ------
@@ -68,21 +71,24 @@ class PhotometricMoments(LinearFeature):
     form: Annotated[
         str,
         Word(FORMS, "form"),
-        "Ten moments, or six numbers that each describe one motion of a bright object.",
+        "Orthonormal moments, or six numbers that each describe one motion of a bright object.",
     ] = "plain"
+    order: Annotated[int, Integer(2, 12), "Largest order of the plain moments."] = 4
     unit: str = field(default="grey", init=False, repr=False)
     # (7, B): size, depth, angle and head at the goal, for "decoupled"
     size_goal: Array | None = field(default=None, init=False, repr=False)
 
     def build_basis(self, plane: PicturePlane, image: Pixels, inverse_depth: Array) -> Array:
-        """Return the weights (10, N) of the moments."""
-        x, y = plane.points.astype(float)
+        """Return the weights (k, N) of the moments."""
         height, width = (side - 2 * plane.border for side in plane.size)
+        if self.form == "plain":
+            down, across = (_build_polynomials(side, self.order) for side in (height, width))
+            pairs = [(n - j, j) for n in range(self.order + 1) for j in range(n + 1)]
+            rows = [np.multiply.outer(down[j], across[i]).ravel() for i, j in pairs]
+            return np.stack(rows) / np.sqrt(height * width)
+        x, y = plane.points.astype(float)
         down, across = (_build_window(side) for side in (height, width))
         window = np.multiply.outer(down, across).ravel() / (height * width)
-        if self.form == "plain":
-            half = np.abs(x).max()
-            x, y = x / half, y / half
         powers = [moment_powers(k) for k in range(ORDER_3)]
         return np.stack([window * x**i * y**j for i, j in powers])
 
@@ -145,7 +151,26 @@ def _select_columns(goal: Array, seen: Observation, count: int) -> Array:
 
 
 def _build_window(count: int) -> Array:
-    """Return the window (1 - X^2)^2 at the centres of pixels that divide -1 to 1."""
-    X = (2.0 * np.arange(count) + 1.0) / count - 1.0
-    window: Array = (1.0 - X**2) ** 2
-    return window
+    """Return the window 1 - X^2 at the centres of pixels that divide -1 to 1."""
+    return 1.0 - _find_places(count) ** 2
+
+
+def _find_places(count: int) -> Array:
+    """Return the centres X of pixels that divide -1 to 1."""
+    places: Array = (2.0 * np.arange(count) + 1.0) / count - 1.0
+    return places
+
+
+def _build_polynomials(count: int, order: int) -> Array:
+    """Return the window times polynomials (order + 1, count), orthonormal at the pixels.
+
+    Sums are exact before they are rounded, so that the bits are the same on every machine.
+    """
+    X, rows = _find_places(count), [_build_window(count)]
+    for _ in range(order):
+        rows.append(X * rows[-1])
+        for k in range(len(rows)):
+            for other in rows[:k]:
+                rows[k] = rows[k] - fsum(rows[k] * other) * other
+            rows[k] = rows[k] / sqrt(fsum(rows[k] * rows[k]))
+    return np.stack(rows)
