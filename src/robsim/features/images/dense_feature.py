@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from robsim.features.images.picture_plane import PicturePlane, build_picture_pla
 from robsim.kernels.formulas.perspective import IN_IMAGE, NO_GRADIENT, NOTHING_IN_VIEW
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
 from robsim.kernels.image_features.picture_levels import reduce_pictures
+from robsim.kernels.image_features.picture_sums import measure_contrasts
 
 InteractionModel = Literal["current", "desired", "mean"]
 
@@ -38,14 +40,11 @@ class NormalEquations(NamedTuple):
         L'e.
     c : ndarray of shape (B,)
         e'e.
-    contrast : ndarray of shape (B,)
-        Standard deviation of the grey values of the pictures.
     """
 
     H: Array
     g: Array
     c: Array
-    contrast: Array
 
 
 @dataclass
@@ -128,8 +127,7 @@ class DenseFeature(DeclaredValue, ABC):
         if shown.pictures is None:
             raise GoalError(f"{type(self).__name__}: there is no picture at the goal")
         at_goal = replace_unchecked(self, goal=shown)
-        vars(at_goal)["_at_goal"] = equations = at_goal.compute_normal_equations(shown)
-        if (equations.contrast < LEAST_DEVIATION).any():
+        if (at_goal.measure_contrasts(shown) < LEAST_DEVIATION).any():
             raise GoalError(
                 f"{type(self).__name__}: the picture at the goal is constant; expected a picture "
                 "with texture inside its border"
@@ -139,8 +137,6 @@ class DenseFeature(DeclaredValue, ABC):
     def with_interaction(self, model: InteractionModel) -> Self:
         """Return the feature with L at the goal, of the present picture, or the mean of both."""
         changed = replace_unchecked(self, interaction_model=model)
-        if "_at_goal" in vars(self):
-            vars(changed)["_at_goal"] = vars(self)["_at_goal"]
         return changed
 
     @abstractmethod
@@ -200,12 +196,23 @@ class DenseFeature(DeclaredValue, ABC):
         ndarray of int, shape (B,)
             IN_IMAGE, NO_GRADIENT or NOTHING_IN_VIEW of `robsim.kernels.formulas.perspective`.
         """
-        now, shown = self._get_equations(seen), vars(self)["_at_goal"]
-        empty = now.contrast < LEAST_CONTRAST * shown.contrast
-        at_goal = np.diagonal(shown.H, axis1=1, axis2=2)
-        steepness = np.diagonal(now.H, axis1=1, axis2=2)
-        flat = (steepness <= LEAST_GRADIENT * at_goal).all(axis=1)
+        contrast, steepness = self._goal_texture
+        empty = self.measure_contrasts(seen) < LEAST_CONTRAST * contrast
+        flat = (_get_diagonals(self._get_equations(seen)) <= LEAST_GRADIENT * steepness).all(axis=1)
         return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
+
+    @cached_property
+    def _goal_texture(self) -> tuple[Array, Array]:
+        """The contrasts (R,) and the diagonals (R, 6) of L'L of the pictures at the goal."""
+        assert self.goal is not None
+        return self.measure_contrasts(self.goal), _get_diagonals(self._get_equations(self.goal))
+
+    def measure_contrasts(self, seen: Observation) -> Array:
+        """Return the standard deviations (B,) of the grey values of pictures."""
+        pictures = self.get_pictures(seen)
+        contrasts = np.empty(len(pictures))
+        measure_contrasts(pictures, self.border, contrasts)
+        return contrasts
 
     def build_plane(self, seen: Observation, run: int = 0) -> PicturePlane:
         """Return the pixels of the pictures of a run, at the level of the feature."""
@@ -230,7 +237,7 @@ class DenseFeature(DeclaredValue, ABC):
         """Return the errors (B, 7) and the interaction matrices (B, 7, 6) of pictures."""
         known = self._get_known_results(seen)
         if known.reduced is None:
-            H, g, c, _ = self._get_equations(seen)
+            H, g, c = self._get_equations(seen)
             s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
             factor_normal_equations(H, g, c, self._find_damping(seen.time), s, L)
             known.reduced = s, L
@@ -254,3 +261,8 @@ class DenseFeature(DeclaredValue, ABC):
         """Return the damping at a time."""
         late = self.final_damping is not None and time >= self.damping_time
         return self.final_damping if late and self.final_damping is not None else self.damping
+
+
+def _get_diagonals(equations: NormalEquations) -> Array:
+    """Return the diagonals (B, 6) of L'L."""
+    return np.diagonal(equations.H, axis1=1, axis2=2)

@@ -20,18 +20,19 @@ from robsim.kernels.image_features.luminance_equations import (
     compute_luminance_equations,
 )
 from robsim.kernels.image_features.luminance_rows import CENTRAL, SEVEN_TAPS, compute_luminance_rows
+from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix
 
 MODELS = {"desired": DESIRED, "current": CURRENT, "mean": MEAN}
 TAPS = {"central": CENTRAL, "seven_taps": SEVEN_TAPS}
 
 
 class LuminanceGoal(NamedTuple):
-    """The picture at the goal of a run, with its pixels and its L (6, N)."""
+    """The picture at the goal of a run, with its pixels its L (6, N), and L'L."""
 
     plane: PicturePlane
     image: Pixels
     rows: Pixels
-    inverse_depth: Array
+    products: Array
 
 
 @register("feature", "luminance")
@@ -105,7 +106,7 @@ class Luminance(DenseFeature):
         """
         images = self.reduce_pictures(self.get_pictures(seen))
         B = len(images)
-        out = NormalEquations(np.empty((B, 6, 6)), np.empty((B, 6)), np.empty(B), np.empty(B))
+        out = NormalEquations(np.empty((B, 6, 6)), np.empty((B, 6)), np.empty(B))
         near = self._find_inverse_depth(seen)
         for part, goal in self._split_runs(seen):
             plane = goal.plane
@@ -114,6 +115,7 @@ class Luminance(DenseFeature):
                 images[part],
                 goal.image,
                 goal.rows,
+                goal.products,
                 MODELS[self.interaction_model],
                 self.robust,
                 window,
@@ -168,4 +170,6 @@ class Luminance(DenseFeature):
             buffer,
             rows,
         )
-        return LuminanceGoal(plane, image, rows, inverse_depth)
+        products = np.empty((6, 6))
+        compute_gram_matrix(rows, np.empty(LANES, dtype=np.float32), products)
+        return LuminanceGoal(plane, image, rows, products)

@@ -6,7 +6,6 @@ from robsim.kernels.image_features.luminance_rows import compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import (
     LANES,
     compute_gram_matrix,
-    measure_contrast,
     project_error,
     scale_rows,
     subtract_pictures,
@@ -20,7 +19,7 @@ DESIRED, CURRENT, MEAN = 0, 1, 2  # the model of L
 
 @kernel
 def compute_luminance_equations(
-    images, goal, goal_rows, model, robust, window, inverse_depth, H, g, c, contrast
+    images, goal, goal_rows, goal_products, model, robust, window, inverse_depth, H, g, c
 ):
     """Compute the normal equations of the difference of pictures from their goal.
 
@@ -36,6 +35,8 @@ def compute_luminance_equations(
         Picture at the goal.
     goal_rows : array of float32, shape (6, N rounded up to LANES)
         L of the goal.
+    goal_products : array of shape (6, 6)
+        L'L of the goal.
     model : int
         DESIRED, CURRENT or MEAN.
     robust : bool
@@ -44,8 +45,8 @@ def compute_luminance_equations(
         The border, the taps, and the arrays of a `PicturePlane`.
     inverse_depth : array of shape (B, 3)
         Coefficients of the inverse depth, see `compute_luminance_rows`.
-    H, g, c, contrast : arrays of shape (B, 6, 6), (B, 6), (B,) and (B,)
-        The results; the contrast is the standard deviation of the grey values.
+    H, g, c : arrays of shape (B, 6, 6), (B, 6) and (B,)
+        The results.
     """
     border, taps, plane, slopes = window
     height, width = goal.shape
@@ -56,11 +57,7 @@ def compute_luminance_equations(
     own = np.empty((6, size if model != DESIRED else 0), dtype=np.float32)
     weights = np.empty(size if robust else 0, dtype=np.float32)
     weighted = np.empty((6, size if robust else 0), dtype=np.float32)
-    constant = np.empty((6, 6))
-    if model == DESIRED and not robust:
-        compute_gram_matrix(goal_rows, partial, constant)
     for b in range(len(images)):
-        contrast[b] = measure_contrast(images[b], border)
         subtract_pictures(images[b], goal, border, error)
         rows = goal_rows
         if model != DESIRED:
@@ -80,7 +77,7 @@ def compute_luminance_equations(
         project_error(error, rows, partial, g[b])
         c[b] = sum_products(error, error, partial) / total
         if model == DESIRED and not robust:
-            H[b] = constant
+            H[b] = goal_products
         else:
             compute_gram_matrix(rows, partial, H[b])
         for i in range(6):

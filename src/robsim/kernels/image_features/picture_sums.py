@@ -77,17 +77,19 @@ def subtract_pictures(image, goal, border, out):
 
 
 @kernel
-def measure_contrast(image, border):
-    """Return the standard deviation of the pixels inside a border."""
-    height, width = image.shape
-    first = image[border, border]
-    total, square = 0.0, 0.0
-    for y in range(border, height - border):
-        row = image[y]
-        for x in range(border, width - border):
-            value = np.float64(row[x] - first)
-            total += value
-            square += value * value
+def measure_contrasts(pictures, border, contrasts):
+    """Compute the standard deviations contrasts (B,) of the pixels inside a border.
+
+    The sums of whole numbers are exact, so that their order does not matter.
+    """
+    height, width = pictures.shape[1:]
     count = (height - 2 * border) * (width - 2 * border)
-    mean = total / count
-    return np.sqrt(max(square / count - mean * mean, 0.0))
+    for b in range(len(pictures)):
+        total, square = 0, 0
+        for y in range(border, height - border):
+            row = pictures[b, y, border : width - border]
+            for x in range(row.size):
+                value = np.int32(row[x])
+                total += value
+                square += value * value
+        contrasts[b] = np.sqrt(max(float(count * square - total * total), 0.0)) / count
