@@ -121,6 +121,7 @@ class Defocus(PreparedGoals[BlurredGoal], DenseFeature):
                 images[part],
                 goal.images,
                 goal.rows,
+                goal.products,
                 np.zeros(part.stop - part.start, dtype=np.int64),
                 MODELS[self.interaction_model],
                 terms[part],

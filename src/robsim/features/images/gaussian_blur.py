@@ -11,6 +11,7 @@ from robsim.base.arrays import Array
 from robsim.features.images.picture_plane import PicturePlane, Pixels
 from robsim.kernels.image_features.blurred_pictures import blur_pictures
 from robsim.kernels.image_features.blurred_rows import compute_blurred_rows
+from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix
 from robsim.rendering.sensor_tables import build_blur_weights
 
 LEAST_BLUR = 1e-3  # pixels: a Gaussian that changes no pixel
@@ -45,11 +46,12 @@ def build_gaussians(deviations: Array) -> Gaussians:
 
 
 class BlurredGoal(NamedTuple):
-    """Pictures (n, h, w) at the goal with n Gaussians, and their L (n, 6, N)."""
+    """Pictures (n, h, w) at the goal with n Gaussians, their L (n, 6, N), and L'L (n, 6, 6)."""
 
     plane: PicturePlane
     images: Pixels
     rows: Pixels
+    products: Array
 
 
 def build_blurred_goal(
@@ -65,8 +67,10 @@ def build_blurred_goal(
     rows = np.empty((count, 6, plane.padded_count), dtype=np.float32)
     wide = plane.size[1] - 2 * plane.border
     buffers = np.empty((2, wide), dtype=np.float32), np.empty((3, wide), dtype=np.float32)
+    products, partial = np.empty((count, 6, 6)), np.empty(LANES, dtype=np.float32)
     for n, (picture, own) in enumerate(zip(images, rows, strict=True)):
         blur = float(terms[n, 0]), float(terms[n, 1])
         where = plane.border, plane.points, plane.slopes, inverse_depth
         compute_blurred_rows(picture, blur, *where, buffers, own)
-    return BlurredGoal(plane, images, rows)
+        compute_gram_matrix(own, partial, products[n])
+    return BlurredGoal(plane, images, rows, products)

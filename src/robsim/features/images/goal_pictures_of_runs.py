@@ -112,6 +112,4 @@ def get_inverse_depth(seen: Observation) -> Array:
 
 def make_equations(count: int) -> NormalEquations:
     """Return normal equations of `count` runs, to be filled."""
-    return NormalEquations(
-        np.empty((count, 6, 6)), np.empty((count, 6)), np.empty(count), np.empty(count)
-    )
+    return NormalEquations(np.empty((count, 6, 6)), np.empty((count, 6)), np.empty(count))

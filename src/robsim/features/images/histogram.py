@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,12 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
     columns: Annotated[int, Integer(1, 100), "Number of cells along a row of the picture."] = 5
     rows: Annotated[int, Integer(1, 100), "Number of cells along a column of the picture."] = 4
     unit: ClassVar[str] = "1"
+
+    def towards(self, goal: Observation) -> Self:
+        """Return the feature relative to the histograms of the picture at the goal."""
+        at_goal = super().towards(goal)
+        list(at_goal.split_runs(goal))  # cells that do not fit are an error of the goal
+        return at_goal
 
     def compute_normal_equations(self, seen: Observation) -> NormalEquations:
         """Return the normal equations of the roots of the histograms.

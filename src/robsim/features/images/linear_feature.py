@@ -23,12 +23,12 @@ from robsim.features.images.goal_pictures_of_runs import (
 from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
 from robsim.kernels.formulas.perspective import IN_IMAGE, NOTHING_IN_VIEW
 from robsim.kernels.image_features.linear_features import (
-    measure_contrasts,
     project_luminance_rows,
     project_pictures,
 )
 from robsim.kernels.image_features.luminance_rows import CENTRAL
 from robsim.kernels.image_features.picture_levels import reduce_pictures
+from robsim.kernels.image_features.picture_sums import measure_contrasts
 
 
 class LinearGoal(NamedTuple):
@@ -173,9 +173,8 @@ class LinearFeature(PreparedGoals[LinearGoal], DeclaredValue):
         """
         parts = []
         for part, goal in self.split_runs(seen):
-            images = self._reduce_pictures(seen, part)
-            contrast = np.empty(len(images))
-            measure_contrasts(images, goal.plane.border, contrast)
+            assert seen.pictures is not None
+            contrast = self._measure_contrasts(seen.pictures[part])
             empty = contrast < LEAST_CONTRAST * goal.contrast
             parts.append(np.where(empty, NOTHING_IN_VIEW, IN_IMAGE))
         return np.concatenate(parts)
@@ -183,14 +182,20 @@ class LinearFeature(PreparedGoals[LinearGoal], DeclaredValue):
     def prepare_goal(self, shown: GoalPicture) -> LinearGoal:
         """Return the pixels, the basis and the contrast at the goal of a run."""
         plane = build_picture_plane(shown.camera, self.border, self.level)
-        image, contrast = self._reduce(shown.picture[None]), np.empty(1)
-        measure_contrasts(image, plane.border, contrast)
+        image = self._reduce(shown.picture[None])
+        contrast = self._measure_contrasts(shown.picture[None])
         basis = np.zeros((0, plane.padded_count), dtype=np.float32)
         if contrast[0] >= LEAST_DEVIATION:
             numbers = self.build_basis(plane, image[0], shown.inverse_depth)
             basis = np.zeros((len(numbers), plane.padded_count), dtype=np.float32)
             basis[:, : plane.pixel_count] = numbers
         return LinearGoal(plane, basis, float(contrast[0]))
+
+    def _measure_contrasts(self, pictures: NDArray[np.uint8]) -> Array:
+        """Return the standard deviations (b,) of the grey values of pictures (b, h, w)."""
+        contrasts = np.empty(len(pictures))
+        measure_contrasts(pictures, self.border, contrasts)
+        return contrasts
 
     def _reduce_pictures(self, seen: Observation, part: slice) -> Pixels:
         """Return the pictures (b, h, w) of some runs at the level of the feature."""

@@ -149,6 +149,7 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
                 self.gaussians.blur(images[part], level),
                 goal.images,
                 goal.rows,
+                goal.products,
                 level,
                 MODELS[self.interaction_model],
                 self.terms[level],

@@ -42,11 +42,11 @@ class PhotometricMoments(LinearFeature):
     with polynomials P_i of degree i. It suits a picture that fills the view.
     ``form="decoupled"`` takes the six numbers of `DecoupledMoments`, (xn, yn, an, Px, Py, alpha),
     of the moments up to the third order. They move the camera nearly straight, but need a bright
-    object before a dark ground: the size of a picture that fills the view hardly depends on its
-    distance, and a centre of gravity in the middle hardly moves.
+    object before a dark ground, and a `tolerance` of about 1e-5: the size of a picture that fills
+    the view hardly depends on its distance, and a centre of gravity in the middle hardly moves.
 
-    Plain moments have a large basin with ``interaction="current"``, and a smaller one with L of the
-    goal. A body before the object, and light that changes, shift them.
+    Plain moments have the largest basin with ``interaction="mean"``, and a small one with L of the
+    goal; decoupled ones are nearly linear, and do well with both. A body before the object, and light that changes, shift them.
 
     Raises
     ------

@@ -6,7 +6,6 @@ from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_lumina
 from robsim.kernels.image_features.picture_sums import (
     LANES,
     compute_gram_matrix,
-    measure_contrast,
     project_error,
     subtract_pictures,
     sum_products,
@@ -98,7 +97,7 @@ def _add_blur_terms(second, plane, inverse_depth, S, T, rows):
 
 @kernel
 def compute_blurred_equations(
-    images, goals, goal_rows, level, model, blur, window, inverse_depth, H, g, c, contrast
+    images, goals, goal_rows, goal_products, level, model, blur, window, inverse_depth, H, g, c
 ):
     """Compute the normal equations of blurred pictures.
 
@@ -110,6 +109,8 @@ def compute_blurred_equations(
         Picture at the goal with the blur of each level.
     goal_rows : array of float32, shape (levels, 6, N rounded up to LANES)
         L of the goal at each level.
+    goal_products : array of shape (levels, 6, 6)
+        L'L of the goal at each level.
     level : array of int64, shape (B,)
         Level of each picture.
     model : int
@@ -120,9 +121,8 @@ def compute_blurred_equations(
         The border and the arrays of a `PicturePlane`.
     inverse_depth : array of shape (B, 3)
         Coefficients of the inverse depth.
-    H, g, c, contrast : arrays of shape (B, 6, 6), (B, 6), (B,) and (B,)
-        The results: H = L'L / N, g = L'e / N, c = e'e / N, and the standard deviation of the grey
-        values.
+    H, g, c : arrays of shape (B, 6, 6), (B, 6) and (B,)
+        The results: H = L'L / N, g = L'e / N, c = e'e / N.
     """
     border, plane, slopes = window
     height, width = images.shape[1:]
@@ -132,7 +132,6 @@ def compute_blurred_equations(
     gradient, second = np.empty((2, wide), dtype=np.float32), np.empty((3, wide), dtype=np.float32)
     own = np.empty((6, size if model != DESIRED else 0), dtype=np.float32)
     for b in range(len(images)):
-        contrast[b] = measure_contrast(images[b], border)
         subtract_pictures(images[b], goals[level[b]], border, error)
         rows = goal_rows[level[b]]
         if model != DESIRED:
@@ -152,7 +151,10 @@ def compute_blurred_equations(
             rows = own
         c[b] = sum_products(error, error, partial) / count
         project_error(error, rows, partial, g[b])
-        compute_gram_matrix(rows, partial, H[b])
+        if model == DESIRED:
+            H[b] = goal_products[level[b]]
+        else:
+            compute_gram_matrix(rows, partial, H[b])
         for i in range(6):
             g[b, i] /= count
             for j in range(6):

@@ -4,7 +4,7 @@ import numpy as np
 
 from robsim.kernels.image_features.grey_bins import TAPS, add_histograms, find_bins
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
-from robsim.kernels.image_features.picture_sums import LANES, measure_contrast
+from robsim.kernels.image_features.picture_sums import LANES
 from robsim.kernels.machine.jit import kernel
 
 LEAST_SHARE = 1e-3  # added to the shares, whose roots have no derivative at 0
@@ -46,7 +46,7 @@ def measure_histograms(image, window, cells, inverse_depth, roots, L):
 
 @kernel
 def compute_histogram_equations(
-    images, goal, goal_rows, model, window, cells, inverse_depth, H, g, c, contrast
+    images, goal, goal_rows, model, window, cells, inverse_depth, H, g, c
 ):
     """Compute the normal equations of the roots of histograms.
 
@@ -62,12 +62,11 @@ def compute_histogram_equations(
         As in `measure_histograms`.
     inverse_depth : array of shape (B, 3)
         Coefficients of the inverse depth.
-    H, g, c, contrast : arrays of shape (B, 6, 6), (B, 6), (B,) and (B,)
+    H, g, c : arrays of shape (B, 6, 6), (B, 6) and (B,)
         The results: sums of L'L, L'e and e'e, over the number of cells.
     """
     roots, own = np.empty_like(goal), np.empty_like(goal_rows)
     for b in range(len(images)):
-        contrast[b] = measure_contrast(images[b], window[0])
         measure_histograms(images[b], window, cells, inverse_depth[b], roots, own)
         H[b] = 0.0
         g[b] = 0.0

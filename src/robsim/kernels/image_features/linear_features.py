@@ -3,7 +3,7 @@
 import numpy as np
 
 from robsim.kernels.image_features.luminance_rows import compute_luminance_rows
-from robsim.kernels.image_features.picture_sums import LANES, measure_contrast, sum_products
+from robsim.kernels.image_features.picture_sums import LANES, sum_products
 from robsim.kernels.machine.jit import kernel
 
 
@@ -68,10 +68,3 @@ def project_luminance_rows(images, basis, window, inverse_depth, L):
         for i in range(len(basis)):
             for j in range(6):
                 L[b, i, j] = sum_products(basis[i], rows[j], partial)
-
-
-@kernel
-def measure_contrasts(images, border, contrast):
-    """Compute the standard deviations contrast (B,) of the pixels of images inside a border."""
-    for b in range(len(images)):
-        contrast[b] = measure_contrast(images[b], border)

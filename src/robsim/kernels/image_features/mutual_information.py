@@ -6,7 +6,7 @@ import numpy as np
 
 from robsim.kernels.image_features.grey_bins import TAPS, find_bins
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
-from robsim.kernels.image_features.picture_sums import LANES, measure_contrast, project_error
+from robsim.kernels.image_features.picture_sums import LANES, project_error
 from robsim.kernels.machine.jit import kernel
 
 
@@ -86,7 +86,7 @@ def find_information_hessian(first, weights, slopes, logs, p, rows, H):
 
 @kernel
 def compute_information_equations(
-    images, goal, bins, most, hessian, window, inverse_depth, H, g, c, contrast
+    images, goal, bins, most, hessian, window, inverse_depth, H, g, c
 ):
     """Compute normal equations of the missing information D = (MI(I, I) + MI*) / 2 - MI(I, I*).
 
@@ -106,7 +106,7 @@ def compute_information_equations(
         The border and the arrays of a `PicturePlane`.
     inverse_depth : array of shape (B, 3)
         Coefficients of the inverse depth.
-    H, g, c, contrast : arrays of shape (B, 6, 6), (B, 6), (B,) and (B,)
+    H, g, c : arrays of shape (B, 6, 6), (B, 6) and (B,)
         The results: the Hessian at the goal, the gradient, and 2 D in nats.
     """
     border, plane, slopes = window
@@ -120,7 +120,6 @@ def compute_information_equations(
     p, logs = np.empty((bins, bins)), np.empty((bins, bins))
     for b in range(len(images)):
         near = inverse_depth[b]
-        contrast[b] = measure_contrast(images[b], border)
         compute_luminance_rows(images[b], border, CENTRAL, plane, slopes, near, gradient, rows)
         find_bins(images[b], border, bins, first, weights, changes)
         fill_joint_histogram(first, weights, first, weights, p)
