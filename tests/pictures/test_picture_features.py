@@ -169,7 +169,10 @@ def test_the_centre_of_a_blob_is_the_centre_of_its_moments():
     y, x = np.mgrid[:60, :80]
     picture = np.rint(240 * np.exp(-((x - 39.5) ** 2 + (y - 29.5) ** 2) / 32)).astype(np.uint8)
     seen = Observation.of(
-        np.array([[20, 20], [60, 20], [60, 40], [20, 40]]), np.full(4, 1.5), CAMERA, pictures=picture
+        np.array([[20, 20], [60, 20], [60, 40], [20, 40]]),
+        np.full(4, 1.5),
+        CAMERA,
+        pictures=picture,
     )
     moments = F.PhotometricMoments(form="decoupled").towards(seen)
     centre, mu, R = moments._centre(seen)

@@ -26,9 +26,9 @@ class CosineCoefficients(LinearFeature):
     with a_0 = 1/sqrt(w or h) and a_p = sqrt(2/w or 2/h): the coefficient of an orthonormal basis
     over the root of the number of pixels, so that the sum of all squares is the mean of I^2. The
     coefficients are the lowest in the zigzag order of JPEG, (1, 0), (0, 1), (0, 2), (1, 1),
-    (2, 0), ..., without the mean (0, 0), which the brightness of the light changes. L is the transform of the
-    columns of the interaction matrix of the luminance (Marchand 2020, "Direct visual servoing in
-    the frequency domain", IEEE RA-L 5(2)).
+    (2, 0), ..., without the mean (0, 0), which the brightness of the light changes. L is the
+    transform of the columns of the interaction matrix of the luminance (Marchand 2020, "Direct
+    visual servoing in the frequency domain", IEEE RA-L 5(2)).
 
     Few coefficients are a low-pass filter: they widen the basin of the luminance, and reduce noise
     and fine texture. The basis needs no learning. It sees the border of the picture: texture that
@@ -67,7 +67,8 @@ class CosineCoefficients(LinearFeature):
             (p, q) for p, q in _list_zigzag(height + width) if p < width and q < height and p + q
         ][: self.coefficients]
         rows = [np.multiply.outer(down[q], across[p]).ravel() for p, q in pairs]
-        return np.stack(rows) / np.sqrt(height * width)
+        basis: Array = np.stack(rows) / np.sqrt(height * width)
+        return basis
 
 
 def _build_cosines(count: int) -> Array:

@@ -61,15 +61,16 @@ class Defocus(PreparedGoals[BlurredGoal], DenseFeature):
 
     Examples
     --------
-    >>> Defocus(focal_length=0.017, f_number=1.8, focus=0.8, pixel=20e-6).find_blur(1.0)
-    (2.049808429118774, 8.199233716475096)
+    >>> sigma, slope = Defocus(focal_length=0.02, f_number=1.0, focus=0.52, pixel=1e-4).find_blur(1.0)
+    >>> round(sigma, 9), round(slope, 9)
+    (0.96, 1.04)
     """
 
     _: KW_ONLY
     focal_length: Annotated[float, Length(above=0), "Focal length of the lens."] = 0.017
-    f_number: Annotated[float, Number(above=0), "Focal length over the diameter of the aperture."] = (
-        1.8
-    )
+    f_number: Annotated[
+        float, Number(above=0), "Focal length over the diameter of the aperture."
+    ] = 1.8
     focus: Annotated[float, Length(above=0), "Depth at which the lens is focused."] = 1.0
     pixel: Annotated[float, Length(above=0), "Width of a pixel on the sensor."] = 2e-5
     simulated: Annotated[

@@ -76,8 +76,8 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
     ...     for each in (goal, np.roll(goal, 1, axis=1))
     ... )
     >>> feature = Histogram(columns=2, rows=2, border=4).towards(at_goal)
-    >>> np.linalg.norm(feature.measure(now)).round(3)
-    0.211
+    >>> float(np.linalg.norm(feature.measure(now)).round(3))
+    0.073
     """
 
     tolerance: Annotated[

@@ -22,10 +22,7 @@ from robsim.features.images.goal_pictures_of_runs import (
 )
 from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
 from robsim.kernels.formulas.perspective import IN_IMAGE, NOTHING_IN_VIEW
-from robsim.kernels.image_features.linear_features import (
-    project_luminance_rows,
-    project_pictures,
-)
+from robsim.kernels.image_features.linear_features import project_luminance_rows, project_pictures
 from robsim.kernels.image_features.luminance_rows import CENTRAL
 from robsim.kernels.image_features.picture_levels import reduce_pictures
 from robsim.kernels.image_features.picture_sums import measure_contrasts
@@ -46,7 +43,6 @@ class LinearFeature(PreparedGoals[LinearGoal], DeclaredValue):
     The basis B (k, N) is constant. L_I (N, 6) is the interaction matrix of the luminance.
     """
 
-    unit: ClassVar[str] = "grey"
     uses_pictures: ClassVar[bool] = True
     uses_depth: ClassVar[bool] = True
 
@@ -69,6 +65,11 @@ class LinearFeature(PreparedGoals[LinearGoal], DeclaredValue):
     ] = 0
 
     goal: Observation | None = field(default=None, init=False, repr=False)
+
+    @property
+    def unit(self) -> str:
+        """Unit of s."""
+        return "grey"
 
     @abstractmethod
     def build_basis(self, plane: PicturePlane, image: Pixels, inverse_depth: Array) -> Array:

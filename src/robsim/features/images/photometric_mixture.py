@@ -109,7 +109,7 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
         """The numbers (n, 2) of the blur in L, see `compute_blurred_rows`."""
         return np.stack([self.gaussians.deviations**2, 0.0 * self.gaussians.deviations], axis=1)
 
-    def find_extensions(self, seen: Observation) -> NDArray[np.float64]:
+    def find_extensions(self, seen: Observation) -> Array:
         """Return the extensions (B,) in pixels that the pictures of B runs are given.
 
         Raises
@@ -120,7 +120,8 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
         images = self.reduce_pictures(self.get_pictures(seen))
         parts = self.split_runs(seen)
         level = np.concatenate([self._find_levels(images[part], goal) for part, goal in parts])
-        return self.gaussians.deviations[level]
+        extensions: Array = self.gaussians.deviations[level]
+        return extensions
 
     def compute_normal_equations(self, seen: Observation) -> NormalEquations:
         """Return the normal equations of the difference of mixtures from the goal.
@@ -172,4 +173,5 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
         find_shares_of_contrast(widest, goal.images[0], goal.plane.border, share)
         wanted = np.minimum(EXTENSION_OF_SHARE * share, 1.0) * self.extension
         narrower = (self.gaussians.deviations[None, :] >= wanted[:, None]).sum(axis=1)
-        return np.maximum(narrower - 1, 0).astype(np.int64)
+        level: NDArray[np.int64] = np.maximum(narrower - 1, 0).astype(np.int64)
+        return level

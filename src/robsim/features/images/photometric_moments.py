@@ -46,7 +46,8 @@ class PhotometricMoments(LinearFeature):
     the view hardly depends on its distance, and a centre of gravity in the middle hardly moves.
 
     Plain moments have the largest basin with ``interaction="mean"``, and a small one with L of the
-    goal; decoupled ones are nearly linear, and do well with both. A body before the object, and light that changes, shift them.
+    goal; decoupled ones are nearly linear, and do well with both. A body before the object, and
+    light that changes, shift all of them.
 
     Raises
     ------
@@ -74,9 +75,13 @@ class PhotometricMoments(LinearFeature):
         "Orthonormal moments, or six numbers that each describe one motion of a bright object.",
     ] = "plain"
     order: Annotated[int, Integer(2, 12), "Largest order of the plain moments."] = 4
-    unit: str = field(default="grey", init=False, repr=False)
     # (7, B): size, depth, angle and head at the goal, for "decoupled"
     size_goal: Array | None = field(default=None, init=False, repr=False)
+
+    @property
+    def unit(self) -> str:
+        """Unit of s."""
+        return "grey" if self.form == "plain" else "m, 1, rad"
 
     def build_basis(self, plane: PicturePlane, image: Pixels, inverse_depth: Array) -> Array:
         """Return the weights (k, N) of the moments."""
@@ -85,7 +90,8 @@ class PhotometricMoments(LinearFeature):
             down, across = (_build_polynomials(side, self.order) for side in (height, width))
             pairs = [(n - j, j) for n in range(self.order + 1) for j in range(n + 1)]
             rows = [np.multiply.outer(down[j], across[i]).ravel() for i, j in pairs]
-            return np.stack(rows) / np.sqrt(height * width)
+            basis: Array = np.stack(rows) / np.sqrt(height * width)
+            return basis
         x, y = plane.points.astype(float)
         down, across = (_build_window(side) for side in (height, width))
         window = np.multiply.outer(down, across).ravel() / (height * width)
@@ -103,7 +109,6 @@ class PhotometricMoments(LinearFeature):
         near = get_inverse_depth(goal).T
         Z = 1.0 / (near[0] * centre[0] + near[1] * centre[1] + near[2])
         shown = make_read_only(np.stack([s[0], Z, s[3], *measure_head(mu, s[3])]))
-        vars(at_goal)["unit"] = "m, 1, rad"
         return replace_unchecked(at_goal, size_goal=shown)
 
     def measure(self, seen: Observation) -> Array:

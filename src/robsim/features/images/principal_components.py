@@ -12,8 +12,8 @@ from robsim.base.errors import GoalError
 from robsim.declare import Angle, Integer, Number, register
 from robsim.features.images.goal_pictures_of_runs import GoalPicture
 from robsim.features.images.linear_feature import LinearFeature, LinearGoal
-from robsim.features.images.plane_motions import list_small_motions, warp_picture
 from robsim.features.images.picture_plane import PicturePlane, Pixels
+from robsim.features.images.plane_motions import list_small_motions, warp_picture
 from robsim.kernels.image_features.principal_pictures import find_principal_pictures
 
 
@@ -58,9 +58,9 @@ class PrincipalComponents(LinearFeature):
     _: KW_ONLY
     components: Annotated[int, Integer(1, 200), "Number of components."] = 16
     pictures: Annotated[int, Integer(8, 500), "Number of warped pictures of the basis."] = 96
-    angle: Annotated[float, Angle(above=0, most=1.0), "Largest rotation of the warped pictures."] = (
-        0.2
-    )
+    angle: Annotated[
+        float, Angle(above=0, most=1.0), "Largest rotation of the warped pictures."
+    ] = 0.2
     distance: Annotated[
         float,
         Number(above=0, most=0.5),
@@ -84,4 +84,5 @@ class PrincipalComponents(LinearFeature):
             row[: plane.pixel_count] = warp_picture(image, plane, inverse_depth, R, t)
         basis = np.empty((self.components, plane.padded_count), dtype=np.float32)
         find_principal_pictures(warped, basis, np.empty(len(warped)))
-        return basis[:, : plane.pixel_count] / np.sqrt(plane.pixel_count)
+        scaled: Array = basis[:, : plane.pixel_count] / np.sqrt(plane.pixel_count)
+        return scaled

@@ -137,14 +137,7 @@ def compute_blurred_equations(
         if model != DESIRED:
             S, T = blur[b, 0], blur[b, 1]
             compute_blurred_rows(
-                images[b],
-                (S, T),
-                border,
-                plane,
-                slopes,
-                inverse_depth[b],
-                (gradient, second),
-                own,
+                images[b], (S, T), border, plane, slopes, inverse_depth[b], (gradient, second), own
             )
             if model == MEAN:
                 _average_rows(rows, own)
