@@ -8,6 +8,8 @@ from robsim.features.images.luminance import Luminance as Luminance
 from robsim.features.images.mutual_information import MutualInformation as MutualInformation
 from robsim.features.images.photometric_mixture import PhotometricMixture as PhotometricMixture
 from robsim.features.images.photometric_moments import PhotometricMoments as PhotometricMoments
+from robsim.features.images.picture_function import PictureFunction as PictureFunction
+from robsim.features.images.picture_function import PictureTwist as PictureTwist
 from robsim.features.images.principal_components import PrincipalComponents as PrincipalComponents
 from robsim.features.interaction_matrix import InteractionMatrix as InteractionMatrix
 from robsim.features.lines import Lines as Lines
