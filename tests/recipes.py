@@ -172,7 +172,7 @@ def of_pictures(kind, extension=None, **others):
 
 def damped(kind):
     """The case of a dense feature whose damping changes."""
-    table = {"kind": kind, "final_damping": 0.5, "damping_time": "0.1 s"}
+    table = {"kind": kind, "final_damping": 0.5, "switch_time": "0.1 s"}
     return [part("features", table, PICTURED, **SERVO)]
 
 
@@ -721,7 +721,7 @@ RECIPES = {
             "features",
             {"kind": "photometric_mixture", "extension": 9.0},
             PICTURED,
-            **{**SERVO, "goal": NEAR},
+            **{**SERVO, "goal": GOAL_BESIDE},
         ),
     ],
     "feature photometric_moments": of_pictures("photometric_moments"),

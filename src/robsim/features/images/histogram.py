@@ -27,6 +27,9 @@ from robsim.kernels.image_features.histogram_equations import (
 )
 
 
+LARGE_DISTANCE = 0.5  # of Matusita, of histograms half of which overlap
+
+
 class HistogramGoal(NamedTuple):
     """Pixels and their cells (N,), roots (cells, bins) at the goal, and their L."""
 
@@ -130,6 +133,10 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
                 *(each[part] for each in out),
             )
         return out
+
+    def find_large_error(self, seen: Observation) -> Array:
+        """Return the mean distance of Matusita (1,) of histograms that differ."""
+        return np.full(1, LARGE_DISTANCE)
 
     def prepare_goal(self, shown: GoalPicture) -> HistogramGoal:
         """Return the histograms at the goal of a run, and their L."""

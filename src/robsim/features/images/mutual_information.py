@@ -132,6 +132,11 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
             )
         return out
 
+    def find_large_error(self, seen: Observation) -> Array:
+        """Return twice the information (B,) of the goals, which pictures without relation miss."""
+        parts = [(part.stop - part.start, goal.most) for part, goal in self.split_runs(seen)]
+        return np.concatenate([np.full(count, 2.0 * most) for count, most in parts])
+
     def prepare_goal(self, shown: GoalPicture) -> InformationGoal:
         """Return the bins, the information and the Hessian at the goal of a run."""
         plane = build_picture_plane(shown.camera, self.border, self.level)
