@@ -60,7 +60,7 @@ class BoundBlock:
         """Return the block whose feature follows a choice of L, if it does."""
         if not self.models_interaction:
             return self
-        if which not in ("current", "desired", "mean"):
+        if not isinstance(which, str):
             raise InputError(
                 f"interaction: {self.name} takes 'current', 'desired' or 'mean', got "
                 f"{format_value(which)}"

@@ -261,7 +261,7 @@ class DenseFeature(DeclaredValue, ABC):
         if known.reduced is None:
             H, g, c = self._get_equations(seen)
             s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
-            factor_normal_equations(H, g, c, self._find_damping(seen, c), s, L)
+            factor_normal_equations(H, g, c, self.find_damping(seen, c), s, L)
             known.reduced = s, L
         return known.reduced
 
@@ -279,12 +279,16 @@ class DenseFeature(DeclaredValue, ABC):
             known = vars(seen)["_dense_results"] = _KnownResults(self)
         return known
 
-    def _find_damping(self, seen: Observation, c: Array) -> Array:
+    def find_damping(self, seen: Observation, c: Array) -> Array:
         """Return the damping (B,) of pictures with the mean squared errors c (B,)."""
         if self.switch_time is not None:
             late = seen.time >= self.switch_time
             return np.full(len(c), self.final_damping if late else self.damping)
-        return self.damping * np.minimum(c / self._goal_texture.of_runs(seen).contrast ** 2, 1.0)
+        return self.damping * np.minimum(c / self.find_large_error(seen), 1.0)
+
+    def find_large_error(self, seen: Observation) -> Array:
+        """Return the mean squared errors (B,), or one for all runs, of pictures that differ."""
+        return np.square(self._goal_texture.of_runs(seen).contrast)
 
 
 def _count_motions(H: Array) -> NDArray[np.int64]:
