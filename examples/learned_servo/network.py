@@ -85,10 +85,13 @@ class PoseNetwork:
         of the camera and in units of the distance of the goal, and the rotation vector.
         """
         seen = self.extract(reduce_picture(picture))
-        scores = [score_similarity(each, seen) for each in goal]
-        best = goal[int(np.argmax(scores))]
+        best = self.choose_roll(goal, seen)
         pose = self.compare(best, seen) - best.offset
         return np.concatenate([pose[:3], add_roll(pose[3:], best.angle)])
+
+    def choose_roll(self, goal, seen):
+        """Return the rolled goal that is most similar to the features (32, CELLS) of a picture."""
+        return goal[int(np.argmax([score_similarity(each, seen) for each in goal]))]
 
     def extract(self, picture):
         """Return the features (32, CELLS) of a picture (60, 80)."""

@@ -1,6 +1,6 @@
 """Train the network of `network.py` on rendered pictures of procedural posters.
 
-    python train.py [--steps 2500] [--seed 1] [--weights weights.npz]
+    python train.py [--steps 1500] [--seed 1] [--weights weights.npz]
 
 Needs PyTorch (`pip install torch`); the servo does not. The pictures are functions of the seed. The
 columns are: wall and CPU time, step, mean surprise of the true matches, mean of d / (1 + d) for
@@ -322,7 +322,7 @@ def train(steps, seed, path):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=2500)
+    parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--weights", default="weights.npz")
