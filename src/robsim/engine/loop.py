@@ -79,6 +79,7 @@ class Loop:
         widths = (
             *(scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights),
             len(controller.picture_cameras),
+            controller.factor_count,
         )
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
@@ -194,7 +195,7 @@ class Steps:
         true, command = images.true[: 2 * images.N], self.command
         self.recorded_rows = [
             *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
-            images.hashes,
+            *(images.hashes, command.factors),
         ]
         loop.recorder.keep(program, row, self.alive, self.recorded_rows)
         loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)

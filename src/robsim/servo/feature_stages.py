@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.features.feature_rows import FeatureRows, ObservationRows, concatenate_rows
+from robsim.features.feature_rows import FeatureRows, ObservationRows, concatenate_rows, select_rows
 from robsim.features.images.inverse_depth import fit_inverse_depth
 from robsim.features.images.taken_pictures import store_pictures
 from robsim.kernels.control import control_law
@@ -27,6 +27,9 @@ from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.weight_stages import add_mark_weights, scale_entries
 from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
+
+# places of the upper triangle in an interaction matrix [R; 0] (7, 6)
+FACTOR = np.flatnonzero(np.triu(np.ones((7, 6))))
 
 
 class BoundFeatureRows:
@@ -57,6 +60,12 @@ class BoundFeatureRows:
         each = [part.stages(seen, with_L) for part, seen in pairs]
         self.s = concatenate_rows(self.program, [rows.s for rows in each])
         self.statuses = [rows.status for rows in each if rows.status is not None]
+        factors = [
+            select_rows(self.program, rows.L.flat, FACTOR)
+            for rows, part in zip(each, regulated.parts, strict=True)
+            if part.models_interaction
+        ]
+        self.factors = concatenate_rows(self.program, factors) if factors else None
         self._add_interactions(each)
         self.A = self.add_task_jacobian(self.J, regulated.columns.size)
 

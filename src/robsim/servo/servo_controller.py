@@ -14,6 +14,7 @@ from robsim.base.errors import InputError
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.feature_stages import FACTOR
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
@@ -65,6 +66,11 @@ class ServoController(TaskController):
         """Camera-target pairs with a feature of whole pictures."""
         parts = self.bound_features.parts
         return frozenset(part.sights[0].key for part in parts if part.uses_pictures)
+
+    @property
+    def factor_count(self) -> int:
+        """Number of entries of the factors of normal equations, of all features of pictures."""
+        return FACTOR.size * sum(part.models_interaction for part in self.bound_features.parts)
 
     @property
     def _marked_pairs(self) -> frozenset[PairKey]:

@@ -119,6 +119,7 @@ class ServoStages:
             self.weights,
             self.status,
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
+            self.feature_rows.factors,
         )
 
     def _find_worst(self, statuses: Sequence[BlockRows | None]) -> BlockRows | None:

@@ -92,6 +92,11 @@ class TaskController(ABC):
         return frozenset()
 
     @property
+    def factor_count(self) -> int:
+        """Number of entries of the factors of normal equations, of all features of pictures."""
+        return 0
+
+    @property
     def picture_cameras(self) -> list[str]:
         """Names of the cameras whose pictures detectors or features use, in order."""
         return sorted({camera for camera, _ in (*self.detectors, *self.pictured_pairs)})

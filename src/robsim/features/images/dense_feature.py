@@ -66,7 +66,9 @@ class DenseFeature(DeclaredValue, ABC):
         s = (R'^-1 L'e, rest),    |s|^2 = mean of e^2,
 
     and the interaction matrix [R; 0]. The law then commands -gain (L'L)^-1 L'e, and the norm of
-    the error is the root mean square of e.
+    the error is the root mean square of e. As in the method of Levenberg and Marquardt, a share of
+    the diagonal is added to L'L. It falls with the square of the error (Yamashita and Fukushima
+    2001, Computing Suppl. 15, 239), or at a time.
     """
 
     unit: ClassVar[str] = "grey"
@@ -93,12 +95,18 @@ class DenseFeature(DeclaredValue, ABC):
     damping: Annotated[
         float,
         Number(least=0),
-        "Share of the diagonal of L'L that is added to it (Levenberg-Marquardt).",
+        "Share of the diagonal of L'L that is added to it while the pictures differ by their "
+        "contrast; it falls with the square of the difference.",
     ] = 0.01
-    final_damping: Annotated[
-        float | None, Number(least=0), "Damping after `damping_time`; None: `damping`."
+    switch_time: Annotated[
+        float | None,
+        Time(least=0),
+        "Time until which the damping is constant, and then `final_damping`; None: it falls with "
+        "the difference.",
     ] = None
-    damping_time: Annotated[float, Time(least=0), "Time at which `final_damping` begins."] = 0.0
+    final_damping: Annotated[
+        float, Number(least=0), "Damping from `switch_time` on; not used without it."
+    ] = 1e-4
 
     goal: Observation | None = field(default=None, init=False, repr=False)
     interaction_model: InteractionModel = field(default="current", init=False, repr=False)
@@ -197,6 +205,8 @@ class DenseFeature(DeclaredValue, ABC):
             IN_IMAGE, NO_GRADIENT or NOTHING_IN_VIEW of `robsim.kernels.formulas.perspective`.
         """
         contrast, steepness = self._goal_texture
+        if len(contrast) > 1 and seen.runs is not None:
+            contrast, steepness = contrast[seen.runs], steepness[seen.runs]
         empty = self.measure_contrasts(seen) < LEAST_CONTRAST * contrast
         flat = (_get_diagonals(self._get_equations(seen)) <= LEAST_GRADIENT * steepness).all(axis=1)
         return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
@@ -239,7 +249,7 @@ class DenseFeature(DeclaredValue, ABC):
         if known.reduced is None:
             H, g, c = self._get_equations(seen)
             s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
-            factor_normal_equations(H, g, c, self._find_damping(seen.time), s, L)
+            factor_normal_equations(H, g, c, self._find_damping(seen, c), s, L)
             known.reduced = s, L
         return known.reduced
 
@@ -257,10 +267,14 @@ class DenseFeature(DeclaredValue, ABC):
             known = vars(seen)["_dense_results"] = _KnownResults(self)
         return known
 
-    def _find_damping(self, time: float) -> float:
-        """Return the damping at a time."""
-        late = self.final_damping is not None and time >= self.damping_time
-        return self.final_damping if late and self.final_damping is not None else self.damping
+    def _find_damping(self, seen: Observation, c: Array) -> Array:
+        """Return the damping (B,) of pictures with the mean squared errors c (B,)."""
+        if self.switch_time is not None:
+            late = seen.time >= self.switch_time
+            return np.full(len(c), self.final_damping if late else self.damping)
+        contrast = self._goal_texture[0]
+        own = contrast[seen.runs] if len(contrast) > 1 and seen.runs is not None else contrast
+        return self.damping * np.minimum(c / own**2, 1.0)
 
 
 def _get_diagonals(equations: NormalEquations) -> Array:

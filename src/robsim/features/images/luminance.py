@@ -27,12 +27,13 @@ TAPS = {"central": CENTRAL, "seven_taps": SEVEN_TAPS}
 
 
 class LuminanceGoal(NamedTuple):
-    """The picture at the goal of a run, with its pixels its L (6, N), and L'L."""
+    """The picture at the goal of a run, with its pixels its L (6, N), L'L, and its contrast."""
 
     plane: PicturePlane
     image: Pixels
     rows: Pixels
     products: Array
+    contrast: float
 
 
 @register("feature", "luminance")
@@ -117,7 +118,7 @@ class Luminance(DenseFeature):
                 goal.rows,
                 goal.products,
                 MODELS[self.interaction_model],
-                self.robust,
+                goal.contrast if self.robust else 0.0,
                 window,
                 near[part],
                 *(each[part] for each in out),
@@ -172,4 +173,5 @@ class Luminance(DenseFeature):
         )
         products = np.empty((6, 6))
         compute_gram_matrix(rows, np.empty(LANES, dtype=np.float32), products)
-        return LuminanceGoal(plane, image, rows, products)
+        contrast = self.measure_contrasts(goal)[one]
+        return LuminanceGoal(plane, image, rows, products, float(contrast))

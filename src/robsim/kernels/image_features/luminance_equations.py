@@ -19,7 +19,7 @@ DESIRED, CURRENT, MEAN = 0, 1, 2  # the model of L
 
 @kernel
 def compute_luminance_equations(
-    images, goal, goal_rows, goal_products, model, robust, window, inverse_depth, H, g, c
+    images, goal, goal_rows, goal_products, model, contrast, window, inverse_depth, H, g, c
 ):
     """Compute the normal equations of the difference of pictures from their goal.
 
@@ -39,8 +39,9 @@ def compute_luminance_equations(
         L'L of the goal.
     model : int
         DESIRED, CURRENT or MEAN.
-    robust : bool
-        Whether the pixels have the weights of `weigh_differences`; N is then their sum.
+    contrast : float
+        Contrast at the goal, for the weights of `weigh_differences` in H and g, with the sum of the
+        weights instead of N; 0 for equal weights.
     window : tuple
         The border, the taps, and the arrays of a `PicturePlane`.
     inverse_depth : array of shape (B, 3)
@@ -52,6 +53,7 @@ def compute_luminance_equations(
     height, width = goal.shape
     count = (height - 2 * border) * (width - 2 * border)
     size = goal_rows.shape[1]
+    robust = contrast > 0.0
     partial, error = np.empty(LANES, dtype=np.float32), np.empty(size, dtype=np.float32)
     gradient = np.empty((2, width - 2 * border), dtype=np.float32)
     own = np.empty((6, size if model != DESIRED else 0), dtype=np.float32)
@@ -67,15 +69,15 @@ def compute_luminance_equations(
                 _average_rows(goal_rows, own)
             rows = own
         total = float(count)
+        c[b] = sum_products(error, error, partial) / total
         if robust:
-            total = weigh_differences(error, count, weights)
+            total = weigh_differences(error, count, contrast, weights)
             for i in range(size):
                 weights[i] = np.sqrt(weights[i])
                 error[i] *= weights[i]
             scale_rows(rows, weights, weighted)
             rows = weighted
         project_error(error, rows, partial, g[b])
-        c[b] = sum_products(error, error, partial) / total
         if model == DESIRED and not robust:
             H[b] = goal_products
         else:

@@ -26,7 +26,7 @@ def factor_normal_equations(H, g, c, damping, s, L):
         Products L'e.
     c : array of shape (B,)
         Squares e'e.
-    damping : float
+    damping : array of shape (B,)
         Share of the diagonal that is added to H.
     s, L : arrays of shape (B, 7) and (B, 7, 6)
         The results.
@@ -36,7 +36,7 @@ def factor_normal_equations(H, g, c, damping, s, L):
         R[:] = 0.0
         total = 0.0
         for i in range(6):
-            pivot = H[run, i, i] * (1.0 + damping)
+            pivot = H[run, i, i] * (1.0 + damping[run])
             rest = g[run, i]
             for k in range(i):
                 pivot -= R[k, i] * R[k, i]
@@ -45,7 +45,7 @@ def factor_normal_equations(H, g, c, damping, s, L):
             free = not (root > 0.0)
             e[i] = 0.0 if free else rest / root
             for j in range(i, 6):
-                entry = H[run, i, j] * (1.0 + damping if i == j else 1.0)
+                entry = H[run, i, j] * (1.0 + damping[run] if i == j else 1.0)
                 for k in range(i):
                     entry -= R[k, i] * R[k, j]
                 R[i, j] = 0.0 if free else entry / root
