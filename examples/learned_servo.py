@@ -1,44 +1,44 @@
 """A camera servoes by a network to posters that the network has never seen.
 
-    python servo.py
+    python learned_servo.py
 
 Draws the matches of the network at a start, and the errors of many runs beside the luminance.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
-from evaluate import make_scene, succeed
-from matplotlib.patches import ConnectionPatch
-from network import FOCAL, HEIGHT, PLACES, WIDTH, reduce_picture
-from pose_feature import LearnedPose, make_luminance, make_task
-from posters import draw_poster
-from views import draw_starts
+from pose_network.evaluate import make_scene, succeed
+from pose_network.network import FOCAL, HEIGHT, PLACES, WIDTH, reduce_picture
+from pose_network.pose_feature import LearnedPose, make_luminance, make_task
+from pose_network.posters import draw_poster
+from pose_network.views import draw_starts
 
 import robsim as rs
 from robsim.plot import palette
 
 RUNS, GAIN, DURATION = 12, 5.0, 5.0  # starts, 1/s, seconds
+MATCHES, GAP = 30, 8  # matches in the figure, and columns between the pictures
 
 
-def draw_matches(axes, feature, goal, seen):
+def draw_matches(ax, feature, goal, seen):
     """Draw the heaviest matches of cells between the pictures at the goal and at a start."""
     prepared = feature.network.prepare_goal(goal)
     features = feature.network.extract(reduce_picture(seen))
     rolled = feature.network.choose_roll(prepared, features)
     places, weights = feature.network.match(rolled.features, features)
+    weights = weights * rolled.inside
     c, s = np.cos(rolled.angle), np.sin(rolled.angle)
     cells = PLACES @ [[c, s], [-s, c]]  # in the picture that is not rolled
     middle = (np.array([WIDTH, HEIGHT]) - 1) / 2
-    weights = weights * rolled.inside
-    for k in np.argsort(weights)[-60:]:
-        ends = FOCAL * cells[k] + middle, FOCAL * places[k] + middle
-        look = {"color": palette.CYCLE[k % 6], "linewidth": 0.9, "alpha": 0.8}
-        axes[0].add_artist(
-            ConnectionPatch(*ends, "data", "data", axesA=axes[0], axesB=axes[1], **look)
-        )
-    for ax, picture, title in zip(axes, (goal, seen), ("goal", "start"), strict=True):
-        ax.imshow(picture, cmap="gray", vmin=0, vmax=255)
-        ax.set_title(f"{title}, with the heaviest matches" if ax is axes[0] else title)
+    both = np.full((HEIGHT, 2 * WIDTH + GAP), 255)
+    both[:, :WIDTH], both[:, -WIDTH:] = goal, seen
+    ax.imshow(both, cmap="gray", vmin=0, vmax=255)
+    for k in np.argsort(weights)[-MATCHES:]:
+        at_goal = FOCAL * cells[k] + middle
+        at_start = FOCAL * places[k] + middle + [WIDTH + GAP, 0]
+        ax.plot(*np.transpose([at_goal, at_start]), ".-", linewidth=0.9, markersize=3)
+    ax.axis("off")
+    ax.set_title(f"goal and a start: {MATCHES} of the {len(cells)} matches")
 
 
 def draw_errors(axes, runs):
@@ -55,7 +55,7 @@ def draw_errors(axes, runs):
     for ax, name, limit in zip(axes, ("position (mm)", "rotation (°)"), (2, 0.2), strict=True):
         ax.axhline(limit, color=palette.GREY, linestyle=":")
         ax.set(xlabel="time (s)", title=f"error of {name}")
-    axes[0].legend(frameon=False, loc="lower left")
+    axes[0].legend(frameon=False, loc="center right", bbox_to_anchor=(1, 0.35), fontsize=8)
 
 
 def main():
@@ -63,7 +63,7 @@ def main():
     scene = make_scene(draw_poster("cells", 3))
     starts = rs.Pose(draw_starts(np.random.default_rng(3), RUNS, 60, 0.10, 0.50))
     schemes = {
-        "luminance": rs.IBVS(features=make_luminance(early_damping=0.01), gain=GAIN),
+        "luminance": rs.IBVS(features=make_luminance(1), interaction="mean", gain=GAIN),
         "network, then luminance": make_task(GAIN),
     }
     runs = {}
@@ -71,12 +71,14 @@ def main():
         runs[name] = rs.simulate(scene, task, starts, duration=DURATION, hold=True)
         print(f"{name}: {succeed(runs[name]).sum()} of {RUNS} runs within 2 mm and 0.2 degrees")
     plt.rcParams["font.size"] = 9
-    figure, axes = plt.subplots(1, 4, figsize=(12, 3.2), layout="constrained")
+    figure, axes = plt.subplots(
+        1, 3, figsize=(12, 3.4), layout="constrained", width_ratios=[2, 1.1, 1.1]
+    )
     R = starts.matrix[:, :3, :3]
     rolled = np.argmax(np.abs(np.arctan2(R[:, 1, 0], R[:, 0, 0])))
     pictures = scene.picture(), scene.picture(runs["luminance"].q0.values[rolled])
-    draw_matches(axes[:2], LearnedPose(), *pictures)
-    draw_errors(axes[2:], runs)
+    draw_matches(axes[0], LearnedPose(), *pictures)
+    draw_errors(axes[1:], runs)
     figure.savefig("learned_servo.png", dpi=160)
 
 

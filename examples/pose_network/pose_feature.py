@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from network import PoseNetwork
+from pose_network.network import PoseNetwork
 
 import robsim as rs
 
@@ -45,11 +45,9 @@ class LearnedPose:
         return np.tile(np.eye(6), (len(seen.pictures), 1, 1))
 
 
-def make_luminance(early_damping=1e-4):
+def make_luminance(level=0):
     """Return the luminance of all pixels, which ends by the step of the camera."""
-    return rs.features.Luminance(
-        1.0, step=1e-5, border=4, damping=early_damping, final_damping=1e-4, damping_time=4.0
-    )
+    return rs.features.Luminance(1.0, step=1e-5, border=4, level=level)
 
 
 def make_task(gain=2.0, switch_below=0.03, network=None, goal=None):

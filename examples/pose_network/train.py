@@ -1,6 +1,6 @@
 """Train the network of `network.py` on rendered pictures of procedural posters.
 
-    python train.py [--steps 1500] [--seed 1] [--weights weights.npz]
+    cd examples; python -m pose_network.train [--steps 1500] [--seed 1] [--weights FILE]
 
 Needs PyTorch (`pip install torch`); the servo does not. The pictures are functions of the seed. The
 columns are: wall and CPU time, step, mean surprise of the true matches, mean of d / (1 + d) for
@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from posters import TRAINED, draw_poster
+from pose_network.network import WEIGHTS
+from pose_network.posters import TRAINED, draw_poster
+from pose_network.views import FOCAL, HEIGHT, WIDTH, build_poses, invert, make_renderer
 from torch.nn.functional import conv2d, normalize
-from views import FOCAL, HEIGHT, WIDTH, build_poses, invert, make_renderer
 
 RATE = 3e-3
 POSTERS, GROUP, STARTS = 1500, 16, 8
@@ -325,7 +326,7 @@ if __name__ == "__main__":
     parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--weights", default="weights.npz")
+    parser.add_argument("--weights", default=WEIGHTS)
     chosen = parser.parse_args()
     torch.set_num_threads(chosen.threads)
     train(chosen.steps, chosen.seed, chosen.weights)
