@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import robsim as rs
-from robsim.engine.mark_detection import compute_picture_hash
+from robsim.engine.picture_taking import compute_picture_hash
 from robsim.plot.film.camera_frames import CameraFrames
 from robsim.plot.film.film_source import build_film_source
 from robsim.plot.film.frame_times import choose_frame_times

@@ -66,16 +66,20 @@ class Loop:
         with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        if controller.detectors:
-            from robsim.engine.mark_detection import check_detection  # late: it imports renderers
+        if cameras := controller.picture_cameras:
+            from robsim.engine.mark_detection import check_detection  # late: they import renderers
+            from robsim.engine.picture_taking import check_pictures
 
             with prefix_path("task", "detector"):
-                check_detection(controller.sights, controller.detectors, self.dt)
+                check_detection(controller.sights, controller.detectors)
+            sights = {sight.eye.name: sight for sight in controller.sights}
+            check_pictures({name: sights[name] for name in cameras}, self.dt)
         rates = scene.nv if has_actuation_dynamics(self.actuation, scene) else 0
         weights = controller.k if controller.has_weights else 0
         widths = (
             *(scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights),
-            len(controller.detecting_cameras),
+            len(controller.picture_cameras),
+            controller.factor_count,
         )
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
@@ -168,7 +172,7 @@ class Steps:
         motion = loop.actuation, loop.scene, controller.columns, loop.q0
         plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
         imperfections = loop.sensing, loop.steps, controller.optional_pairs
-        detection = controller.detectors, controller.believed_sights
+        detection = controller.detectors, controller.believed_sights, controller.picture_cameras
         images = self.images = ImageStream(
             program, plant, controller.sights, *imperfections, *detection
         )
@@ -191,7 +195,7 @@ class Steps:
         true, command = images.true[: 2 * images.N], self.command
         self.recorded_rows = [
             *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
-            images.hashes,
+            *(images.hashes, command.factors),
         ]
         loop.recorder.keep(program, row, self.alive, self.recorded_rows)
         loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)

@@ -39,12 +39,17 @@ class Outcome(NamedInteger):
         An ending of the experiment holds.
     UNDETECTED
         The detector of the task does not find every mark in the first picture.
+    NO_GRADIENT
+        The picture has no gradient, so that no motion changes it.
+    NOTHING_IN_VIEW
+        The picture has hardly any contrast: the scene of the goal has left it.
 
     Notes
     -----
     If several conditions hold at one instant, the first of this order counts: NOT_FINITE of the
-    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOT_FINITE of a feature, CONVERGED,
-    DIVERGED, NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT.
+    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOTHING_IN_VIEW, NO_GRADIENT,
+    NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the command, SINGULAR,
+    LOCAL_MINIMUM, ENDED, TIME_LIMIT.
 
     Examples
     --------
@@ -66,6 +71,8 @@ class Outcome(NamedInteger):
     TIME_LIMIT = outcome_codes.TIME_LIMIT
     ENDED = outcome_codes.ENDED
     UNDETECTED = outcome_codes.UNDETECTED
+    NO_GRADIENT = outcome_codes.NO_GRADIENT
+    NOTHING_IN_VIEW = outcome_codes.NOTHING_IN_VIEW
 
     @property
     def words(self) -> str:
@@ -106,5 +113,13 @@ _MESSAGES = {
     Outcome.UNDETECTED: (
         "the detector does not find a mark in the first picture; try a nearer start, a larger "
         "image, better optics, or another detector"
+    ),
+    Outcome.NO_GRADIENT: (
+        "the picture has no gradient, so that no motion of the camera changes it; try a target "
+        "with texture, a sharper picture, or another exposure"
+    ),
+    Outcome.NOTHING_IN_VIEW: (
+        "the picture has hardly any contrast: the scene of the goal has left it; try a nearer "
+        "start, a wider field of view, or a lower gain"
     ),
 }

@@ -37,6 +37,7 @@ class RecordedSeries(NamedTuple):
     pixels: Array
     weights: Array
     hashes: Array
+    factors: Array
 
 
 COPIES = 3  # simultaneous copies of the results: in memory, in the file, and a temporary one
@@ -60,7 +61,7 @@ class Recorder:
     """Arrays of the recorded instants and of the end of each run.
 
     Each chunk writes to its own rows. `widths` are the numbers of columns of q, qd, rates, s,
-    pixels, weights and hashes of pictures.
+    pixels, weights, hashes of pictures and factors of normal equations.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):

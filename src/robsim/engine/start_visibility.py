@@ -12,7 +12,8 @@ from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.vision.camera import Visibility
 
-_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.UNDETECTED)
+_EMPTY = (Outcome.NO_GRADIENT, Outcome.NOTHING_IN_VIEW)
+_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.UNDETECTED, *_EMPTY)
 _WHERE = {
     Visibility.BEHIND_CAMERA: "behind the camera",
     Visibility.OUT_OF_IMAGE: "outside the image",
@@ -27,14 +28,15 @@ def check_start_visibility(loop: Loop) -> None:
     blind = np.flatnonzero(np.isin(ended.outcome, _BLIND) & (ended.end_step == 0))
     if blind.size:
         at = int(blind[0])
-        undetected = ended.outcome[at] == Outcome.UNDETECTED
-        raise InputError(_describe_missing_marks(loop, at, undetected))
+        raise InputError(_describe_missing_marks(loop, at, Outcome(int(ended.outcome[at]))))
 
 
-def _describe_missing_marks(loop: Loop, at: int, undetected: bool) -> str:
+def _describe_missing_marks(loop: Loop, at: int, outcome: Outcome) -> str:
     """Return a message about the camera and the marks that it does not see at a start."""
     start_label = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
-    if undetected:
+    if outcome in _EMPTY:
+        return f"{start_label}: {outcome.message}"
+    if outcome == Outcome.UNDETECTED:
         names = sorted({type(each).__name__ for each in loop.controller.detectors.values()})
         return f"{start_label}: {' and '.join(names)} does not find every mark in the first picture"
     excused = loop.controller.optional_pairs

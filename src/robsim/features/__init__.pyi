@@ -1,6 +1,9 @@
 from robsim.features.depth import LogDepth as LogDepth
 from robsim.features.ellipse import Ellipse as Ellipse
 from robsim.features.feature import Observation as Observation
+from robsim.features.images.luminance import Luminance as Luminance
+from robsim.features.images.picture_function import PictureFunction as PictureFunction
+from robsim.features.images.picture_function import PictureTwist as PictureTwist
 from robsim.features.interaction_matrix import InteractionMatrix as InteractionMatrix
 from robsim.features.lines import Lines as Lines
 from robsim.features.lines import VanishingPoint as VanishingPoint

@@ -83,7 +83,7 @@ class CompiledFeature(ABC):
             )
         arrays = _collect_observation_arrays(seen, getattr(self, "uses_pose", False))
 
-        def add(program: Program, *rows: BlockRows) -> FeatureRows:
+        def add(program: Program, *rows: BlockRows) -> list[BlockRows]:
             N, none = len(seen.pixels_last), BlockRows(-1)  # no stage reads these rows
             observed: dict[str, Any] = dict(zip(arrays, rows, strict=True))
             if "other" in observed:
@@ -92,7 +92,7 @@ class CompiledFeature(ABC):
                 )
             result = self.stages(ObservationRows(program, N, **observed, guess=none))
             _check_counts_seen(self, program.runs, seen)
-            return result
+            return [result.s, result.L]
 
         return evaluate_stages(add, [*arrays.values()], runs=seen.runs)
 

@@ -21,7 +21,13 @@ from robsim.base.arrays import (
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import construct_unchecked, replace_unchecked
 from robsim.declare import Number, family
-from robsim.features.observation_checks import check_image, check_observation_fields, convert_poses
+from robsim.features.images.inverse_depth import fit_inverse_depth
+from robsim.features.observation_checks import (
+    check_image,
+    check_observation_fields,
+    check_pictures,
+    convert_poses,
+)
 from robsim.geometry.pose import PoseLike, homogeneous_matrix
 from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.vision.camera import Camera
@@ -64,6 +70,13 @@ class Observation:
         Indices of the observed runs. Default: all runs.
     weights_last : ndarray of shape (N, B), optional
         Weights of the marks in the estimate of the pose. Default: 1 for every mark.
+    pictures : ndarray of uint8, shape (B, h, w), optional
+        Grey values of the whole picture, for features with `uses_pictures`.
+    plane_last : ndarray of shape (3, B), optional
+        Coefficients (a, b, c) of the believed inverse depth 1/Z = a x + b y + c of the plane of the
+        target at the normalised point (x, y), in 1/m. Given with `pictures`.
+    time : float, default 0
+        Seconds since the start of the run.
 
     Raises
     ------
@@ -89,6 +102,9 @@ class Observation:
     between_last: Array | None = None
     runs: NDArray[np.int64] | None = None
     weights_last: Array | None = None
+    pictures: NDArray[np.uint8] | None = None
+    plane_last: Array | None = None
+    time: float = 0.0
 
     def __post_init__(self) -> None:
         vars(self).update(check_observation_fields(vars(self)))
@@ -141,6 +157,7 @@ class Observation:
         pose: PoseLike | None = None,
         other: Observation | None = None,
         between: PoseLike | None = None,
+        pictures: ArrayLike | None = None,
     ) -> Observation:
         """Return an observation of pixels and depths by a camera.
 
@@ -162,6 +179,8 @@ class Observation:
             The same marks observed by a second camera.
         between : Pose or array_like of shape (4, 4) or (B, 4, 4), optional
             Pose of the second camera in axes of the first camera.
+        pictures : array_like of uint8, shape (B, h, w) or (h, w), optional
+            Grey values of whole pictures. The plane of the target is fitted to the marks.
 
         Returns
         -------
@@ -189,6 +208,9 @@ class Observation:
             other,
             convert_poses(between, "between", runs),
         )
+        if pictures is not None:
+            plane = make_read_only(fit_inverse_depth(image[1], image[2]))
+            vars(observation).update(pictures=check_pictures(pictures, runs), plane_last=plane)
         if pose is not None:
             vars(observation)["pose_last"] = convert_poses(pose, "pose", runs)
         return observation
@@ -267,6 +289,35 @@ class Observation:
             camera=self.camera.of_runs(np.zeros(1, dtype=np.int64)),
             other=self.other and self.other.repeated(runs),
             runs=np.zeros(runs, dtype=np.int64),
+            pictures=None if self.pictures is None else np.repeat(self.pictures[:1], runs, axis=0),
+            plane_last=None
+            if self.plane_last is None
+            else np.repeat(self.plane_last[:, :1], runs, axis=1),
+        )
+
+    def of_runs(self, runs: NDArray[np.int64]) -> Observation:
+        """Return the observation of some of the runs.
+
+        Parameters
+        ----------
+        runs : ndarray of int
+            Places of the runs in this observation.
+
+        Returns
+        -------
+        Observation
+            The observation of these runs, in this order.
+        """
+        names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
+        names += ["weights_last", "plane_last"]
+        if self.model is not None and self.model.ndim > 2:
+            names.append("model")
+        return replace_unchecked(
+            self,
+            **self._change_arrays(lambda x: x[..., runs], *names),
+            other=self.other and self.other.of_runs(runs),
+            runs=None if self.runs is None else self.runs[runs],
+            pictures=None if self.pictures is None else self.pictures[runs],
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
@@ -359,6 +410,9 @@ class Feature(Protocol):
     - `uses_depth`: False if neither s nor L reads `seen.depth`.
     - `uses_pose`: True if the feature reads `seen.pose`.
     - `cameras`: 2 if the feature reads `seen.other`.
+    - `uses_pictures`: True if the feature reads `seen.pictures`. The marks may then leave the
+      image.
+    - `step`: with `uses_pictures`, the largest step of the camera at convergence, in m and rad.
 
     Examples
     --------

@@ -24,10 +24,16 @@ from robsim.vision.camera import Camera
 
 
 class FeatureRows(NamedTuple):
-    """Rows of a feature s (k,) and of its interaction matrix L (k, 6)."""
+    """Rows of a feature s (k,), of its interaction matrix L (k, 6), and of its status, if any."""
 
     s: BlockRows
     L: BlockRows
+    status: BlockRows | None = None
+
+    @property
+    def numbers(self) -> dict[str, BlockRows]:
+        """The rows of s and L by name."""
+        return {"s": self.s, "L": self.L}
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,8 @@ class ObservationRows:
     fitted: BlockRows | None = None  # (3, 4), pose T_c_o that fits the image, if known
     sure: bool = True  # whether the guess is in front of the camera for certain
     weights: BlockRows | None = None  # weight of each mark in the estimate of the pose; None: equal
+    plane: BlockRows | None = None  # (3,), coefficients of the inverse depth of the target
+    seconds: float = 0.0  # control period
 
     @cached_property
     def pose(self) -> BlockRows:
@@ -93,7 +101,7 @@ class ObservationRows:
     def computed(self, stage: CompiledStage, k: int, **given: Any) -> FeatureRows:
         """Add the stage of a feature of k numbers; return the rows that it fills."""
         rows = self.room(k)
-        self.program.add(stage, **rows._asdict(), **given)
+        self.program.add(stage, **rows.numbers, **given)
         return rows
 
     @property
@@ -118,6 +126,7 @@ class ObservationRows:
             guess_last=make_read_only(get(self.guess)),
             runs=make_read_only(blocks.rows.view()),
             weights_last=None if self.weights is None else make_read_only(get(self.weights)),
+            plane_last=None if self.plane is None else make_read_only(get(self.plane)),
         )
         if self.other is None or self.between is None:
             return observation

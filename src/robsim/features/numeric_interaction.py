@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import replace_unchecked
 from robsim.features.feature import Feature, Observation
+from robsim.features.images.picture_warp import warp_pictures
 from robsim.kernels.formulas import se3
 from robsim.kernels.formulas.perspective import transform_image_points
 from robsim.vision.camera import Camera
@@ -19,7 +20,8 @@ UNIT_CAMERA = Camera(np.eye(3))  # pixels are normalised points
 def compute_interaction(feature: Feature, seen: Observation) -> ArrayLike:
     """Return L (B, k, 6) from the feature, or by central differences of its measurement.
 
-    The differences move the believed marks: normalised points at believed depths.
+    The differences move the believed marks: normalised points at believed depths. Pictures are
+    warped as the picture of the plane of the target.
     """
     analytic = getattr(feature, "interaction", None)
     if analytic is None:
@@ -52,6 +54,9 @@ def displace_camera(seen: Observation, axis: int, step: float) -> Observation:
     T = np.empty((3, 4, twist.shape[1]))
     se3.exp_se3(twist, T)
     after = _displace_marks(seen, T)
+    if seen.pictures is not None and seen.plane_last is not None:
+        warped = make_read_only(warp_pictures(seen.pictures, seen.camera, seen.plane_last, T))
+        after = replace_unchecked(after, pictures=warped)
     if seen.other is not None:
         assert seen.between_last is not None
         other = _displace_marks(seen.other, _express_motion(seen.between_last.copy(), T))

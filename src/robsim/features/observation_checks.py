@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
@@ -34,6 +34,20 @@ def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Camera) -> tuple[Ar
         )
     last = move_runs_last(x, 2)
     return last, camera.points_of(last), move_runs_last(Z, 1)
+
+
+def check_pictures(pictures: ArrayLike, runs: int) -> NDArray[np.uint8]:
+    """Return pictures (B, h, w) as a read-only array of uint8; InputError for others."""
+    grey = np.asarray(pictures)
+    if grey.dtype != np.uint8 or grey.ndim not in (2, 3):
+        raise InputError(
+            "pictures: expected grey values of type uint8 and shape (B, h, w), got "
+            f"{grey.dtype} of shape {grey.shape}"
+        )
+    many = grey if grey.ndim == 3 else grey[None]
+    if len(many) != runs:
+        raise InputError(f"pictures: expected one for each of {runs} runs, got {len(many)}")
+    return make_read_only(many.copy())
 
 
 def convert_poses(pose: PoseLike | None, what: str, runs: int) -> Array | None:

@@ -73,5 +73,5 @@ class PixelPoints(Points):
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows = super().stages(seen)
-        seen.program.add(kernels.pixels_stage, camera=seen.camera, **rows._asdict())
+        seen.program.add(kernels.pixels_stage, camera=seen.camera, **rows.numbers)
         return rows

@@ -33,6 +33,7 @@ INSTANTS = {
     "lyapunov": (),
     "pixels": ("mark", "axis"),
     "picture_hash": ("picture",),
+    "normal_factor": ("factor",),
 }
 ENDS = {
     "pixels_goal": ("mark", "axis"),
@@ -63,7 +64,7 @@ NAMES = {
 FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # with an attribute `frame`
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
-OPTIONAL = {"qd_actual", "weight", "ending", "picture_hash", "picture_camera"}
+OPTIONAL = {"qd_actual", "weight", "ending", "picture_hash", "picture_camera", "normal_factor"}
 MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")

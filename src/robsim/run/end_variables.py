@@ -30,7 +30,7 @@ FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians; poses farther apart
 UPSIDE_DOWN = math.radians(170.0)  # larger angles are half a turn
 NO_START = (  # at time 0
     *(Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT),
-    Outcome.UNDETECTED,
+    *(Outcome.UNDETECTED, Outcome.NO_GRADIENT, Outcome.NOTHING_IN_VIEW),
 )
 UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
 DESCRIPTIONS = {

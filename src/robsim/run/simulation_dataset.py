@@ -40,6 +40,7 @@ UNITS = {
     "pixels": "px",
     "pixels_goal": "px",
     "picture_hash": "1",
+    "normal_factor": "grey values per m or rad",
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
@@ -65,6 +66,7 @@ DESCRIPTIONS = {
     "pixels": "image coordinates of the marks, without noise",
     "pixels_goal": "image coordinates of the marks at the goal",
     "picture_hash": "52 bits of the BLAKE2b hash of the newest picture of a camera",
+    "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
     "end_time": "time at the end of the run",
@@ -108,6 +110,7 @@ def _make_recorded_variables(
             **make_error_variables(series, s_goal[:, None]),
             "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
             **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
+            **({"normal_factor": series.factors} if series.factors.shape[-1] else {}),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -194,7 +197,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
     seconds = {"units": "s", "long_name": "time"}
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     has_pictures = loop.recorder.last.hashes.shape[-1] > 0
-    cameras = loop.controller.detecting_cameras if has_pictures else []
+    cameras = loop.controller.picture_cameras if has_pictures else []
     return {
         "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),

@@ -8,17 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, view_runs_last
+from robsim.base.arrays import Array, as_positive, view_runs_last
 from robsim.base.errors import InputError, format_value
 from robsim.base.protocols import implements
 from robsim.base.value import replace_unchecked
 from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Feature, Observation
 from robsim.features.feature_rows import FeatureRows, ObservationRows, select_rows
+from robsim.features.images.taken_pictures import find_pictures
 from robsim.features.numeric_interaction import compute_interaction
 from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey, compute_relative_pose
+from robsim.servo.image_stages import put_results, select_pictures
 from robsim.servo.user_return import check_returned_array
 
 
@@ -37,6 +39,33 @@ class BoundBlock:
     def name(self) -> str:
         """Name of the feature's class."""
         return type(self.feature).__name__
+
+    @property
+    def uses_pictures(self) -> bool:
+        """Whether the feature is measured from whole pictures instead of marks."""
+        return bool(getattr(self.feature, "uses_pictures", False))
+
+    @property
+    def largest_step(self) -> float | None:
+        """Largest remaining step of the camera at convergence, in m and rad; None: any."""
+        step = getattr(self.feature, "step", None) if self.uses_pictures else None
+        return None if step is None else as_positive(step, f"{self.name}.step")
+
+    @property
+    def models_interaction(self) -> bool:
+        """Whether the feature itself follows the choice of L."""
+        return hasattr(self.feature, "with_interaction")
+
+    def with_interaction(self, which: Any) -> BoundBlock:
+        """Return the block whose feature follows a choice of L, if it does."""
+        if not self.models_interaction:
+            return self
+        if which not in ("current", "desired", "mean"):
+            raise InputError(
+                f"interaction: {self.name} takes 'current', 'desired' or 'mean', got "
+                f"{format_value(which)}"
+            )
+        return replace(self, feature=self.feature.with_interaction(which))  # type: ignore[attr-defined]
 
     def towards(self, goal: Observation) -> BoundBlock:
         """Return the block measured relative to the goal, if its feature has `towards`."""
@@ -88,7 +117,8 @@ class BoundBlock:
         rows = self._add_all_components(seen, with_L)
         if self.components is None:
             return rows
-        return FeatureRows(*(select_rows(seen.program, each, self.components) for each in rows))
+        s, L = (select_rows(seen.program, each, self.components) for each in (rows.s, rows.L))
+        return FeatureRows(s, L, rows.status)
 
     def _add_all_components(self, seen: ObservationRows, with_L: bool) -> FeatureRows:
         """Return the rows of all components; a user's feature is evaluated in Python."""
@@ -96,6 +126,8 @@ class BoundBlock:
         if compiled is not None:
             return compiled.stages(seen)
         whole = replace(self, components=None)
+        if self.uses_pictures:
+            return whole.add_image_stages(seen)
         rows = seen.room(self.k or 0)
 
         def evaluate(blocks: Blocks, step: int) -> None:
@@ -103,6 +135,26 @@ class BoundBlock:
             blocks.put(rows.s, whole.measure(view))
             if with_L:
                 blocks.put(rows.L, whole.interaction(view))
+
+        seen.program.call(evaluate)
+        return rows
+
+    def add_image_stages(self, seen: ObservationRows) -> FeatureRows:
+        """Add the stage of a feature of pictures, which Python evaluates when a picture arrives.
+
+        Between pictures the rows keep their numbers.
+        """
+        rows = seen.room(self.k or 0)._replace(status=seen.program.rows())
+
+        def evaluate(blocks: Blocks, step: int) -> None:
+            taken = find_pictures(blocks, self.sights[0].eye.name)
+            if taken is None or not len(taken.runs):
+                return
+            view = select_pictures(self.observation(seen, blocks), taken, step * seen.seconds)
+            put_results(blocks, rows.s, self.measure(view), taken)
+            put_results(blocks, rows.L, self.interaction(view), taken)
+            if rows.status is not None:
+                put_results(blocks, rows.status, self.find_faults(view), taken)
 
         seen.program.call(evaluate)
         return rows
@@ -126,10 +178,19 @@ class BoundBlock:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
         return self._check_returned(compute_interaction(self.feature, seen), seen, 6)
 
+    def find_faults(self, seen: Observation) -> Array:
+        """Return the status (B,) of pictures, as the feature judges them."""
+        find = getattr(self.feature, "find_faults", None)
+        return (
+            np.zeros(seen.pixels_last.shape[-1]) if find is None else np.asarray(find(seen), float)
+        )
+
     def gone(self, blind: Observation) -> NDArray[np.bool_]:
         """Return (k, B): whether each component is NaN in an observation with hidden marks."""
         if self.marks is not None:
             blind = blind.some(self.marks)
+        if self.uses_pictures:
+            return np.zeros((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
         try:
             return np.asarray(np.isnan(self.measure(blind)))
         except np.linalg.LinAlgError:  # a user's feature may call LAPACK, which rejects NaN

@@ -13,11 +13,14 @@ from robsim.base.arrays import Array, as_positive, make_read_only, move_runs_fir
 from robsim.base.errors import GoalError, InputError, format_value
 from robsim.base.value import replace_unchecked
 from robsim.features.feature import Observation
+from robsim.features.images.inverse_depth import fit_inverse_depth
+from robsim.features.images.taken_pictures import TakenPictures
 from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.camera_target import CameraTarget, PairKey, adjoint, compute_relative_pose
 from robsim.servo.goals.goal_marks import locate_goal_marks
+from robsim.servo.goals.goal_pictures import draw_pictures
 from robsim.servo.laws.broyden_rule import Interaction
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.inverse import multiply_batches
@@ -70,12 +73,14 @@ class BoundFeatures:
     def measure_from_goal(self) -> BoundFeatures:
         """Return a copy with features measured relative to the goal, if they have `towards`."""
         bound = [
-            (part.towards(view) if self.goal_values is None else part).with_size(view)
+            (part.towards(view) if self.goal_values is None else part)
+            .with_interaction(self.which)
+            .with_size(view)
             for part, view in self._goal_views
         ]
         copy = replace(self, parts=tuple(bound))
         # these do not depend on the features
-        cached = ("_goal_projections", "_pair_observations", "_goal_observations")
+        cached = ("_goal_projections", "pair_observations", "_goal_observations")
         vars(copy).update((name, vars(self)[name]) for name in cached)
         return copy
 
@@ -207,7 +212,7 @@ class BoundFeatures:
 
     def depends(self) -> list[NDArray[np.bool_] | None]:
         """Return the marks that each block depends on, as `BoundBlock.depends`."""
-        at_goal = self._pair_observations, self._goal_projections
+        at_goal = self.pair_observations, self._goal_projections
         return [part.depends(part.all_at_goal(*at_goal)) for part in self.parts]
 
     def find_dependencies(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
@@ -216,7 +221,7 @@ class BoundFeatures:
         A goal of numbers has no image; a view from in front of the target then replaces it.
         Raises InputError if a feature has no value there.
         """
-        observations = self._pair_observations
+        observations = self.pair_observations
         if self.goal_values is not None:
             observations = {sight.key: sight.observe_from_front() for sight in self.sights}
         result = []
@@ -235,18 +240,34 @@ class BoundFeatures:
     @cached_property
     def _goal_observations(self) -> list[Observation]:
         """Observation of each block at the goal."""
-        return [
-            part.at_goal(self._pair_observations, self._goal_projections) for part in self.parts
-        ]
+        return [part.at_goal(self.pair_observations, self._goal_projections) for part in self.parts]
 
     @cached_property
-    def _pair_observations(self) -> dict[PairKey, Observation]:
+    def pair_observations(self) -> dict[PairKey, Observation]:
         """Observation of each camera-target pair at the goal, with the chosen depth."""
+        return {key: self._with_chosen_depth(key, goal) for key, goal in self.goals.items()}
+
+    def _with_chosen_depth(self, key: PairKey, goal: Observation) -> Observation:
+        """Return the observation at the goal with the chosen depth, and the plane of pictures."""
+        depth = self.depths.at_goal(goal.depth_last)
+        changed = replace_unchecked(goal, depth_last=make_read_only(depth))
+        if key not in self.pictured_pairs:
+            return changed
+        plane = make_read_only(fit_inverse_depth(goal.points_last, depth))
+        return replace_unchecked(changed, plane_last=plane)
+
+    @property
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures."""
+        return frozenset(part.sights[0].key for part in self.parts if part.uses_pictures)
+
+    def draw_pictures(self, q: Array) -> dict[str, TakenPictures]:
+        """Return the pictures at q (nq, B) of the cameras of features, in the believed scene."""
+        runs = np.arange(q.shape[1])
         return {
-            key: replace_unchecked(
-                goal, depth_last=make_read_only(self.depths.at_goal(goal.depth_last))
-            )
-            for key, goal in self.goals.items()
+            each.eye.name: TakenPictures(draw_pictures(each, q), runs)
+            for each in self.sights
+            if each.key in self.pictured_pairs
         }
 
     @cached_property

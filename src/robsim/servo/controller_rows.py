@@ -73,8 +73,10 @@ class ControllerOutputs:
     J: Callable[[Blocks], Array]
     note: Callable[[BlockRows], None] = lambda qd: None
     weights: BlockRows | None = None  # (k,), weight of each component of s
-    status: BlockRows | None = None  # status of a lost mark if too few marks remain to command
+    # status of a lost mark if too few marks remain to command, or of a picture
+    status: BlockRows | None = None
     basis: Callable[[Blocks], LawInput | None] = lambda blocks: None
+    factors: BlockRows | None = None  # Cholesky factors of the normal equations of pictures
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

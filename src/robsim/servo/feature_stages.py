@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.features.feature_rows import FeatureRows, ObservationRows, concatenate_rows
+from robsim.features.feature_rows import FeatureRows, ObservationRows, concatenate_rows, select_rows
+from robsim.features.images.inverse_depth import fit_inverse_depth
+from robsim.features.images.taken_pictures import store_pictures
 from robsim.kernels.control import control_law
 from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.images import mark_occlusion, projection
@@ -25,6 +27,9 @@ from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.weight_stages import add_mark_weights, scale_entries
 from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
+
+# places of the upper triangle in an interaction matrix [R; 0] (7, 6)
+FACTOR = np.flatnonzero(np.triu(np.ones((7, 6))))
 
 
 class BoundFeatureRows:
@@ -54,6 +59,13 @@ class BoundFeatureRows:
         with_L = isinstance(regulated.which, str) and regulated.which != "desired"
         each = [part.stages(seen, with_L) for part, seen in pairs]
         self.s = concatenate_rows(self.program, [rows.s for rows in each])
+        self.statuses = [rows.status for rows in each if rows.status is not None]
+        factors = [
+            select_rows(self.program, rows.L.flat, FACTOR)
+            for rows, part in zip(each, regulated.parts, strict=True)
+            if part.models_interaction
+        ]
+        self.factors = concatenate_rows(self.program, factors) if factors else None
         self._add_interactions(each)
         self.A = self.add_task_jacobian(self.J, regulated.columns.size)
 
@@ -118,8 +130,39 @@ class BoundFeatureRows:
             goal = self.bound_features.locate_marks(sight)
             arguments = view, points, camera, goal
             self.weights[sight.key] = add_mark_weights(self.weightings, self.inputs, *arguments)
-        weights = self.weights.get(sight.key)
-        return ObservationRows(program, N, *rows, sure=self.bound_features.exact, weights=weights)
+        return ObservationRows(
+            program,
+            N,
+            *rows,
+            sure=self.bound_features.exact,
+            weights=self.weights.get(sight.key),
+            plane=self._add_plane(sight, model, T_c_o, depth),
+            seconds=self.inputs.seconds,
+        )
+
+    def _add_plane(
+        self, sight: CameraTarget, model: BlockRows, T_c_o: BlockRows, depth: BlockRows
+    ) -> BlockRows | None:
+        """Return the rows of the inverse depth of a target, if a feature uses its pictures."""
+        bound, program = self.bound_features, self.program
+        if sight.key not in bound.pictured_pairs:
+            return None
+        if bound.which == "desired" or not bound.depths.follows_marks:
+            plane = bound.pair_observations[sight.key].plane_last
+            assert plane is not None
+            return program.each(plane)
+
+        def fit(blocks: Blocks, step: int) -> Array:
+            marks, T = blocks.get(model), blocks.get(T_c_o)
+            X = (
+                T[:, 0] * marks[:, None, 0]
+                + T[:, 1] * marks[:, None, 1]
+                + T[:, 2] * marks[:, None, 2]
+            )
+            X += T[:, 3]
+            return fit_inverse_depth(X[:, :2] / X[:, 2:], blocks.get(depth))
+
+        return program.add_python_rows(fit, 3)
 
     def _add_depths(self, sight: CameraTarget, true: BlockRows, points: BlockRows) -> BlockRows:
         """Return the rows of the depths in L."""
@@ -156,7 +199,7 @@ class BoundFeatureRows:
     def _select_interaction(self, i: int, rows: FeatureRows) -> FeatureRows:
         """Return the rows with L current, at the goal, or the mean of both."""
         which, program = self.bound_features.which, self.program
-        if which == "current":
+        if which == "current" or self.bound_features.parts[i].models_interaction:
             return rows
         goal = program.numbers(self.bound_features.L_goals[i], 2)
         if which == "desired":
@@ -214,6 +257,7 @@ def evaluate_features(regulated: BoundFeatures, q: Array) -> tuple[Array, Array,
     rows = BoundFeatureRows(regulated, inputs)
     blocks = Blocks(program, np.zeros(q.shape[1], dtype=np.int64))
     blocks.put(inputs.q, q)
+    store_pictures(blocks, regulated.draw_pictures(q))
     for sight in sights:
         projection, view = sight.project(q), inputs.views[sight.key]
         blocks.put(view.pixels, projection.pixels)

@@ -14,6 +14,7 @@ from robsim.base.errors import InputError
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.feature_stages import FACTOR
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
@@ -57,7 +58,25 @@ class ServoController(TaskController):
     def optional_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with marks that may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
-        return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
+        every = frozenset(sight.key for sight in self.sights)
+        return every if excuses else every - self._marked_pairs
+
+    @property
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures."""
+        parts = self.bound_features.parts
+        return frozenset(part.sights[0].key for part in parts if part.uses_pictures)
+
+    @property
+    def factor_count(self) -> int:
+        """Number of entries of the factors of normal equations, of all features of pictures."""
+        return FACTOR.size * sum(part.models_interaction for part in self.bound_features.parts)
+
+    @property
+    def _marked_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of marks."""
+        parts = (part for part in self.bound_features.parts if not part.uses_pictures)
+        return frozenset(sight.key for part in parts for sight in part.sights)
 
     @property
     def detectors(self) -> Mapping[PairKey, MarkDetector]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -86,6 +86,7 @@ class ServoStages:
         self.weighted_error, self.error = self.error, self.unweighted[0]
         if self.weights is not None:
             self.status = self._add_status(self.weights)
+        self.status = self._find_worst([*features.statuses, self.status])
         self.gain = self._add_gain()
         self.law_error = self.weighted_error if c.feed_forward is None else self._add_drift()
 
@@ -112,13 +113,39 @@ class ServoStages:
         """Return the written rows, with the rows of a command."""
         error, A = self.unweighted
         return ControllerOutputs(
-            *(self.feature_rows.s, error, qd, A, self.rows()),
+            *(self.feature_rows.s, error, qd, A, self._add_step_checks(qd)),
             lambda blocks: blocks.get(self.feature_rows.first_jacobian),
             self.note,
             self.weights,
             self.status,
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
+            self.feature_rows.factors,
         )
+
+    def _find_worst(self, statuses: Sequence[BlockRows | None]) -> BlockRows | None:
+        """Return the row of the worst status; None without a status."""
+        rows = [each for each in statuses if each is not None]
+        if len(rows) < 2:
+            return rows[0] if rows else None
+        return self.program.result(mark_weights.compute_row_maximum, "out", rows=rows)
+
+    def _add_step_checks(self, qd: BlockRows) -> BlockRows:
+        """Return the row that is 1 while a camera has a longer step than its feature allows."""
+        c, features = self.controller, self.feature_rows
+        parts = [each for each in c.bound_features.parts if each.largest_step is not None]
+        checks = [
+            self.program.result(
+                control_law.check_camera_step,
+                "busy",
+                J=features.J[each.sights[0].key],
+                qd=qd,
+                gain=self.gain,
+                largest=self.constant(each.largest_step),
+            )
+            for each in parts
+        ]
+        busy = self._find_worst(checks)
+        return self.rows() if busy is None else busy
 
     def note(self, qd: BlockRows) -> None:
         """Add the stages that store the final command."""

@@ -87,9 +87,19 @@ class TaskController(ABC):
         return {}
 
     @property
-    def detecting_cameras(self) -> list[str]:
-        """Names of the cameras whose pictures are drawn."""
-        return sorted({camera for camera, _ in self.detectors})
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures."""
+        return frozenset()
+
+    @property
+    def factor_count(self) -> int:
+        """Number of entries of the factors of normal equations, of all features of pictures."""
+        return 0
+
+    @property
+    def picture_cameras(self) -> list[str]:
+        """Names of the cameras whose pictures detectors or features use, in order."""
+        return sorted({camera for camera, _ in (*self.detectors, *self.pictured_pairs)})
 
     @property
     def whole(self) -> frozenset[PairKey]:

@@ -96,14 +96,16 @@ class CameraPictures:
         self._renderer = lru_cache(KEPT_RENDERERS)(self._make_renderer)
         self._development = lru_cache(KEPT_RENDERERS)(self._make_development)
 
-    def draw(self, q: Array, runs: RunNumbers = None) -> NDArray[np.float32]:
+    def draw(
+        self, q: Array, runs: RunNumbers = None, T_w_c: Array | None = None
+    ) -> NDArray[np.float32]:
         """Return the grey values (B, h, w) at coordinates q (nq, B).
 
         `runs` (B,) are the indices of the runs, used if numbers of the scene differ from run to
-        run. By default the runs come in order.
+        run. By default the runs come in order. T_w_c (3, 4, B) replaces the pose of the camera.
         """
         width, height = self.size
-        T_c_b, light = self.place(q, runs)
+        T_c_b, light = self.place(q, runs, T_w_c)
         if not self._differ:
             return self._renderer(0).draw_many(T_c_b, light)
         images = np.empty((len(light), height, width), dtype=np.float32)
@@ -113,14 +115,20 @@ class CameraPictures:
         return images
 
     def take(
-        self, q: Array, rates: Array, key: NoiseKey, runs: RunNumbers = None
+        self,
+        q: Array,
+        rates: Array,
+        key: NoiseKey,
+        runs: RunNumbers = None,
+        T_w_c: Array | None = None,
     ) -> NDArray[np.uint8]:
         """Return the grey values (B, h, w) at coordinates q (nq, B), with the errors of optics.
 
-        `rates` (nq, B) are the velocities of the coordinates during the exposure.
+        `rates` (nq, B) are the velocities of the coordinates during the exposure. T_w_c (3, 4, B)
+        replaces the pose of the camera; it is then at rest, without optics.
         """
-        if self.eye.optics is None:
-            return round_greys(self.draw(q, runs))
+        if self.eye.optics is None or T_w_c is not None:
+            return round_greys(self.draw(q, runs, T_w_c))
         return np.array([self._take_one(q, rates, key, runs, b) for b in range(q.shape[1])])
 
     def _take_one(
@@ -136,11 +144,13 @@ class CameraPictures:
         T_c_b, light = self.place(before, np.full(len(back), run))
         return development.draw(T_c_b, light, key.seed, int(key.runs[b]), key.step)
 
-    def place(self, q: Array, runs: RunNumbers = None) -> tuple[Array, Array]:
+    def place(
+        self, q: Array, runs: RunNumbers = None, T_w_c: Array | None = None
+    ) -> tuple[Array, Array]:
         """Return the poses (B, bodies, 4, 4) in camera axes, and the light (B, 4), at q (nq, B)."""
         tree = self.scene.tree
         poses = tree.bodies(q, runs)
-        T_w_c = tree.frame(poses, self.eye.name, runs)
+        T_w_c = tree.frame(poses, self.eye.name, runs) if T_w_c is None else T_w_c
         T_c_b = np.zeros((q.shape[1], len(self.frames), 4, 4))
         T_c_b[:, :, 3, 3] = 1.0
         for k, (name, _) in enumerate(self.frames):

@@ -192,6 +192,16 @@ def _describe_undetected_start(analysis: RunAnalysis) -> str:
     return f"{' and '.join(sorted(names))} did not find every mark in the first picture."
 
 
+def _describe_empty_picture(analysis: RunAnalysis) -> str:
+    last = "The last picture" if analysis.loop.recorder.end_step[0] else "The first picture"
+    return f"{last} has hardly any contrast: the scene of the goal is not in view."
+
+
+def _describe_flat_picture(analysis: RunAnalysis) -> str:
+    last = "The last picture" if analysis.loop.recorder.end_step[0] else "The first picture"
+    return f"{last} has no gradient, so that no motion of the camera changes it."
+
+
 _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.RUNNING: _describe_stop,
     Outcome.CONVERGED: _describe_convergence,
@@ -205,4 +215,6 @@ _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.TIME_LIMIT: _describe_time_limit,
     Outcome.ENDED: _describe_reached_ending,
     Outcome.UNDETECTED: _describe_undetected_start,
+    Outcome.NO_GRADIENT: _describe_flat_picture,
+    Outcome.NOTHING_IN_VIEW: _describe_empty_picture,
 }

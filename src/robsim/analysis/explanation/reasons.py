@@ -89,6 +89,8 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
     Outcome.UNDETECTED: (),
+    Outcome.NO_GRADIENT: (),
+    Outcome.NOTHING_IN_VIEW: (),
     Outcome.CONVERGED: (report_visibility, report_retreat, report_near_border),
     Outcome.LOCAL_MINIMUM: (
         report_camera_law,

@@ -191,6 +191,8 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
     Outcome.UNDETECTED: (),
+    Outcome.NO_GRADIENT: (),
+    Outcome.NOTHING_IN_VIEW: (propose_lower_gain,),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (propose_interaction, propose_law, propose_scheme),
     Outcome.OUT_OF_IMAGE: (

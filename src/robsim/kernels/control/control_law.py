@@ -116,6 +116,19 @@ def compute_joint_command(w, step, n="count", gain="row", x="n", qd="n"):
 
 
 @stage
+def check_camera_step(w, step, J="6, n", n="count", qd="n", gain="row", largest="row", busy="row"):
+    """Set busy to 1 if the step J qd / gain of the camera exceeds the largest one, else to 0."""
+    most = 0.0 * get(w, gain)
+    for i in range(6):
+        total = 0.0 * most
+        for j in range(n):
+            total = total + get(w, J + n * i + j) * get(w, qd + j)
+        size = absolute(total)
+        most = where(size > most, size, most)
+    put(w, busy, where(most > get(w, largest) * get(w, gain), 1.0, 0.0 * most))
+
+
+@stage
 def copy_rows(w, step, n="count", rows="n", to="n"):
     """Copy n rows of a block to the rows `to`."""
     for i in range(n):

@@ -13,6 +13,7 @@ from robsim.kernels.machine.jit import kernel, part
 LEAST_DEPTH = 1e-9  # metres; a point with less depth is behind the camera
 IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
 UNDETECTED = 3  # status of an image in which a detector does not find a mark
+NO_GRADIENT, NOTHING_IN_VIEW = 4, 5  # status of a picture that determines no motion
 NO_LENS, BROWN, FISHEYE = 0, 1, 2  # kinds of lenses: no distortion, radial-tangential, fisheye
 
 

@@ -2,8 +2,8 @@
 
 If several conditions hold, the first of this order is the outcome: a state that is not finite, a
 joint limit, a mark behind the camera, a mark out of the image, a mark that is not detected at the
-start, convergence, divergence, a command
-that is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of
+start, a picture with nothing in view or without a gradient, convergence, divergence, a command that
+is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of
 the simulated time.
 """
 
@@ -21,7 +21,9 @@ from robsim.kernels.outcomes.outcome_codes import (
     DIVERGENCE,
     JOINT_LIMIT,
     LOCAL_MINIMUM,
+    NO_GRADIENT,
     NOT_FINITE,
+    NOTHING_IN_VIEW,
     OUT_OF_IMAGE,
     RUNNING,
     SINGULAR,
@@ -159,6 +161,9 @@ def judge_outcome(
     code = where(diverged, 1.0 * DIVERGED, code)
     code = where((size < tolerance) & may_end, 1.0 * CONVERGED, code)
     code = where(~(size < np.inf), 1.0 * NOT_FINITE, code)
+    code = where(get(w, status) == 1.0 * perspective.NO_GRADIENT, 1.0 * NO_GRADIENT, code)
+    empty = get(w, status) == 1.0 * perspective.NOTHING_IN_VIEW
+    code = where(empty, 1.0 * NOTHING_IN_VIEW, code)
     code = where(get(w, status) == 1.0 * perspective.UNDETECTED, 1.0 * UNDETECTED, code)
     code = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, code)
     code = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, code)

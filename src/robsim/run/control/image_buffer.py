@@ -25,7 +25,7 @@ class LatestMarks:
     """The last seen pixels and depths of the marks of one camera and target.
 
     `may_leave_image` allows marks outside the image. `whole` means that a feature needs all marks
-    in one image.
+    in one image. A pair may be observed by pictures instead, without pixels of its marks.
     """
 
     def __init__(self, sight: CameraTarget, may_leave_image: bool, whole: bool) -> None:
@@ -33,6 +33,7 @@ class LatestMarks:
         self.sight, self.may_leave_image, self.whole = sight, may_leave_image, whole
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
+        self.in_pictures = False  # whether pictures replace the marks
         self.image_time, self.usable_time = (
             -math.inf,
             -math.inf,
@@ -42,6 +43,8 @@ class LatestMarks:
     @property
     def is_known(self) -> bool:
         """Whether enough marks have been seen: every mark, or any mark if `may_leave_image`."""
+        if self.in_pictures:
+            return self.usable_time > -math.inf
         never = np.isnan(self.pixels)
         return not (never.all() if self.may_leave_image else never.any())
 
@@ -49,6 +52,12 @@ class LatestMarks:
     def complete(self) -> bool:
         """Whether the last image has all the marks that it must have."""
         return self.may_leave_image or not self.hidden.any()
+
+    def take_picture(self, depth: Array, t: float) -> None:
+        """Store the time of a picture that replaces the marks, and their depths."""
+        self.in_pictures = True
+        self.depth, self.image_time, self.usable_time = depth, t, t
+        self.hidden = np.zeros_like(self.hidden)
 
     def take(self, observed: MarkObservation, depth: Array) -> None:
         """Store an image; marks that are missing in it keep their last pixels.
@@ -121,7 +130,7 @@ class ImageBuffer:
         """Return the pixels (N, 2) of all camera-target pairs; NaN for marks without new pixels."""
         every = [np.empty((0, 2))]
         for key, image in self.each.items():
-            missing = image.hidden | (key not in self._new)
+            missing = image.hidden | image.in_pictures | (key not in self._new)
             every.append(np.where(missing[:, None], np.nan, image.pixels))
         return np.concatenate(every)
 
@@ -154,6 +163,13 @@ class ImageBuffer:
             elif each.t < image.image_time:
                 rejected.append(f"late image of {name}")
         return (*self.reader.unused, *rejected)
+
+    def take_picture(self, sight: CameraTarget, q: Array, t: float) -> None:
+        """Store the time and the joints of a picture that replaces the marks of a pair."""
+        image = self.each[sight.key]
+        unseen = MarkObservation(sight, np.full((len(sight.target.marks), 2), np.nan), t)
+        image.take_picture(self._depths(unseen, q), t)
+        self._new.add(sight.key)
 
     def _joints(self, taken: float, q: Array, t: float) -> Array:
         """Return the measured coordinates nearest to a time."""

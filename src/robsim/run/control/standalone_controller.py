@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_bool, make_read_only
 from robsim.base.errors import InputError, format_value
+from robsim.features.images.taken_pictures import store_pictures
 from robsim.files.overrides import Changes
 from robsim.kernels.control import command_limits
 from robsim.run.control.clock import ControlClock
@@ -20,6 +23,7 @@ from robsim.run.control.drive_command import (
     classify_activity,
     list_active_limits,
 )
+from robsim.run.control.frame_input import FrameBuffer
 from robsim.run.control.image_buffer import ImageBuffer
 from robsim.run.control.mark_input import Marks, Pixels
 from robsim.run.experiment import Coordinates, Experiment, load_scenario
@@ -138,6 +142,7 @@ class Controller:
         bound = self._standalone.controller
         self._blocks = self._standalone.begin(1)
         self._images = ImageBuffer(self.scene, self.sights, bound.optional_pairs, bound.whole)
+        self._frames = FrameBuffer([s for s in self.sights if s.key in bound.pictured_pairs])
         self._clock = ControlClock(self.dt)
         self._released_periods = 0  # periods with a released robot: the time of paths
         self._command_time = math.inf  # time of the call with the current command; none yet
@@ -147,7 +152,13 @@ class Controller:
         self._last: DriveCommand | None = None
 
     def step(
-        self, pixels: Pixels | Marks | None, q: Coordinates, t: float, *, run: bool | None = None
+        self,
+        pixels: Pixels | Marks | None,
+        q: Coordinates,
+        t: float,
+        *,
+        run: bool | None = None,
+        images: Mapping[str, ArrayLike] | None = None,
     ) -> DriveCommand:
         """Return the command for the period that begins, and the health of the controller.
 
@@ -175,6 +186,9 @@ class Controller:
             Time in seconds, on any clock. The first call defines the start.
         run : bool, optional
             Whether the robot may move. Default: True, unless the safety sets `hold_to_run`.
+        images : dict of camera names to array_like of uint8, optional
+            New pictures for features of pictures, taken at this time: grey values (h, w), or
+            colours (h, w, 3) in the order red, green, blue. They replace the marks of their camera.
 
         Returns
         -------
@@ -199,7 +213,7 @@ class Controller:
             begins = self._clock.begins_without_time()
             return self._brake(str(error) or type(error).__name__, begins)
         if self._last is None:
-            return self._begin(pixels, q, run)
+            return self._begin(pixels, images, q, run)
         if passed * self.dt > self._longest_pause:
             self._rests_first = self._safety.driver_holds
             if not self._rests_first:
@@ -208,7 +222,7 @@ class Controller:
                 f"no call for {passed * self.dt:.3g} s: the memory of the scheme is reset"
             )
         try:
-            return self._step(pixels, q, passed > 0, run)
+            return self._step(pixels, images, q, passed > 0, run)
         except Exception as error:  # noqa: BLE001  errors of the data or of a user's law
             return self._brake(str(error) or type(error).__name__, passed > 0)
 
@@ -264,24 +278,27 @@ class Controller:
             If the data do not fit the scene.
         """
         self._images.clear_new()
-        self._step(pixels, q, self._clock.advance(t) > 0, True)
+        self._step(pixels, None, q, self._clock.advance(t) > 0, True)
         return self._standalone.decision(self._blocks)
 
-    def _begin(self, pixels: Any, q: Any, run: Any) -> DriveCommand:
+    def _begin(self, pixels: Any, images: Any, q: Any, run: Any) -> DriveCommand:
         """Return the first command; after an error the controller is reset."""
         try:
-            return self._step(pixels, q, True, run)
+            return self._step(pixels, images, q, True, run)
         except Exception:
             self.reset()
             raise
 
-    def _step(self, pixels: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
+    def _step(self, pixels: Any, images: Any, q: Any, begins: bool, run: Any) -> DriveCommand:
         """Store the measurements, and decide once in a period, at its start."""
         released = not self._safety.hold_to_run if run is None else as_bool(run, "run")
         joints, now = self._joints(q), self._clock.now
         if begins:
             self._images.store_joints(joints, now)
         unused = self._images.take(pixels, joints, now)
+        arrived = self._frames.take(images)
+        for sight in (each for each in self._frames.sights if each.eye.name in arrived):
+            self._images.take_picture(sight, joints, now)
         self._q = joints
         if self._last is not None and not begins:
             return self._repeat_command(unused, "")
@@ -322,6 +339,7 @@ class Controller:
         images = self._images.each.items()
         permission = -1.0 if released and self._is_late() else float(released)
         self._standalone.take(self._blocks, self._q, images, age, permission)
+        store_pictures(self._blocks, self._frames.release())
         self._standalone.perform(self._blocks, step)
         self._released_periods, self._reset_reason = self._released_periods + (permission > 0), ""
         command = self._make_command(unused, age, fault)

@@ -20,6 +20,8 @@ from robsim.declare.problems import prefix_path
 from robsim.declare.spec import MISSING, Context, NoTextError, Raw
 from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
+from robsim.geometry.grey_picture import GreyPicture, PictureLike
+from robsim.geometry.picture_spec import PICTURE, open_picture
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import FLAT_POSE, POSE, propose_short_poses
 from robsim.robot.joints.floating_joint import FloatingJoint
@@ -76,12 +78,18 @@ class TaughtGoal(Value):
         body, as `Object.pose`. A body without an entry has its pose of the scene. The belief of a
         task keeps its error: a body at T_true with the believed pose T_true E was then believed to
         be at place E. Stored as a tuple of places, each with `name` and `pose`.
+    picture : str, path, array_like of uint8 of shape (h, w), or GreyPicture, optional
+        Photograph of the camera at the goal, for features of pictures. Default: the picture that
+        the true camera of the scene takes at q.
 
     Raises
     ------
     GoalError
         If q is not an array of finite numbers, or a place is not a pose; by `simulate`, if a mark
-        is outside the image at q, or if the scene lacks a body of `places`.
+        is outside the image at q, if the scene lacks a body of `places`, or if the picture does not
+        have the size of the camera.
+    InputError
+        If `picture` is not a picture, or its file cannot be read.
 
     Examples
     --------
@@ -103,9 +111,12 @@ class TaughtGoal(Value):
 
     q: Configuration | None = None
     places: Mapping[str, PoseLike] | Places = ()
+    picture: PictureLike | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", _copy_configuration(self.q))
+        if self.picture is not None:
+            object.__setattr__(self, "picture", open_picture(self.picture))
         object.__setattr__(self, "places", make_places(self.places))
 
 
@@ -188,6 +199,7 @@ class GoalTable:
     rivals: ClassVar[Any] = (
         (("q",), ("pose",), ("computed",), ("s",)),
         (("places",), ("computed",), ("s",)),
+        (("picture",), ("computed",), ("s",)),
     )
 
     q: Annotated[
@@ -209,6 +221,12 @@ class GoalTable:
         ListOf(Table(BodyPlace), most=MOST_LISTED_PARTS),
         "Objects and cameras that have moved since the goal was shown, at their places of then.",
     ] = ()
+    picture: Annotated[
+        GreyPicture | None,
+        PICTURE,
+        "Photograph of the camera at the goal, for features of pictures; None: the picture of the "
+        "scene.",
+    ] = None
 
     def build_value(self, c: Context) -> GoalKind:
         """Return the goal."""
@@ -220,7 +238,8 @@ class GoalTable:
         if scene is not None:
             with prefix_path("places"):
                 check_places(self.places, scene)
-        return TaughtGoal(parse_start(self.q, self.pose, scene, "goal q"), self.places)
+        q = parse_start(self.q, self.pose, scene, "goal q")
+        return TaughtGoal(q, self.places, self.picture)
 
     @classmethod
     def of(cls, value: GoalKind, c: Context) -> GoalTable:
@@ -230,14 +249,15 @@ class GoalTable:
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
         scene, places = c.facts.get("scene"), cast(Places, value.places)
+        more: Any = {"places": places, "picture": value.picture}
         if scene is None:
-            return cls(places=places)
+            return cls(**more)
         if c.facts.get("by_hand"):
-            return cls(*describe_start(value.q, scene), places=places)
+            return cls(*describe_start(value.q, scene), **more)
         if c.facts.get("short") and value.q is not None:
-            return cls(*describe_start_exactly(value.q, scene), places=places)
+            return cls(*describe_start_exactly(value.q, scene), **more)
         q = None if value.q is None else scene.coordinates(value.q, limits=False)
-        return cls(q, places=places)
+        return cls(q, **more)
 
 
 @dataclass(frozen=True)
@@ -346,6 +366,7 @@ def observe_goal(
     belief: CameraTarget,
     first: CameraTarget,
     runs: int,
+    needs_marks: bool = True,
 ) -> Observation:
     """Return the observation of the goal by a camera, with true depths.
 
@@ -353,21 +374,21 @@ def observe_goal(
     scene differ from run to run. A computed goal is the pose of the believed target of `first` in
     its camera; the other camera-target pairs follow if they move with `first`. A goal of numbers
     has no image: its observation, at home, only has the right shape. Raises GoalError if a mark is
-    outside the image.
+    outside the image, unless no feature of the pair needs marks.
     """
     if isinstance(goal, GoalPose):
-        return _observe_computed_goal(goal, belief, first, runs)
+        return _observe_computed_goal(goal, belief, first, runs, needs_marks)
     q_shown = truth.home(runs) if q is None else q  # for numbers, only the shape matters
     projection = truth.project(q_shown)
     believed = projection if belief is truth else belief.project(q_shown)
-    if q is not None:
+    if q is not None and needs_marks:
         _check_marks_visible(truth, projection.visibility, "shown")
     T_c_o = compute_relative_pose(believed.T_w_c, believed.T_w_o)
     return belief.observation(projection.pixels, projection.depth, T_c_o)
 
 
 def _observe_computed_goal(
-    goal: GoalPose, belief: CameraTarget, first: CameraTarget, runs: int
+    goal: GoalPose, belief: CameraTarget, first: CameraTarget, runs: int, needs_marks: bool
 ) -> Observation:
     """Return the observation of a computed goal; raise GoalError if it is impossible."""
     if not belief.moves_with(first):
@@ -387,7 +408,8 @@ def _observe_computed_goal(
             (_make_poses(T_c_f) @ goal.T_c_o @ _make_poses(T_f_o)).matrix[:, :3], 2
         )
     depth, pixels, status = belief.image(np.eye(3, 4)[..., None], T_c_o)
-    _check_marks_visible(belief, status, "computed")
+    if needs_marks:
+        _check_marks_visible(belief, status, "computed")
     return belief.observation(pixels, depth, T_c_o)
 
 

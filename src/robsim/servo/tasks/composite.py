@@ -56,6 +56,16 @@ class CompositeController(TaskController):
         return frozenset(key for one in parts for key in one.optional_pairs if key not in required)
 
     @property
+    def pictured_pairs(self) -> frozenset[PairKey]:
+        """Camera-target pairs with a feature of whole pictures, in any task."""
+        return frozenset().union(*(part.pictured_pairs for part in self.parts))
+
+    @property
+    def factor_count(self) -> int:
+        """Number of entries of the factors of normal equations, in all tasks."""
+        return sum(part.factor_count for part in self.parts)
+
+    @property
     def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
         """Believed camera-target pairs, each as its first task believes."""
         pairs = [part.believed_sights for part in reversed(self.parts)]
@@ -113,8 +123,17 @@ class CompositeController(TaskController):
             for columns, one in pairs:
                 one.note(select_rows(program, qd, columns))
 
+        factors = [one.factors for one in each if one.factors is not None]
         return ControllerOutputs(
-            s, error, qd, A, busy, each[0].J, note, *self._merge_weights(program, each)
+            s,
+            error,
+            qd,
+            A,
+            busy,
+            each[0].J,
+            note,
+            *self._merge_weights(program, each),
+            factors=concatenate_rows(program, factors) if factors else None,
         )
 
     def _widen_jacobian(

@@ -22,6 +22,7 @@ from robsim.servo.goals.goal import (
     find_goal_pairs,
     observe_goal,
 )
+from robsim.servo.goals.goal_pictures import add_goal_pictures, observe_goal_pictures
 from robsim.servo.laws.broyden_rule import Broyden, Interaction
 from robsim.servo.tasks.task_checks import is_collinear
 from robsim.world.scene import Scene
@@ -58,12 +59,19 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
     runs = max(depths.runs, *(each.runs for each in (*truths, *sights)))
     q_shown = find_goal_configuration(goal, scene, runs)
     shown, goal_sights = find_goal_pairs(goal, truths, truths if exact else sights)
+    pictured, marked = _sort_pairs(task.blocks, believed)
     goals = {
-        t.key: observe_goal(goal, q_shown, t, b, goal_sights[0], runs)
+        t.key: observe_goal(goal, q_shown, t, b, goal_sights[0], runs, t.key in marked)
         for t, b in zip(shown, goal_sights, strict=True)
     }
+    for true, own in zip(shown, goal_sights, strict=True):
+        if true.key in pictured:
+            pictures = observe_goal_pictures(goal, q_shown, true, own, goals[true.key])
+            goals[true.key] = add_goal_pictures(goals[true.key], own, pictures)
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
+    if pictured and depths.filtered:
+        raise InputError("depth: a filter follows marks; features of pictures have none")
     with prefix_path("features"):
         bound = tuple(_bind_block(*pair) for pair in zip(task.blocks, believed, strict=True))
     which: Interaction | Array = (
@@ -73,6 +81,17 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
     views = GoalViews(q_shown, shown[0], goal_sights, goals)
     draft = BoundFeatures(bound, sights, exact, columns, depths, which, views, s_goal, runs)
     return draft.measure_from_goal()
+
+
+def _sort_pairs(
+    blocks: Sequence[FeatureBlock], believed: BlockTargets
+) -> tuple[set[PairKey], set[PairKey]]:
+    """Return the pairs with features of pictures, and the pairs with features of marks."""
+    pictured, marked = set[PairKey](), set[PairKey]()
+    for part, sights in zip(blocks, believed, strict=True):
+        uses_pictures = getattr(part.feature, "uses_pictures", False)
+        (pictured if uses_pictures else marked).update(sight.key for sight in sights)
+    return pictured, marked
 
 
 def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:

@@ -1,0 +1,282 @@
+"""Features of all pixels of a picture, which act as normal equations of seven numbers."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import GoalError, InputError
+from robsim.base.value import replace_unchecked
+from robsim.declare import DeclaredValue, Integer, Number, Time
+from robsim.features.feature import Observation, check_goal_observation
+from robsim.features.images.picture_plane import PicturePlane, build_picture_plane
+from robsim.kernels.formulas.perspective import IN_IMAGE, NO_GRADIENT, NOTHING_IN_VIEW
+from robsim.kernels.image_features.normal_equations import factor_normal_equations
+from robsim.kernels.image_features.picture_levels import reduce_pictures
+from robsim.kernels.image_features.picture_sums import measure_contrasts
+
+InteractionModel = Literal["current", "desired", "mean"]
+
+NUMBERS = 7  # of the error: six that a motion of the camera changes, and the rest
+LEAST_CONTRAST = 0.05  # share of the contrast at the goal below which nothing is in view
+LEAST_GRADIENT = 1e-4  # share of the mean squared derivatives at the goal
+LEAST_DEVIATION = 0.5  # grey values: a picture with less contrast is constant
+
+
+class NormalEquations(NamedTuple):
+    """Normal equations of the errors of B pictures, as means over the pixels.
+
+    Attributes
+    ----------
+    H : ndarray of shape (B, 6, 6)
+        L'L of the error e with edot = L V_c.
+    g : ndarray of shape (B, 6)
+        L'e.
+    c : ndarray of shape (B,)
+        e'e.
+    """
+
+    H: Array
+    g: Array
+    c: Array
+
+
+@dataclass
+class _KnownResults:
+    """Results of a feature for one observation."""
+
+    feature: DenseFeature
+    equations: NormalEquations | None = None
+    reduced: tuple[Array, Array] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class DenseFeature(DeclaredValue, ABC):
+    """Base of features that compare all pixels of a picture with the picture at the goal.
+
+    An error e of very many numbers with edot = L V_c enters the law as its normal equations: with
+    the Cholesky factor R'R = L'L (as means over the pixels), the error has the seven numbers
+
+        s = (R'^-1 L'e, rest),    |s|^2 = mean of e^2,
+
+    and the interaction matrix [R; 0]. The law then commands -gain (L'L)^-1 L'e, and the norm of
+    the error is the root mean square of e. As in the method of Levenberg and Marquardt, a share of
+    the diagonal is added to L'L. It falls with the square of the error (Yamashita and Fukushima
+    2001, Computing Suppl. 15, 239), or at a time.
+    """
+
+    unit: ClassVar[str] = "grey"
+    uses_pictures: ClassVar[bool] = True
+    uses_depth: ClassVar[bool] = True
+
+    tolerance: Annotated[
+        float,
+        Number(above=0, unit="grey values"),
+        "Largest root mean square of the difference of the pictures at convergence.",
+    ] = 10.0
+    _: KW_ONLY
+    step: Annotated[
+        float | None,
+        Number(above=0, unit="m, rad"),
+        "Largest remaining step of the camera at convergence; None: the pictures alone decide.",
+    ] = 1e-4
+    border: Annotated[
+        int, Integer(3, 1000), "Pixels along the border of the picture that are not used."
+    ] = 10
+    level: Annotated[
+        int, Integer(0, 6), "Level of the pyramid: pixels are means of 2^level x 2^level pixels."
+    ] = 0
+    damping: Annotated[
+        float,
+        Number(least=0),
+        "Share of the diagonal of L'L that is added to it while the pictures differ by their "
+        "contrast; it falls with the square of the difference.",
+    ] = 0.01
+    switch_time: Annotated[
+        float | None,
+        Time(least=0),
+        "Time until which the damping is constant, and then `final_damping`; None: it falls with "
+        "the difference.",
+    ] = None
+    final_damping: Annotated[
+        float, Number(least=0), "Damping from `switch_time` on; not used without it."
+    ] = 1e-4
+
+    goal: Observation | None = field(default=None, init=False, repr=False)
+    interaction_model: InteractionModel = field(default="current", init=False, repr=False)
+
+    def towards(self, goal: Observation) -> Self:
+        """Return the feature relative to the picture at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation with the pictures at the goal.
+
+        Returns
+        -------
+        DenseFeature
+            The feature that compares pictures with these.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation.
+        GoalError
+            If there is no picture at the goal, or it is constant.
+        """
+        shown = check_goal_observation(goal, type(self).__name__)
+        if shown.pictures is None:
+            raise GoalError(f"{type(self).__name__}: there is no picture at the goal")
+        at_goal = replace_unchecked(self, goal=shown)
+        if (at_goal.measure_contrasts(shown) < LEAST_DEVIATION).any():
+            raise GoalError(
+                f"{type(self).__name__}: the picture at the goal is constant; expected a picture "
+                "with texture inside its border"
+            )
+        return at_goal
+
+    def with_interaction(self, model: InteractionModel) -> Self:
+        """Return the feature with L at the goal, of the present picture, or the mean of both."""
+        changed = replace_unchecked(self, interaction_model=model)
+        return changed
+
+    @abstractmethod
+    def compute_normal_equations(self, seen: Observation) -> NormalEquations:
+        """Return the normal equations of the error of pictures."""
+
+    def measure(self, seen: Observation) -> Array:
+        """Return the errors.
+
+        Parameters
+        ----------
+        seen : Observation
+            Pictures of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, 7)
+            Error s in grey values, 0 at the goal.
+
+        Raises
+        ------
+        InputError
+            If there are no pictures, or no goal.
+        """
+        return self._reduce(seen)[0]
+
+    def interaction(self, seen: Observation) -> Array:
+        """Return the interaction matrix.
+
+        Parameters
+        ----------
+        seen : Observation
+            Pictures of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, 7, 6)
+            Cholesky factor of the normal equations, above a row of zeros.
+
+        Raises
+        ------
+        InputError
+            If there are no pictures, or no goal.
+        """
+        return self._reduce(seen)[1]
+
+    def find_faults(self, seen: Observation) -> NDArray[np.int64]:
+        """Return the status of each picture (B,): in view, without a gradient, or empty.
+
+        Parameters
+        ----------
+        seen : Observation
+            Pictures of B runs.
+
+        Returns
+        -------
+        ndarray of int, shape (B,)
+            IN_IMAGE, NO_GRADIENT or NOTHING_IN_VIEW of `robsim.kernels.formulas.perspective`.
+        """
+        contrast, steepness = self._goal_texture
+        if len(contrast) > 1 and seen.runs is not None:
+            contrast, steepness = contrast[seen.runs], steepness[seen.runs]
+        empty = self.measure_contrasts(seen) < LEAST_CONTRAST * contrast
+        flat = (_get_diagonals(self._get_equations(seen)) <= LEAST_GRADIENT * steepness).all(axis=1)
+        return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
+
+    @cached_property
+    def _goal_texture(self) -> tuple[Array, Array]:
+        """The contrasts (R,) and the diagonals (R, 6) of L'L of the pictures at the goal."""
+        assert self.goal is not None
+        return self.measure_contrasts(self.goal), _get_diagonals(self._get_equations(self.goal))
+
+    def measure_contrasts(self, seen: Observation) -> Array:
+        """Return the standard deviations (B,) of the grey values of pictures."""
+        pictures = self.get_pictures(seen)
+        contrasts = np.empty(len(pictures))
+        measure_contrasts(pictures, self.border, contrasts)
+        return contrasts
+
+    def build_plane(self, seen: Observation, run: int = 0) -> PicturePlane:
+        """Return the pixels of the pictures of a run, at the level of the feature."""
+        return build_picture_plane(seen.camera.of_run(run), self.border, self.level)
+
+    def reduce_pictures(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return pictures (B, h, w) at the level of the feature."""
+        block = 2**self.level
+        count, height, width = pictures.shape
+        images = np.empty((count, height // block, width // block), dtype=np.float32)
+        reduce_pictures(pictures, block, images)
+        return images
+
+    def get_pictures(self, seen: Observation) -> NDArray[np.uint8]:
+        """Return the pictures (B, h, w) of an observation; raise InputError without a picture."""
+        if seen.pictures is None or self.goal is None:
+            missing = "a goal: call towards first" if self.goal is None else "pictures"
+            raise InputError(f"{type(self).__name__} needs {missing}")
+        return seen.pictures
+
+    def _reduce(self, seen: Observation) -> tuple[Array, Array]:
+        """Return the errors (B, 7) and the interaction matrices (B, 7, 6) of pictures."""
+        known = self._get_known_results(seen)
+        if known.reduced is None:
+            H, g, c = self._get_equations(seen)
+            s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
+            factor_normal_equations(H, g, c, self._find_damping(seen, c), s, L)
+            known.reduced = s, L
+        return known.reduced
+
+    def _get_equations(self, seen: Observation) -> NormalEquations:
+        """Return the normal equations of an observation, computed once."""
+        known = self._get_known_results(seen)
+        if known.equations is None:
+            known.equations = self.compute_normal_equations(seen)
+        return known.equations
+
+    def _get_known_results(self, seen: Observation) -> _KnownResults:
+        """Return the results for an observation, which it keeps for the feature."""
+        known: _KnownResults | None = vars(seen).get("_dense_results")
+        if known is None or known.feature is not self:
+            known = vars(seen)["_dense_results"] = _KnownResults(self)
+        return known
+
+    def _find_damping(self, seen: Observation, c: Array) -> Array:
+        """Return the damping (B,) of pictures with the mean squared errors c (B,)."""
+        if self.switch_time is not None:
+            late = seen.time >= self.switch_time
+            return np.full(len(c), self.final_damping if late else self.damping)
+        contrast = self._goal_texture[0]
+        own = contrast[seen.runs] if len(contrast) > 1 and seen.runs is not None else contrast
+        return self.damping * np.minimum(c / own**2, 1.0)
+
+
+def _get_diagonals(equations: NormalEquations) -> Array:
+    """Return the diagonals (B, 6) of L'L."""
+    return np.diagonal(equations.H, axis1=1, axis2=2)

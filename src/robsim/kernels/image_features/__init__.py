@@ -1,0 +1,1 @@
+"""Kernels of features that are measured from whole pictures."""

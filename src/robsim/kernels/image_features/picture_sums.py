@@ -1,0 +1,95 @@
+"""Sums over the pixels of pictures, in an order that no machine changes.
+
+A sum has LANES partial sums, each of every LANES-th pixel of a block, so that the machine adds
+several pixels at a time and the bits are the same on every machine.
+"""
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel, part
+
+LANES = 32
+BLOCK = 4096  # pixels of a partial sum in single precision, a multiple of LANES
+
+
+@part
+def _add_lanes(partial):
+    """Return the sum of the partial sums, in double precision."""
+    total = 0.0
+    for i in range(LANES):
+        total += partial[i]
+    return total
+
+
+@kernel
+def sum_products(one, other, partial):
+    """Return the sum of one (N,) times other (N,), for N a multiple of LANES."""
+    total = 0.0
+    for first in range(0, one.size, BLOCK):
+        for i in range(LANES):
+            partial[i] = 0.0
+        for start in range(first, min(first + BLOCK, one.size), LANES):
+            a, b = one[start : start + LANES], other[start : start + LANES]
+            for i in range(LANES):
+                partial[i] += a[i] * b[i]
+        total += _add_lanes(partial)
+    return total
+
+
+@kernel
+def project_error(error, rows, partial, out):
+    """Compute the sums out (k,) of the rows (k, N) times an error (N,)."""
+    for k in range(len(rows)):
+        out[k] = sum_products(rows[k], error, partial)
+
+
+@kernel
+def compute_gram_matrix(rows, partial, out):
+    """Compute the matrix out (k, k) of the products of rows (k, N)."""
+    for i in range(len(rows)):
+        for j in range(i + 1):
+            out[i, j] = out[j, i] = sum_products(rows[i], rows[j], partial)
+
+
+@kernel
+def scale_rows(rows, factors, out):
+    """Compute the rows out (k, N) times factors (N,)."""
+    for k in range(len(rows)):
+        row, to = rows[k], out[k]
+        for i in range(row.size):
+            to[i] = row[i] * factors[i]
+
+
+@kernel
+def subtract_pictures(image, goal, border, out):
+    """Compute the differences out (N,) of the pixels inside a border, row by row.
+
+    The end of out beyond these pixels is 0.
+    """
+    height, width = image.shape
+    wide = width - 2 * border
+    for y in range(height - 2 * border):
+        now, then, to = image[y + border, border:], goal[y + border, border:], out[y * wide :]
+        for x in range(wide):
+            to[x] = now[x] - then[x]
+    for i in range((height - 2 * border) * wide, out.size):
+        out[i] = 0.0
+
+
+@kernel
+def measure_contrasts(pictures, border, contrasts):
+    """Compute the standard deviations contrasts (B,) of the pixels inside a border.
+
+    The sums of whole numbers are exact, so that their order does not matter.
+    """
+    height, width = pictures.shape[1:]
+    count = (height - 2 * border) * (width - 2 * border)
+    for b in range(len(pictures)):
+        total, square = 0, 0
+        for y in range(border, height - border):
+            row = pictures[b, y, border : width - border]
+            for x in range(row.size):
+                value = np.int32(row[x])
+                total += value
+                square += value * value
+        contrasts[b] = np.sqrt(max(float(count * square - total * total), 0.0)) / count
