@@ -16,7 +16,7 @@ from robsim.statistics.proportions import estimate_clustered_share, estimate_sha
 from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.published import calibration, cns_150, oblique_pairs, vit_500
-from robsim.suites.suite_registry import list_suites, load_suite
+from robsim.suites.suite_registry import load_quick_suites, load_suite
 
 ROOT = Path(__file__).parents[2]
 CNS, OBLIQUE, VIT = cns_150.suite(), oblique_pairs.suite(), vit_500.suite()
@@ -461,7 +461,8 @@ def test_progress_goes_from_nothing_to_all():
     assert reports == sorted(reports) and 0 <= reports[0] < 0.2 and reports[-1] == 1.0
 
 
-OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in list_suites() if each != "vit_500"]
+QUICK = [each.name for each in load_quick_suites()]
+OTHERS = [pytest.param(name, marks=pytest.mark.full) for name in QUICK if name != "vit_500"]
 
 
 @pytest.mark.parametrize("name", ["vit_500", *OTHERS])

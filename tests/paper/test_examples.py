@@ -65,6 +65,59 @@ def test_a_long_exposure_blurs_the_dots_of_a_fast_camera():
     assert "without the blur by motion" in str(rs.explain(blurred))
 
 
+CORNERS = 0.06 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # centres of discs in metres
+
+
+def project_discs(T_o_c, radius):
+    """The centres of the ellipses of discs, the images of their centres, and their depths.
+
+    The image of a circle is the conic of inv(H)' diag(1, 1, -radius^2) inv(H), for the homography H
+    of the plane with the origin at the centre of the disc.
+    """
+    R, t = T_o_c[:3, :3].T, -T_o_c[:3, :3].T @ T_o_c[:3, 3]
+    centres, points, depths = [], [], []
+    for x, y in CORNERS:
+        H = np.column_stack([R[:, :2], R @ [x, y, 0] + t])
+        conic = np.linalg.inv(H).T @ np.diag([1, 1, -(radius**2)]) @ np.linalg.inv(H)
+        centres.append(-np.linalg.solve(conic[:2, :2], conic[:2, 2]))
+        points.append(H[:2, 2] / H[2, 2])
+        depths.append(H[2, 2])
+    return np.array(centres), np.array(points), np.array(depths)
+
+
+def rest_of_discs(radius):
+    """The distance (m) and the angle (rad) from the goal at which the law commands nothing."""
+    scenario = rs.load_scenario(rs.examples.path("disc_centers"))
+    goal = scenario.scene.pose("camera", scenario.task.goal.q).matrix
+    _, wanted, _ = project_discs(goal, radius)
+    T = goal
+    for _ in range(20):
+        s, _, Z = project_discs(T, radius)
+        x, y = s.T
+        along_x = [-1 / Z, 0 * x, x / Z, x * y, -(1 + x * x), y]
+        along_y = [0 * x, -1 / Z, y / Z, 1 + y * y, -x * y, -x]
+        L = np.stack([np.column_stack(along_x), np.column_stack(along_y)], axis=1).reshape(8, 6)
+        v = -np.linalg.pinv(L) @ (s - wanted).ravel()
+        T = T @ rs.Pose.at(*v[:3], rotvec=v[3:]).matrix
+    assert np.abs(v).max() < 1e-12
+    off = rs.Pose(np.linalg.inv(goal) @ T)
+    return np.linalg.norm(off.position), np.linalg.norm(off.rotvec)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.01])
+def test_the_centres_of_discs_move_the_end_by_their_closed_form(radius):
+    run = run_of("disc_centers", f"objects.sheet.dots.radius={radius} m")
+    distance, angle = rest_of_discs(radius)
+    assert float(run.distance_to_goal) == pytest.approx(distance, abs=2e-5)
+    assert float(run.angle_to_goal) == pytest.approx(angle, abs=np.radians(0.003))
+    assert distance == pytest.approx(2.224 * radius**2, rel=1e-3)
+
+
+def test_dots_without_the_shift_of_their_centres_end_at_the_goal():
+    run = run_of("disc_centers", "task.detector.unbiased=true")
+    assert float(run.distance_to_goal) < 6e-5
+
+
 def test_feed_forward_keeps_the_plate_in_the_middle():
     """The lag without it is some hundred times the error with it."""
     known, none = (

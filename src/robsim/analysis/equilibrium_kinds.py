@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.analysis.equilibrium import EquilibriumKind
-from robsim.analysis.vector_fields import STEP, VectorField
+from robsim.analysis.vector_fields import VectorField
 from robsim.base.arrays import Array, euclidean_length, view_runs_first
 
 SAME_STATE = 1e-5  # distance (m, rad) below which two states are equal
 ZERO_EIGENVALUE = 1e-4  # largest zero eigenvalue, relative to the slowest rate of the controller
-ROUGH = 0.02  # largest ratio of second to first difference of a smooth f
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +49,8 @@ def loop_eigenvalues(field: VectorField, q: Array) -> NDArray[np.complex128]:
     ahead, behind = field.differences(q)
     size = np.abs(ahead - behind).max(axis=(0, 1))
     bend = np.abs(ahead + behind - 2.0 * field.rates(q)[:, None]).max(axis=(0, 1))
-    smooth = bend <= ROUGH * size
-    J = np.where(smooth, (ahead - behind) / (2.0 * STEP), 0.0)
+    smooth = bend <= field.roughness * size
+    J = np.where(smooth, (ahead - behind) / (2.0 * field.step), 0.0)
     values = np.linalg.eigvals(view_runs_first(J)).astype(np.complex128)
     values = np.concatenate([values, np.zeros((len(values), field.unactuated))], axis=1)
     values = np.take_along_axis(values, np.lexsort((values.imag, values.real)), axis=1)

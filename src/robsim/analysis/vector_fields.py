@@ -6,17 +6,19 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, select_runs
 from robsim.base.errors import InputError, RankWarning
+from robsim.features.images.taken_pictures import TakenPictures, store_pictures
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey, compute_relative_pose
 from robsim.servo.command import Command
+from robsim.servo.goals.goal_pictures import draw_exact_pictures
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
@@ -30,8 +32,29 @@ from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 STEP = 1e-5  # step of central differences, in metres and radians
+PICTURE_STEP = 0.25  # pixels of the same with pictures, which change from pixel to pixel
+ROUGHNESS = 0.02  # largest ratio of second to first difference of a smooth command
+PICTURE_ROUGHNESS = 0.25  # the same with pictures, which edges change abruptly
 
 ImageArrays = dict[PairKey, Array]  # an array for each camera and target
+
+
+class FieldImages(NamedTuple):
+    """Images of B states.
+
+    Attributes
+    ----------
+    pixels : dict of ndarray of shape (N, 2, B)
+        Pixels of the marks of each camera-target pair.
+    depth : dict of ndarray of shape (N, B)
+        Their depths.
+    pictures : dict of TakenPictures
+        Pictures of the cameras of features of pictures, with grey values that are not rounded.
+    """
+
+    pixels: ImageArrays
+    depth: ImageArrays
+    pictures: dict[str, TakenPictures]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +86,8 @@ class VectorField:
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the binding of the task gives it
+            if uses_pictures(task):  # a picture has a border, and marks may leave it
+                return cls(task.bind(scene))
             return cls(_remove_belief_borders(task).bind(remove_image_borders(scene)))
 
     @property
@@ -75,6 +100,20 @@ class VectorField:
     def n(self) -> int:
         """The number of commanded velocities."""
         return int(self.controller.columns.size)
+
+    @property
+    def step(self) -> float:
+        """The step of central differences, in metres and radians."""
+        pictured = self.controller.pictured_pairs
+        focals = [
+            each.eye.camera.K[0, 0] for each in self.controller.sights if each.key in pictured
+        ]
+        return PICTURE_STEP / float(np.max(focals)) if focals else STEP
+
+    @property
+    def roughness(self) -> float:
+        """The largest ratio of second to first difference of a smooth command."""
+        return PICTURE_ROUGHNESS if self.controller.pictured_pairs else ROUGHNESS
 
     @cached_property
     def unactuated(self) -> int:
@@ -117,17 +156,24 @@ class VectorField:
         """Return the command at states q (nq, B), each as the first instant of a run."""
         return self.respond(q, *self.images(q))[0]
 
-    def images(self, q: Array) -> tuple[ImageArrays, ImageArrays]:
-        """Return true pixels (N, 2, B) and depths (N, B) of all camera-target pairs at q."""
-        projections = {sight.key: sight.project(q) for sight in self.controller.sights}
+    def images(self, q: Array) -> FieldImages:
+        """Return the true images of all camera-target pairs at q, and exact pictures."""
+        controller = self.controller
+        projections = {sight.key: sight.project(q) for sight in controller.sights}
         pixels = {key: one.pixels for key, one in projections.items()}
-        return pixels, {key: one.depth for key, one in projections.items()}
+        pictured = (each for each in controller.sights if each.key in controller.pictured_pairs)
+        return FieldImages(
+            pixels,
+            {key: one.depth for key, one in projections.items()},
+            {each.eye.name: draw_exact_pictures(each, q) for each in pictured},
+        )
 
     def respond(
-        self, q: Array, pixels: ImageArrays, depth: ImageArrays
+        self, q: Array, pixels: ImageArrays, depth: ImageArrays, pictures: dict[str, TakenPictures]
     ) -> tuple[Command, dict[str, Any]]:
         """Return the command for states q and images of any instant, and the law's memory."""
         blocks = self._single_step.begin(q.shape[1])
+        store_pictures(blocks, pictures)
         decision = self._single_step.decide(blocks, 0, q, pixels, depth)
         return self.controller.scale_to_tolerances(decision).command, blocks.memory
 
@@ -164,7 +210,7 @@ class VectorField:
         return self.scene.tree.between(a, b, share)
 
     def differences(self, q: Array) -> tuple[Array, Array]:
-        """Return f (n, n, B) after a STEP forward, and after a STEP backward, along each velocity.
+        """Return f (n, n, B) after a step forward, and after a step backward, along each velocity.
 
         The second index is the velocity of the step.
         """
@@ -172,7 +218,7 @@ class VectorField:
         shape = n, 2, n, runs  # tangent coordinate, sign, velocity, run
         steps = np.zeros(shape)
         for j in range(n):
-            steps[j, :, j] = np.array([[STEP], [-STEP]])
+            steps[j, :, j] = np.array([[self.step], [-self.step]])
         wide = np.broadcast_to(q[:, None, None], (len(q), *shape[1:]))
         states = np.ascontiguousarray(wide).reshape(len(q), -1)
         ahead, behind = np.moveaxis(
@@ -183,7 +229,7 @@ class VectorField:
     def jacobian(self, q: Array) -> Array:
         """Return df/dq (n, n, B) by central differences."""
         ahead, behind = self.differences(q)
-        return (ahead - behind) / (2.0 * STEP)
+        return (ahead - behind) / (2.0 * self.step)
 
     def distances(self, a: Array, b: Array) -> Array:
         """Return distances (A, B) between states (nq, A) and (nq, B): the largest joint difference.
@@ -248,6 +294,14 @@ def _remove_belief_borders(task: Any) -> Any:
     if not isinstance(belief, Scene) or not is_dataclass(task):
         return task
     return replace(cast(Any, task), belief=remove_image_borders(belief))
+
+
+def uses_pictures(task: Any) -> bool:
+    """Return whether a feature of a task, or of its inner tasks, uses whole pictures."""
+    blocks = getattr(task, "blocks", ())
+    return any(getattr(block.feature, "uses_pictures", False) for block in blocks) or any(
+        map(uses_pictures, getattr(task, "inner", ()))
+    )
 
 
 def remove_image_borders(scene: Scene) -> Scene:

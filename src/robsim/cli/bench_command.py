@@ -47,12 +47,13 @@ def compare_suites(
 ) -> None:
     """Compare control schemes on the suites shipped with RobSim.
 
-    SUITE is the name of a suite; without a name, all suites are run. The results are tables as CSV
-    and LaTeX, and the measures of all runs.
+    SUITE is the name of a suite; without a name, all suites without pictures are run. The results
+    are tables as CSV and LaTeX, and the measures of all runs.
     """
-    from robsim.suites.suite_registry import list_suites, load_suite
+    from robsim.suites.suite_registry import list_suites, load_quick_suites, load_suite
 
-    chosen = [load_suite(name) for name in suites or list_suites()]
+    names = suites or (list_suites() if list_only else ())
+    chosen = [load_suite(name) for name in names] or load_quick_suites()
     if list_only:
         for suite in chosen:
             print_text(f"{suite.name:15} {suite.title}")

@@ -15,7 +15,7 @@ from robsim.suites.benchmark import Benchmark, assemble_benchmark
 from robsim.suites.builtin_schemes import check_user_schemes, make_task
 from robsim.suites.reproduction import Reproduction, run_reproduction
 from robsim.suites.suite import Suite
-from robsim.suites.suite_registry import list_suites, load_suite
+from robsim.suites.suite_registry import load_quick_suites, load_suite
 from robsim.suites.suite_trial import Trial
 
 if TYPE_CHECKING:
@@ -36,8 +36,9 @@ def bench(
     Parameters
     ----------
     suites : str, Suite, or sequence of these, optional
-        Names of suites, or user-defined suites. Default: all suites of RobSim. The suite "gallery",
-        which reproduces published numbers, has schemes of its own.
+        Names of suites, or user-defined suites. Default: all suites of RobSim except
+        "vit_500_images", whose pictures take half an hour. The suite "gallery", which reproduces
+        published numbers, has schemes of its own.
     schemes : mapping of str to Task or callable, optional
         User schemes by name. A scheme is a task, which receives the goal and the gain of the suite,
         or a class or function that returns a task, as in scheme(goal, gain=2.0).
@@ -82,7 +83,7 @@ def bench(
 
 def _select_suites(suites: Any) -> list[Suite | Reproduction]:
     """Return the suites, loaded by name if necessary; raise InputError for other values."""
-    listed = list_suites() if suites is None else suites
+    listed = load_quick_suites() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
         listed = [listed]
     listed = tuple(listed) if has_items(listed) else ()

@@ -210,6 +210,18 @@ class Suite:
         return len(np.asarray(self.starts))
 
     @property
+    def has_detectors(self) -> bool:
+        """Whether a scheme detects its marks in pictures, which takes minutes instead of seconds.
+
+        Examples
+        --------
+        >>> from robsim.suites.suite_registry import load_suite
+        >>> load_suite("vit_500").has_detectors
+        False
+        """
+        return any(getattr(each, "detector", None) is not None for each in self.schemes.values())
+
+    @property
     def task_goal(self) -> TaughtGoal | GoalPose:
         """The goal in the form that a task needs."""
         if not self.computed:

@@ -20,6 +20,16 @@ def list_suites() -> tuple[str, ...]:
     return tuple(sorted(each.name for each in pkgutil.iter_modules(published.__path__)))
 
 
+def load_quick_suites() -> list[Suite | Reproduction]:
+    """Return the suites without pictures, which are the suites that run if none is named.
+
+    >>> "vit_500_images" in [each.name for each in load_quick_suites()]
+    False
+    """
+    every = map(load_suite, list_suites())
+    return [each for each in every if isinstance(each, Reproduction) or not each.has_detectors]
+
+
 def load_suite(name: str) -> Suite | Reproduction:
     """Return a suite by its name; raise InputError with the nearest name if it does not exist."""
     if not is_known_name(name, list_suites()):

@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from robsim.analysis.vector_fields import STEP, ImageArrays, VectorField
+from robsim.analysis.vector_fields import ImageArrays, VectorField
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.features.images.taken_pictures import TakenPictures
 
 PIXEL = 0.01  # step of central differences
-ROUGH = 0.02  # largest ratio of second to first difference of a smooth command
 RANK_TOLERANCE = 1e-6  # least singular value of a commanded motion, relative to the largest
 
 
@@ -41,14 +41,14 @@ class LinearResponse:
         Raises InputError if the command has no derivative, or does not depend on the state.
         """
         n = field.n
-        displaced = field.displace(np.repeat(q, 2 * n, axis=1), STEP * _signed_steps(n))
+        displaced = field.displace(np.repeat(q, 2 * n, axis=1), field.step * _signed_steps(n))
         images, former_images = field.images(displaced), field.images(np.repeat(q, 2 * n, axis=1))
         commands = field.respond(displaced, *images)[0].qd
-        _check_smooth_command(commands, field.command(q).qd)
-        now = _central_difference(field.respond(displaced, *former_images)[0].qd, STEP)
-        total = _central_difference(commands, STEP)
+        _check_smooth_command(commands, field.command(q).qd, field.roughness)
+        now = _central_difference(field.respond(displaced, *former_images)[0].qd, field.step)
+        total = _central_difference(commands, field.step)
         place, turn = _relative_motion(field, q, displaced)
-        marks = _central_difference(_stack_pixels(images[0]), STEP)
+        marks = _central_difference(_stack_pixels(images.pixels), field.step)
         response = cls(now, total - now, _pixel_derivative(field, q), marks, place, turn)
         if not all(np.isfinite(getattr(response, each.name)).all() for each in fields(response)):
             raise InputError("advise: the command near the goal is not finite")
@@ -97,15 +97,20 @@ def _stack_pixels(images: ImageArrays) -> Array:
 
 def _pixel_derivative(field: VectorField, q: Array) -> Array:
     """Return the derivatives (n, P) of the command with respect to the pixels."""
-    pixels, depth = field.images(q)
+    pixels, depth, pictures = field.images(q)
     P = len(_stack_pixels(pixels))
     errors, first = PIXEL * _signed_steps(P), 0
     for key, each in pixels.items():
         rows = errors[first : first + each[..., 0].size].reshape(*each.shape[:2], 2 * P)
         pixels[key], first = each + rows, first + each[..., 0].size
     wide = {key: np.repeat(Z, 2 * P, axis=1) for key, Z in depth.items()}
+    runs = np.arange(2 * P)
+    same = {
+        name: TakenPictures(np.repeat(each.grey, 2 * P, axis=0), runs)
+        for name, each in pictures.items()
+    }
     return _central_difference(
-        field.respond(np.repeat(q, 2 * P, axis=1), pixels, wide)[0].qd, PIXEL
+        field.respond(np.repeat(q, 2 * P, axis=1), pixels, wide, same)[0].qd, PIXEL
     )
 
 
@@ -113,16 +118,16 @@ def _relative_motion(field: VectorField, q: Array, displaced: Array) -> tuple[Ar
     """Return derivatives (3, n) of the first camera's position and rotation in target axes."""
     pose, poses = field.pose(q)[0].inv(), field.pose(displaced).inv()
     rotations = (pose.inv() @ poses).rotvec.T
-    turn = pose.rotation @ _central_difference(rotations, STEP)
-    return _central_difference(poses.position.T, STEP), turn
+    turn = pose.rotation @ _central_difference(rotations, field.step)
+    return _central_difference(poses.position.T, field.step), turn
 
 
-def _check_smooth_command(qd: Array, at_rest: Array) -> None:
+def _check_smooth_command(qd: Array, at_rest: Array, roughness: float) -> None:
     """Raise InputError if the command qd (n, 2 n) near rest has no or a zero derivative."""
     n = qd.shape[1] // 2
     ahead, behind = qd[:, :n], qd[:, n:]
     size = np.abs(ahead - behind).max()
-    if np.abs(ahead + behind - 2.0 * at_rest).max() > ROUGH * size:
+    if np.abs(ahead + behind - 2.0 * at_rest).max() > roughness * size:
         raise InputError(
             "advise: the command has no derivative at the goal (as in docking), and so it has no "
             "linear loop: simulate it"

@@ -77,7 +77,7 @@ def compute_effects(linear: LinearLoop) -> tuple[MiscalibrationEffect, ...]:
     displacement are sorted by their reduction of the largest gain or of the slowest rate.
     """
     field, limit = linear.field, find_mode_limit(linear.gain_dependence.modes, linear.lossless)
-    depth = float(np.mean([Z.mean() for Z in field.images(linear.q)[1].values()]))
+    depth = float(np.mean([Z.mean() for Z in field.images(linear.q).depth.values()]))
     perturbations = generate_perturbations(linear.task, field.scene, field.controller.sights)
     computed = [_compute_effect(linear, mistake, limit) for mistake in perturbations]
     return tuple(sorted(computed, key=lambda one: _effect_order(one, depth)))

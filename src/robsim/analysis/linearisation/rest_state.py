@@ -18,6 +18,7 @@ from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.tasks.task import ServoTask, Task
 
 REST_TOLERANCE = 1e-9  # largest command at rest, relative to the slowest rate of the controller
+PICTURE_TOLERANCE = 1e-3  # the same with pictures, as the grey values at the goal are rounded
 
 
 def make_steady(task: Task, factor: float = 1.0) -> Task:
@@ -56,7 +57,8 @@ def _find_near_goal(field: VectorField, experiment: Experiment) -> Array | None:
     q = _start_coordinates(experiment)
     rows = _find_commanded_rows(field)
     q[rows] = field.goal[rows]
-    if np.abs(field.rates(q)).max() <= REST_TOLERANCE * field.controller.pace:
+    tolerance = PICTURE_TOLERANCE if field.controller.pictured_pairs else REST_TOLERANCE
+    if np.abs(field.rates(q)).max() <= tolerance * field.controller.pace:
         return q
     equilibria_near = refine_equilibria(field, q)
     return equilibria_near[:, :1] if equilibria_near.size else None

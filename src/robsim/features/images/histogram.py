@@ -26,7 +26,6 @@ from robsim.kernels.image_features.histogram_equations import (
     measure_histograms,
 )
 
-
 LARGE_DISTANCE = 0.5  # of Matusita, of histograms half of which overlap
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,13 @@ class TakenPictures(NamedTuple):
 
     Attributes
     ----------
-    grey : ndarray of uint8, shape (n, h, w)
+    grey : ndarray of uint8, or of float32 if they are not rounded, shape (n, h, w)
         Grey values.
     runs : ndarray of int, shape (n,)
         Places of the runs of these pictures among the runs of the blocks.
     """
 
-    grey: NDArray[np.uint8]
+    grey: NDArray[Any]  # Any: two types
     runs: NDArray[np.int64]
 
 

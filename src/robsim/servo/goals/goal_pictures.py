@@ -9,6 +9,7 @@ from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import GoalError
 from robsim.base.value import replace_unchecked
 from robsim.features.feature import Observation
+from robsim.features.images.taken_pictures import TakenPictures
 from robsim.geometry.picture_spec import open_picture
 from robsim.kernels.formulas import se3
 from robsim.servo.camera_target import CameraTarget
@@ -27,6 +28,13 @@ def draw_pictures(sight: CameraTarget, q: Array, T_w_c: Array | None = None) -> 
     runs = np.arange(q.shape[1])
     key = NoiseKey(0, runs.astype(np.uint64), BEFORE_START)
     return CameraPictures(sight.scene, sight.eye).take(q, np.zeros_like(q), key, T_w_c=T_w_c)
+
+
+def draw_exact_pictures(sight: CameraTarget, q: Array) -> TakenPictures:
+    """Return the pictures of a camera at q (nq, B), with grey values that are not rounded."""
+    from robsim.world.scene_picture import CameraPictures  # late: it imports renderers
+
+    return TakenPictures(CameraPictures(sight.scene, sight.eye).draw(q), np.arange(q.shape[1]))
 
 
 def observe_goal_pictures(
