@@ -413,7 +413,8 @@ class Feature(Protocol):
     - `uses_pictures`: True if the feature reads `seen.pictures`. The marks may then leave the
       image.
     - `zero_at_goal`: True if s_goal is 0 instead of s at the goal.
-    - `step`: with `uses_pictures`, the largest step of the camera at convergence, in m and rad.
+    - `step`: with `uses_pictures`, the largest step of the camera at convergence, in m and rad;
+      without it, or 0, the error alone decides.
 
     Examples
     --------

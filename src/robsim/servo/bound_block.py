@@ -49,7 +49,7 @@ class BoundBlock:
     def largest_step(self) -> float | None:
         """Largest remaining step of the camera at convergence, in m and rad; None: any."""
         step = getattr(self.feature, "step", None) if self.uses_pictures else None
-        return None if step is None else as_positive(step, f"{self.name}.step")
+        return as_positive(step, f"{self.name}.step") if step else None
 
     @property
     def models_interaction(self) -> bool:

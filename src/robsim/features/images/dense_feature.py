@@ -95,9 +95,9 @@ class DenseFeature(DeclaredValue, ABC):
     ] = 10.0
     _: KW_ONLY
     step: Annotated[
-        float | None,
-        Number(above=0, unit="m, rad"),
-        "Largest remaining step of the camera at convergence; None: the pictures alone decide.",
+        float,
+        Number(least=0, unit="m, rad"),
+        "Largest remaining step of the camera at convergence; 0: the pictures alone decide.",
     ] = 1e-4
     border: Annotated[
         int, Integer(3, 1000), "Pixels along the border of the picture that are not used."
