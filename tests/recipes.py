@@ -80,6 +80,12 @@ POSTED = FLYING | {
     ],
     "sensing": {"period": "0.2 s"},
 }
+PICTURED = POSTED | {  # small pictures, most of which the poster fills
+    "cameras": [{**EYE, "name": "eye", "on": "drone.body", "focal": [100, 99], "size": [80, 60]}],
+    "sensing": {},
+    "run": {"dt": "50 ms", "duration": "0.2 s"},
+}
+GOAL_BESIDE = {"q": ["14.5 cm", "18 cm", "-89 cm", *TURNED, "0 cm"]}  # from the start of FLYING
 COVERED = TAGGED | {  # by another tag
     "objects": [
         *TAGGED["objects"],
@@ -149,6 +155,25 @@ def part(key, value, base=FLYING, kind="ibvs", index=None, **table):
     """Likewise with the place of a part of the task."""
     made, path = task(kind, base, **{**table, key: value})
     return made, (*path, key, *([] if index is None else [index]))
+
+
+def of_pictures(kind, extension=None, **others):
+    """The cases of a feature of pictures: one that goes on, and one that ends."""
+    more = {} if extension is None else {"extension": extension}
+    table = {"kind": kind, **more}
+    return [
+        (*part("features", table, PICTURED, **SERVO), others),
+        (
+            *part("features", {**table, "tolerance": 1e6}, PICTURED, **SERVO),
+            {"step": [1e3], **others},
+        ),
+    ]
+
+
+def damped(kind):
+    """The case of a dense feature whose damping changes."""
+    table = {"kind": kind, "final_damping": 0.5, "switch_time": "0.1 s"}
+    return [part("features", table, PICTURED, **SERVO)]
 
 
 def top(key, value, base=None, **changes):
@@ -685,6 +710,24 @@ RECIPES = {
     "feature vanishing_point": [
         part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})
     ],
+    "feature cosine_coefficients": of_pictures("cosine_coefficients"),
+    "feature defocus": of_pictures("defocus") + damped("defocus"),
+    "feature histogram": of_pictures("histogram") + damped("histogram"),
+    "feature mutual_information": of_pictures("mutual_information") + damped("mutual_information"),
+    "feature photometric_mixture": [
+        *of_pictures("photometric_mixture", extension=3.0),
+        *damped("photometric_mixture"),
+        part(
+            "features",
+            {"kind": "photometric_mixture", "extension": 9.0},
+            PICTURED,
+            **{**SERVO, "goal": GOAL_BESIDE},
+        ),
+    ],
+    "feature photometric_moments": of_pictures("photometric_moments"),
+    "feature principal_components": of_pictures(
+        "principal_components", components=[8], pictures=[40]
+    ),
     "weighting fade": [
         (part("weighting", ["fade"])[0] | {"sensing": HIDDEN}, ("task", "weighting", 0))
     ],

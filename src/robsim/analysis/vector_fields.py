@@ -32,9 +32,9 @@ from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 STEP = 1e-5  # step of central differences, in metres and radians
-PICTURE_STEP = 5e-4  # the same with pictures, whose grey values are floats of single precision
+PICTURE_STEP = 0.25  # pixels of the same with pictures, which change from pixel to pixel
 ROUGHNESS = 0.02  # largest ratio of second to first difference of a smooth command
-PICTURE_ROUGHNESS = 0.2  # the same with pictures, which edges change abruptly
+PICTURE_ROUGHNESS = 0.25  # the same with pictures, which edges change abruptly
 
 ImageArrays = dict[PairKey, Array]  # an array for each camera and target
 
@@ -104,7 +104,11 @@ class VectorField:
     @property
     def step(self) -> float:
         """The step of central differences, in metres and radians."""
-        return PICTURE_STEP if self.controller.pictured_pairs else STEP
+        pictured = self.controller.pictured_pairs
+        focals = [
+            each.eye.camera.K[0, 0] for each in self.controller.sights if each.key in pictured
+        ]
+        return PICTURE_STEP / float(np.max(focals)) if focals else STEP
 
     @property
     def roughness(self) -> float:

@@ -1,9 +1,16 @@
 from robsim.features.depth import LogDepth as LogDepth
 from robsim.features.ellipse import Ellipse as Ellipse
 from robsim.features.feature import Observation as Observation
+from robsim.features.images.cosine_coefficients import CosineCoefficients as CosineCoefficients
+from robsim.features.images.defocus import Defocus as Defocus
+from robsim.features.images.histogram import Histogram as Histogram
 from robsim.features.images.luminance import Luminance as Luminance
+from robsim.features.images.mutual_information import MutualInformation as MutualInformation
+from robsim.features.images.photometric_mixture import PhotometricMixture as PhotometricMixture
+from robsim.features.images.photometric_moments import PhotometricMoments as PhotometricMoments
 from robsim.features.images.picture_function import PictureFunction as PictureFunction
 from robsim.features.images.picture_function import PictureTwist as PictureTwist
+from robsim.features.images.principal_components import PrincipalComponents as PrincipalComponents
 from robsim.features.interaction_matrix import InteractionMatrix as InteractionMatrix
 from robsim.features.lines import Lines as Lines
 from robsim.features.lines import VanishingPoint as VanishingPoint

@@ -412,7 +412,9 @@ class Feature(Protocol):
     - `cameras`: 2 if the feature reads `seen.other`.
     - `uses_pictures`: True if the feature reads `seen.pictures`. The marks may then leave the
       image.
-    - `step`: with `uses_pictures`, the largest step of the camera at convergence, in m and rad.
+    - `zero_at_goal`: True if s_goal is 0 instead of s at the goal.
+    - `step`: with `uses_pictures`, the largest step of the camera at convergence, in m and rad;
+      without it, or 0, the error alone decides.
 
     Examples
     --------

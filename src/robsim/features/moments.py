@@ -285,11 +285,11 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
             with np.errstate(all="ignore"):  # collinear marks determine no plane: Z is not finite
                 Z = 1.0 / (A * x + B * y + C)
         return replace_unchecked(
-            self, goal=make_read_only(np.stack([size, Z, alpha, *_measure_head(mu, alpha)]))
+            self, goal=make_read_only(np.stack([size, Z, alpha, *measure_head(mu, alpha)]))
         )
 
 
-def _measure_head(mu: Array, alpha: Array) -> Array:
+def measure_head(mu: Array, alpha: Array) -> Array:
     """Return the heads (4, B), or zeros if a tilt could explain them."""
     h = np.empty((4, mu.shape[1]))
     features.head_vector(mu, alpha, h)

@@ -49,7 +49,7 @@ class BoundBlock:
     def largest_step(self) -> float | None:
         """Largest remaining step of the camera at convergence, in m and rad; None: any."""
         step = getattr(self.feature, "step", None) if self.uses_pictures else None
-        return None if step is None else as_positive(step, f"{self.name}.step")
+        return as_positive(step, f"{self.name}.step") if step else None
 
     @property
     def models_interaction(self) -> bool:
@@ -60,7 +60,7 @@ class BoundBlock:
         """Return the block whose feature follows a choice of L, if it does."""
         if not self.models_interaction:
             return self
-        if which not in ("current", "desired", "mean"):
+        if not isinstance(which, str):
             raise InputError(
                 f"interaction: {self.name} takes 'current', 'desired' or 'mean', got "
                 f"{format_value(which)}"
@@ -173,6 +173,11 @@ class BoundBlock:
     def measure(self, seen: Observation) -> Array:
         """Return the chosen components s (k, B)."""
         return self._check_returned(self.feature.measure(seen), seen)
+
+    def measure_goal(self, goal: Observation) -> Array:
+        """Return the chosen components s_goal (k, R): s at the goal, or zeros."""
+        s = self.measure(goal)
+        return np.zeros_like(s) if getattr(self.feature, "zero_at_goal", False) else s
 
     def interaction(self, seen: Observation) -> Array:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""

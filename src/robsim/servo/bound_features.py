@@ -180,7 +180,7 @@ class BoundFeatures:
     @cached_property
     def at_goal(self) -> FeatureState:
         """Features at the goal, with J at the configuration of the goal."""
-        s = _stack_features([part.measure(view) for part, view in self._goal_views])
+        s = _stack_features([part.measure_goal(view) for part, view in self._goal_views])
         projections, columns = self._goal_projections, self.columns
         pairs = self.goal_views.sights
         J = {t.key: t.jacobian(projections[t.key], t.moves(columns)) for t in pairs}

@@ -127,7 +127,9 @@ def report_visibility(analysis: RunAnalysis) -> Finding | None:
     """Report the least number of marks in the image, and the condition number of L J."""
     marks = analysis.diagnosis["marks_in_image"].values
     every = analysis.controller.marks
-    if not analysis.controller.optional_pairs or marks.min() == every:
+    controller = analysis.controller
+    excused = controller.optional_pairs - controller.pictured_pairs
+    if not excused or marks.min() == every:
         return None
     conditions = analysis.diagnosis["condition_task_jacobian"].values
     worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan

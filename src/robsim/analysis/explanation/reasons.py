@@ -25,6 +25,7 @@ from robsim.analysis.explanation.lost_targets import (
 )
 from robsim.analysis.explanation.missed_marks import report_missed_marks
 from robsim.analysis.explanation.numeric_goals import report_unreachable_goal, report_unseen_goal
+from robsim.analysis.explanation.picture_differences import report_pictures
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.slow_convergence import (
     report_slow_decay,
@@ -49,6 +50,8 @@ def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
     missed = report_missed_marks(analysis)
     if missed:
         yield missed
+    if analysis.outcome is not Outcome.CONVERGED:
+        yield from report_pictures(analysis)
     start = report_blind_start(analysis) if analysis.outcome in _TARGET_LOST else None
     if start:
         yield start

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from robsim.analysis.explanation.text_format import format_length, format_number
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.declare import fields_of
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
+from robsim.features.images.luminance import Luminance
 from robsim.run import end_variables
 from robsim.run.experiment import Experiment
 from robsim.servo.laws.inverse import INVERSES
@@ -99,6 +102,29 @@ def propose_scheme(analysis: RunAnalysis) -> Iterator[Proposal]:
         with suppress(InputError):  # such as a goal that this scheme does not support
             case = analysis.extended_case.with_(task=other(**shared))
             yield other.__name__, f"With {other.__name__}", case
+
+
+def propose_coarser_pictures(analysis: RunAnalysis) -> Iterator[Proposal]:
+    """Yield the case with pictures that are smoother, which widens the basin."""
+    servo = analysis.servo
+    parts = servo.bound_features.parts if servo else ()
+    if len(parts) != 1 or not isinstance(parts[0].feature, Luminance):
+        return
+    own = parts[0].feature
+    for level in (own.level + 1, own.level + 2):
+        with suppress(InputError):  # of pictures that become too small
+            coarser = Luminance(**{**_list_fields(own), "level": level})
+            case = counterfactuals.replace_task_fields(analysis.extended_case, features=coarser)
+            yield "level", f"With pictures at level {level}", case
+    with suppress(InputError):
+        damped = Luminance(**{**_list_fields(own), "damping": 10.0 * (own.damping or 1e-3)})
+        case = counterfactuals.replace_task_fields(analysis.extended_case, features=damped)
+        yield "damping", f"With a damping of {format_number(damped.damping)}", case
+
+
+def _list_fields(feature: Luminance) -> dict[str, Any]:
+    """Return the declared fields of a feature by name."""
+    return {each.name: getattr(feature, each.name) for each in fields_of(type(feature))}
 
 
 def propose_inverse(analysis: RunAnalysis) -> Iterator[Proposal]:
@@ -192,9 +218,11 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.ENDED: (),
     Outcome.UNDETECTED: (),
     Outcome.NO_GRADIENT: (),
-    Outcome.NOTHING_IN_VIEW: (propose_lower_gain,),
+    Outcome.NOTHING_IN_VIEW: (propose_coarser_pictures, propose_interaction, propose_lower_gain),
     Outcome.CONVERGED: (),
-    Outcome.LOCAL_MINIMUM: (propose_interaction, propose_law, propose_scheme),
+    Outcome.LOCAL_MINIMUM: (
+        *(propose_coarser_pictures, propose_interaction, propose_law, propose_scheme),
+    ),
     Outcome.OUT_OF_IMAGE: (
         propose_interaction,
         propose_lower_gain,
@@ -229,7 +257,8 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     ),
     Outcome.NOT_FINITE: (propose_lower_gain, propose_inverse, propose_interaction, propose_law),
     Outcome.TIME_LIMIT: (
-        *(propose_feed_forward, propose_no_speed_limit, propose_inverse, propose_higher_gain),
+        *(propose_coarser_pictures, propose_feed_forward, propose_no_speed_limit),
+        *(propose_inverse, propose_higher_gain),
         *(propose_more_time, propose_lower_gain, propose_law, propose_tolerance),
     ),
 }

@@ -25,7 +25,7 @@ InteractionModel = Literal["current", "desired", "mean"]
 
 NUMBERS = 7  # of the error: six that a motion of the camera changes, and the rest
 LEAST_CONTRAST = 0.05  # share of the contrast at the goal below which nothing is in view
-LEAST_GRADIENT = 1e-4  # share of the mean squared derivatives at the goal
+LEAST_EIGENVALUE = 1e-6  # of L'L with a diagonal of ones; sums are in single precision
 LEAST_DEVIATION = 0.5  # grey values: a picture with less contrast is constant
 
 
@@ -45,6 +45,19 @@ class NormalEquations(NamedTuple):
     H: Array
     g: Array
     c: Array
+
+
+class _Texture(NamedTuple):
+    """The contrast (R,) of pictures, and the number (R,) of motions that they determine."""
+
+    contrast: Array
+    motions: NDArray[np.int64]
+
+    def of_runs(self, seen: Observation) -> _Texture:
+        """Return the texture of each observed run."""
+        if len(self.contrast) == 1 or seen.runs is None:
+            return self
+        return _Texture(self.contrast[seen.runs], self.motions[seen.runs])
 
 
 @dataclass
@@ -82,9 +95,9 @@ class DenseFeature(DeclaredValue, ABC):
     ] = 10.0
     _: KW_ONLY
     step: Annotated[
-        float | None,
-        Number(above=0, unit="m, rad"),
-        "Largest remaining step of the camera at convergence; None: the pictures alone decide.",
+        float,
+        Number(least=0, unit="m, rad"),
+        "Largest remaining step of the camera at convergence; 0: the pictures alone decide.",
     ] = 1e-4
     border: Annotated[
         int, Integer(3, 1000), "Pixels along the border of the picture that are not used."
@@ -204,18 +217,17 @@ class DenseFeature(DeclaredValue, ABC):
         ndarray of int, shape (B,)
             IN_IMAGE, NO_GRADIENT or NOTHING_IN_VIEW of `robsim.kernels.formulas.perspective`.
         """
-        contrast, steepness = self._goal_texture
-        if len(contrast) > 1 and seen.runs is not None:
-            contrast, steepness = contrast[seen.runs], steepness[seen.runs]
-        empty = self.measure_contrasts(seen) < LEAST_CONTRAST * contrast
-        flat = (_get_diagonals(self._get_equations(seen)) <= LEAST_GRADIENT * steepness).all(axis=1)
+        texture = self._goal_texture.of_runs(seen)
+        empty = self.measure_contrasts(seen) < LEAST_CONTRAST * texture.contrast
+        flat = _count_motions(self._get_equations(seen).H) < texture.motions
         return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
 
     @cached_property
-    def _goal_texture(self) -> tuple[Array, Array]:
-        """The contrasts (R,) and the diagonals (R, 6) of L'L of the pictures at the goal."""
+    def _goal_texture(self) -> _Texture:
+        """The texture of the pictures at the goal."""
         assert self.goal is not None
-        return self.measure_contrasts(self.goal), _get_diagonals(self._get_equations(self.goal))
+        motions = _count_motions(self._get_equations(self.goal).H)
+        return _Texture(self.measure_contrasts(self.goal), motions)
 
     def measure_contrasts(self, seen: Observation) -> Array:
         """Return the standard deviations (B,) of the grey values of pictures."""
@@ -249,7 +261,7 @@ class DenseFeature(DeclaredValue, ABC):
         if known.reduced is None:
             H, g, c = self._get_equations(seen)
             s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
-            factor_normal_equations(H, g, c, self._find_damping(seen, c), s, L)
+            factor_normal_equations(H, g, c, self.find_damping(seen, c), s, L)
             known.reduced = s, L
         return known.reduced
 
@@ -267,16 +279,21 @@ class DenseFeature(DeclaredValue, ABC):
             known = vars(seen)["_dense_results"] = _KnownResults(self)
         return known
 
-    def _find_damping(self, seen: Observation, c: Array) -> Array:
+    def find_damping(self, seen: Observation, c: Array) -> Array:
         """Return the damping (B,) of pictures with the mean squared errors c (B,)."""
         if self.switch_time is not None:
             late = seen.time >= self.switch_time
             return np.full(len(c), self.final_damping if late else self.damping)
-        contrast = self._goal_texture[0]
-        own = contrast[seen.runs] if len(contrast) > 1 and seen.runs is not None else contrast
-        return self.damping * np.minimum(c / own**2, 1.0)
+        return self.damping * np.minimum(c / self.find_large_error(seen), 1.0)
+
+    def find_large_error(self, seen: Observation) -> Array:
+        """Return the mean squared errors (B,), or one for all runs, of pictures that differ."""
+        return np.square(self._goal_texture.of_runs(seen).contrast)
 
 
-def _get_diagonals(equations: NormalEquations) -> Array:
-    """Return the diagonals (B, 6) of L'L."""
-    return np.diagonal(equations.H, axis1=1, axis2=2)
+def _count_motions(H: Array) -> NDArray[np.int64]:
+    """Return the number (B,) of motions of the camera that L'L (B, 6, 6) determines."""
+    size = np.sqrt(np.diagonal(H, axis1=1, axis2=2))
+    scale = np.where(size > 0.0, size, 1.0)
+    normal = H / scale[:, :, None] / scale[:, None]
+    return np.asarray((np.linalg.eigvalsh(normal) > LEAST_EIGENVALUE).sum(axis=1))

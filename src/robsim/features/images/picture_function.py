@@ -163,8 +163,8 @@ class PictureFunction(_PictureCalls):
 class PictureTwist(_PictureCalls):
     """Law of your own from pictures to a twist of the camera, such as a network.
 
-    The error is s = -V with L = I, so that a task with a gain of 1 commands the twist V itself, and
-    the joints of any robot follow it as well as they can.
+    The error is s = -V with L = I and s_goal = 0, so that a task with a gain of 1 commands the
+    twist V itself, and the joints of any robot follow it as well as they can.
 
     Parameters
     ----------
@@ -189,6 +189,8 @@ class PictureTwist(_PictureCalls):
     >>> stop.tolerance
     0.001
     """
+
+    zero_at_goal: ClassVar[bool] = True
 
     def measure(self, seen: Observation) -> Array:
         """Return the error.
