@@ -210,16 +210,20 @@ class Suite:
         return len(np.asarray(self.starts))
 
     @property
-    def has_detectors(self) -> bool:
-        """Whether a scheme detects its marks in pictures, which takes minutes instead of seconds.
+    def draws_pictures(self) -> bool:
+        """Whether a scheme needs pictures, which takes minutes instead of seconds.
 
         Examples
         --------
         >>> from robsim.suites.suite_registry import load_suite
-        >>> load_suite("vit_500").has_detectors
+        >>> load_suite("vit_500").draws_pictures
         False
         """
-        return any(getattr(each, "detector", None) is not None for each in self.schemes.values())
+        schemes = self.schemes.values()
+        features = (getattr(each, "features", None) for each in schemes)
+        if any(getattr(each, "uses_pictures", False) for each in features):
+            return True
+        return any(getattr(each, "detector", None) is not None for each in schemes)
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:
