@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_last
+from robsim.base.errors import InputError
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.engine.recorder import Recorder
