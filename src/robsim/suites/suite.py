@@ -210,18 +210,12 @@ class Suite:
         return len(np.asarray(self.starts))
 
     @property
-<<<<<<< HEAD
     def uses_pictures(self) -> bool:
         """Whether a scheme has a detector or a feature of pictures, which takes minutes.
-=======
-    def draws_pictures(self) -> bool:
-        """Whether a scheme needs pictures, which takes minutes instead of seconds.
->>>>>>> published
 
         Examples
         --------
         >>> from robsim.suites.suite_registry import load_suite
-<<<<<<< HEAD
         >>> load_suite("vit_500").uses_pictures
         False
         """
@@ -230,16 +224,6 @@ class Suite:
             or getattr(getattr(each, "features", None), "uses_pictures", False)
             for each in self.schemes.values()
         )
-=======
-        >>> load_suite("vit_500").draws_pictures
-        False
-        """
-        schemes = self.schemes.values()
-        features = (getattr(each, "features", None) for each in schemes)
-        if any(getattr(each, "uses_pictures", False) for each in features):
-            return True
-        return any(getattr(each, "detector", None) is not None for each in schemes)
->>>>>>> published
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:

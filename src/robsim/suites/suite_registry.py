@@ -27,11 +27,7 @@ def load_quick_suites() -> list[Suite | Reproduction]:
     False
     """
     every = map(load_suite, list_suites())
-<<<<<<< HEAD
     return [each for each in every if isinstance(each, Reproduction) or not each.uses_pictures]
-=======
-    return [each for each in every if isinstance(each, Reproduction) or not each.draws_pictures]
->>>>>>> published
 
 
 def load_suite(name: str) -> Suite | Reproduction:
