@@ -210,16 +210,20 @@ class Suite:
         return len(np.asarray(self.starts))
 
     @property
-    def has_detectors(self) -> bool:
-        """Whether a scheme detects its marks in pictures, which takes minutes instead of seconds.
+    def uses_pictures(self) -> bool:
+        """Whether a scheme has a detector or a feature of pictures, which takes minutes.
 
         Examples
         --------
         >>> from robsim.suites.suite_registry import load_suite
-        >>> load_suite("vit_500").has_detectors
+        >>> load_suite("vit_500").uses_pictures
         False
         """
-        return any(getattr(each, "detector", None) is not None for each in self.schemes.values())
+        return any(
+            getattr(each, "detector", None) is not None
+            or getattr(getattr(each, "features", None), "uses_pictures", False)
+            for each in self.schemes.values()
+        )
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:
