@@ -27,7 +27,7 @@ NUMBERS = 7  # of the error: six that a motion of the camera changes, and the re
 LEAST_CONTRAST = 0.05  # share of the contrast at the goal below which nothing is in view
 # eigenvalues of L'L with a diagonal of ones, of a motion that a picture determines at the goal, and
 # of one that it no longer determines; sums are in single precision
-LEAST_EIGENVALUE, LOST_EIGENVALUE = 1e-5, 1e-7
+LEAST_EIGENVALUE, LOST_EIGENVALUE = 1e-4, 1e-6
 LEAST_DEVIATION = 0.5  # grey values: a picture with less contrast is constant
 
 
