@@ -118,6 +118,40 @@ def test_dots_without_the_shift_of_their_centres_end_at_the_goal():
     assert float(run.distance_to_goal) < 6e-5
 
 
+NEAR = {  # poses of the poster in camera axes, metres and a rotation vector in degrees
+    "tilted": (0, 0, 1.2, 15, -5, 20),
+    "near": (0.02, 0.02, 1.1, 5, 5, 10),
+    "5 cm aside": (0.05, 0, 1, 0, 0, 0),
+}
+FAR = {"10 cm aside": (0.1, 0, 1, 0, 0, 0), "40 degrees of roll": (0, 0, 1, 0, 0, 40)}
+
+
+def run_of_poster(pose, *changes):
+    """The run of `photometric` from a pose of the poster."""
+    scenario = rs.load_scenario(rs.examples.path("photometric"), changes)
+    start = rs.Pose.at(*pose[:3], rotvec=np.radians(pose[3:])).inv().q
+    return scenario.with_(start=start).run()
+
+
+@pytest.mark.parametrize("pose", NEAR.values(), ids=NEAR)
+def test_grey_values_alone_lead_to_the_goal_from_near_starts(pose):
+    run = run_of_poster(pose)
+    assert outcome(run) == "CONVERGED" and float(run.distance_to_goal) < 4e-4
+
+
+@pytest.mark.parametrize("pose", FAR.values(), ids=FAR)
+def test_grey_values_lead_nowhere_from_far_starts(pose, tmp_path):
+    run = run_of_poster(pose)
+    assert outcome(run) == "NOTHING_IN_VIEW" and float(run.distance_to_goal) > 0.5
+    rs.save_run(run, tmp_path / "run.nc")
+    assert rs.open_run(tmp_path / "run.nc").outcome == run.outcome
+
+
+def test_coarse_pixels_lead_to_the_goal_from_a_large_roll():
+    run = run_of_poster(FAR["40 degrees of roll"], "task.features.level=3")
+    assert outcome(run) == "CONVERGED" and float(run.distance_to_goal) < 5e-4
+
+
 def test_feed_forward_keeps_the_plate_in_the_middle():
     """The lag without it is some hundred times the error with it."""
     known, none = (

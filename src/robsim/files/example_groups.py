@@ -22,7 +22,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Feature points and cameras": (
         *("noise_floor", "marks_that_lie", "marks_come_and_go", "detected_dots"),
-        *("disc_centers", "watching_head", "pan_tilt_tracking"),
+        *("disc_centers", "photometric", "watching_head", "pan_tilt_tracking"),
     ),
     "Robot arms": (
         *("eye_to_hand", "chapter_6_2", "stereo_in_hand", "second_robot", "joint_limits"),

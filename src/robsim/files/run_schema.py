@@ -169,8 +169,8 @@ def _find_unnamed_outcomes(run: xr.Dataset) -> Iterator[str]:
             yield f"an {name} has no name"
     if "outcome" in run.variables:
         values = run.variables["outcome"].values
-        if not ((values >= outcome_codes.RUNNING) & (values <= outcome_codes.ENDED)).all():
-            yield f"outcome {values[(values < 0) | (values > outcome_codes.ENDED)][0]} is unknown"
+        if not ((values >= outcome_codes.RUNNING) & (values <= outcome_codes.LAST)).all():
+            yield f"outcome {values[(values < 0) | (values > outcome_codes.LAST)][0]} is unknown"
 
 
 def _find_wrong_attributes(run: xr.Dataset) -> Iterator[str]:

@@ -36,9 +36,9 @@ def bench(
     Parameters
     ----------
     suites : str, Suite, or sequence of these, optional
-        Names of suites, or user-defined suites. Default: all suites of RobSim except
-        "vit_500_images", whose pictures take half an hour. The suite "gallery", which reproduces
-        published numbers, has schemes of its own.
+        Names of suites, or user-defined suites. Default: all suites of RobSim without
+        pictures; "photometric" and "vit_500_images" take minutes. The suite "gallery", which
+        reproduces published numbers, has schemes of its own.
     schemes : mapping of str to Task or callable, optional
         User schemes by name. A scheme is a task, which receives the goal and the gain of the suite,
         or a class or function that returns a task, as in scheme(goal, gain=2.0).
