@@ -1,5 +1,7 @@
 """The suite of features of pictures: its pictures and starts, and which basin is larger."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_each_run_sees_its_poster_at_the_goal():
         shown.append(scene.picture(goal.q))
         pixels = scene.view(goal.q).pixels
         np.testing.assert_allclose(pixels.mean(axis=0), [39.5, 29.5])
-    assert all((a != b).mean() > 0.5 for a, b in zip(shown, shown[1:], strict=False))
+    assert all((a != b).mean() > 0.5 for a, b in pairwise(shown))
 
 
 def take_runs(size, *names):
