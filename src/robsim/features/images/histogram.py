@@ -79,7 +79,7 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
     ... )
     >>> feature = Histogram(columns=2, rows=2, border=4).towards(at_goal)
     >>> float(np.linalg.norm(feature.measure(now)).round(3))
-    0.073
+    0.058
     """
 
     tolerance: Annotated[
