@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from painting import GOAL, make_scene, place_camera
 
 import robsim as rs
 from robsim.declare import family
@@ -597,7 +598,12 @@ def test_a_run_with_any_feature_is_repeated(name):
     if name == "stereo_points":
         repeated(holding(), rs.IBVS(camera=["left", "right"], target="part", features=name))
     else:
-        repeated(flying(), servo(features=name))
+        task = servo(features=name)
+        if getattr(task.features, "uses_pictures", False):
+            near = place_camera(0.02, -0.01, 1.02, 1, -2, 3)
+            repeated(make_scene(), rs.IBVS(GOAL, features=name, depth="goal"), near, hold=True)
+        else:
+            repeated(flying(), task)
 
 
 def test_a_run_of_two_tasks_side_by_side_is_repeated():
