@@ -15,7 +15,6 @@ from robsim.base.errors import GoalError, InputError
 from robsim.base.value import replace_unchecked
 from robsim.declare import DeclaredValue, Integer, Number, Time
 from robsim.features.feature import Observation, check_goal_observation
-from robsim.features.images.picture_plane import PicturePlane, build_picture_plane
 from robsim.kernels.formulas.perspective import IN_IMAGE, NO_GRADIENT, NOTHING_IN_VIEW
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
 from robsim.kernels.image_features.picture_levels import reduce_pictures
@@ -237,10 +236,6 @@ class DenseFeature(DeclaredValue, ABC):
         contrasts = np.empty(len(pictures))
         measure_contrasts(pictures, self.border, contrasts)
         return contrasts
-
-    def build_plane(self, seen: Observation, run: int = 0) -> PicturePlane:
-        """Return the pixels of the pictures of a run, at the level of the feature."""
-        return build_picture_plane(seen.camera.of_run(run), self.border, self.level)
 
     def reduce_pictures(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return pictures (B, h, w) at the level of the feature."""
