@@ -9,6 +9,7 @@ from tempfile import mkdtemp
 
 import numpy as np
 from acting import Case
+from PIL import Image
 
 import robsim as rs
 from robsim import robots
@@ -86,6 +87,10 @@ PICTURED = POSTED | {  # small pictures, most of which the poster fills
     "run": {"dt": "50 ms", "duration": "0.2 s"},
 }
 GOAL_BESIDE = {"q": ["14.5 cm", "18 cm", "-89 cm", *TURNED, "0 cm"]}  # from the start of FLYING
+for _name, _step in (("a.png", 3), ("b.png", 5)):
+    _greys = np.arange(60)[:, None] * _step + np.arange(80) ** 2 * 0.02
+    Image.fromarray(np.rint(_greys % 256).astype(np.uint8)).save(LENSES / _name)
+PHOTOGRAPHED = {**GOAL_BESIDE, "picture": f"{LENSES}/a.png"}
 COVERED = TAGGED | {  # by another tag
     "objects": [
         *TAGGED["objects"],
@@ -713,6 +718,7 @@ RECIPES = {
     "feature cosine_coefficients": of_pictures("cosine_coefficients"),
     "feature defocus": of_pictures("defocus") + damped("defocus"),
     "feature histogram": of_pictures("histogram") + damped("histogram"),
+    "feature luminance": of_pictures("luminance") + damped("luminance"),
     "feature mutual_information": of_pictures("mutual_information") + damped("mutual_information"),
     "feature photometric_mixture": [
         *of_pictures("photometric_mixture", extension=3.0),
@@ -812,6 +818,11 @@ RECIPES = {
         part("goal", GOAL),
         part("goal", {"s": [0.01 * i for i in range(12)]}),
         (*part("goal", KEPT, ARM), {"places": [MOVED]}),
+        (
+            part("features", "luminance", PICTURED, **{**SERVO, "goal": PHOTOGRAPHED})[0],
+            ("task", "goal"),
+            {"picture": [f"{LENSES}/b.png"]},
+        ),
     ],
     "BodyPlace": [
         (part("goal", KEPT, ARM)[0], ("task", "goal", "places", 0), {"name": ["camera"]})

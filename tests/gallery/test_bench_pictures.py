@@ -52,9 +52,9 @@ def test_runs_are_the_starts_of_vit_500_twice_and_the_second_time_perturbed():
 
 
 def test_only_a_name_runs_a_suite_with_pictures():
-    assert SUITE.draws_pictures and not load_suite("cns_150").draws_pictures
-    named = {each.name for each in load_quick_suites()}
-    assert "cns_150" in named and not named & {"vit_500_images", "photometric"}
+    assert SUITE.uses_pictures and not load_suite("cns_150").uses_pictures
+    quick = {each.name for each in load_quick_suites()}
+    assert "cns_150" in quick and not quick & {"vit_500_images", "photometric"}
 
 
 @pytest.mark.full

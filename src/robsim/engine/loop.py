@@ -31,6 +31,7 @@ from robsim.world.sensing import Sensing
 
 BURST = 64  # largest number of compiled steps between two checks for a stop
 LOOK = 0.05  # approximate seconds between these checks
+MOST_PIXELS = 30_000_000  # of the pictures that are in memory at once in a thread
 FIRST = 4096  # runs times steps of the first burst, to measure its duration
 
 
@@ -88,6 +89,14 @@ class Loop:
     def scene(self) -> Scene:
         """The true scene."""
         return self.controller.scene
+
+    @property
+    def most_runs_together(self) -> int:
+        """The largest number of runs in a chunk whose pictures fit in memory at once."""
+        cameras = {sight.eye.name: sight.eye.camera for sight in self.controller.sights}
+        sizes = [cameras[name].size or (0, 0) for name in self.controller.picture_cameras]
+        pixels = sum(width * height for width, height in sizes)
+        return max(MOST_PIXELS // pixels, 1) if pixels else len(self.q0)
 
     @property
     def runs(self) -> NDArray[np.int64]:

@@ -23,7 +23,10 @@ _WHERE = {
 def check_start_visibility(loop: Loop) -> None:
     """Raise InputError if a camera lacks marks that the task needs at a start."""
     first = replace(loop, steps=1)
-    first.advance(ChunkProgress(np.arange(len(loop.q0))), lambda share: None)
+    every = np.arange(len(loop.q0))
+    for begin in range(0, len(every), loop.most_runs_together):
+        chunk = every[begin : begin + loop.most_runs_together]
+        first.advance(ChunkProgress(chunk), lambda share: None)
     ended = first.recorder
     blind = np.flatnonzero(np.isin(ended.outcome, _BLIND) & (ended.end_step == 0))
     if blind.size:

@@ -56,7 +56,7 @@ def advance_loop(
     loop.controller.check_start(loop.q0)
     loop.sequence  # noqa: B018 created before threads share it
     runs = len(loop.q0)
-    chunk = min(chunk, math.ceil(runs / threads))
+    chunk = min(chunk, math.ceil(runs / threads), loop.most_runs_together)
     chunks = [ChunkProgress(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
     if checkpoints:
         chunks = checkpoints.begin(loop, chunks)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_last
+from robsim.base.errors import InputError
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.engine.recorder import Recorder
@@ -46,9 +47,13 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     RUNNING, according to the last instant; if the log has the phases of its controller, it is
     CONVERGED if and only if the last phase is.
 
-    Raise FileError if the log is shorter than a period, too long, or has a long gap.
+    Raise FileError if the log is shorter than a period, too long, or has a long gap, and InputError
+    if the task has features of pictures, which a log lacks.
     """
     controller = Controller(experiment)
+    if controller.pictured_cameras:
+        names = ", ".join(controller.pictured_cameras)
+        raise InputError(f"the task uses pictures of {names}; a log has none")
     samples = _LogSamples(log, controller, find_instants(log, experiment.dt))
     q, (pixels, image_times) = samples.joints(), samples.images()
     seconds = compute_whole_duration(len(q) - 1, experiment.dt)
@@ -172,7 +177,7 @@ class _LogSamples:
 def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> None:
     """Fill the record of a loop from a log, as a simulation would fill it."""
     series = np.concatenate(parts, axis=1)
-    widths = *(part.shape[1] for part in parts), 0  # a log has no pictures
+    widths = *(part.shape[1] for part in parts), 0, 0  # a log has no pictures
     loop.recorder = Recorder(1, len(series) - 1, "all", widths)
     loop.recorder.table[0] = series
     outcome = Outcome.OUT_OF_IMAGE if _lacks_marks(loop, parts[4][-1]) else Outcome.RUNNING

@@ -210,20 +210,20 @@ class Suite:
         return len(np.asarray(self.starts))
 
     @property
-    def draws_pictures(self) -> bool:
-        """Whether a scheme needs pictures, which takes minutes instead of seconds.
+    def uses_pictures(self) -> bool:
+        """Whether a scheme has a detector or a feature of pictures, which takes minutes.
 
         Examples
         --------
         >>> from robsim.suites.suite_registry import load_suite
-        >>> load_suite("vit_500").draws_pictures
+        >>> load_suite("vit_500").uses_pictures
         False
         """
-        schemes = self.schemes.values()
-        features = (getattr(each, "features", None) for each in schemes)
-        if any(getattr(each, "uses_pictures", False) for each in features):
-            return True
-        return any(getattr(each, "detector", None) is not None for each in schemes)
+        return any(
+            getattr(each, "detector", None) is not None
+            or getattr(getattr(each, "features", None), "uses_pictures", False)
+            for each in self.schemes.values()
+        )
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:

@@ -27,7 +27,7 @@ def load_quick_suites() -> list[Suite | Reproduction]:
     False
     """
     every = map(load_suite, list_suites())
-    return [each for each in every if isinstance(each, Reproduction) or not each.draws_pictures]
+    return [each for each in every if isinstance(each, Reproduction) or not each.uses_pictures]
 
 
 def load_suite(name: str) -> Suite | Reproduction:

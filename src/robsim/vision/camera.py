@@ -486,9 +486,9 @@ class Camera(Value):
     def of_run(self, run: int) -> Camera:
         """Return the camera of one run of a batch."""
         chosen = self.of_runs(np.array([run]))
-        if chosen is self:
-            return self
         arrays = {"K": np.asarray(chosen.K), "distortion": np.array(chosen.distortion)}
+        if all(v.ndim == _SINGLE_NDIM[k] for k, v in arrays.items()):
+            return self
         one = {k: v[..., 0] if v.ndim != _SINGLE_NDIM[k] else v for k, v in arrays.items()}
         return replace(self, K=one["K"], distortion=tuple(one["distortion"].tolist()))
 

@@ -61,7 +61,8 @@ class Defocus(PreparedGoals[BlurredGoal], DenseFeature):
 
     Examples
     --------
-    >>> sigma, slope = Defocus(focal_length=0.02, f_number=1.0, focus=0.52, pixel=1e-4).find_blur(1.0)
+    >>> lens = Defocus(focal_length=0.02, f_number=1.0, focus=0.52, pixel=1e-4)
+    >>> sigma, slope = lens.find_blur(1.0)
     >>> round(sigma, 9), round(slope, 9)
     (0.96, 1.04)
     """
@@ -78,6 +79,7 @@ class Defocus(PreparedGoals[BlurredGoal], DenseFeature):
     ] = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.focus <= self.focal_length:
             raise InputError(
                 f"Defocus: focus {self.focus} m is not beyond the focal length "

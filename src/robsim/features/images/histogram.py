@@ -54,7 +54,8 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
     error is the distance of Matusita between the histograms of each cell, summed over its bins; the
     normal equations are means over the cells.
 
-    A histogram does not know where its grey values are, so that it tolerates larger motions within
+    Few bins have wide splines, so that a grey value moves smoothly from bin to bin: 8 bins have a
+    larger basin than 16 or 32. A histogram does not know where its grey values are, so that it tolerates larger motions within
     a cell than the luminance: few cells give a wide basin, and more of them an exact end. Pictures
     with the same share of each grey value in all cells look alike. Light that changes moves grey
     values to other bins.
@@ -88,7 +89,7 @@ class Histogram(PreparedGoals[HistogramGoal], DenseFeature):
         "Largest root of the mean distance of the histograms at convergence.",
     ] = 0.1
     _: KW_ONLY
-    bins: Annotated[int, Integer(4, 256), "Number of bins of grey values."] = 16
+    bins: Annotated[int, Integer(4, 256), "Number of bins of grey values."] = 8
     columns: Annotated[int, Integer(1, 100), "Number of cells along a row of the picture."] = 5
     rows: Annotated[int, Integer(1, 100), "Number of cells along a column of the picture."] = 4
     unit: ClassVar[str] = "1"

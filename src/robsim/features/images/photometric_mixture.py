@@ -91,6 +91,7 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
     ] = 1.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.final_extension > self.extension:
             raise InputError(
                 f"PhotometricMixture: final_extension {self.final_extension} is larger than "

@@ -79,8 +79,8 @@ def build_picture_plane(camera: Camera, border: int, level: int = 0) -> PictureP
     >>> plane = build_picture_plane(camera, 10)
     >>> plane.pixel_count, plane.points[:, 0]
     (2400, array([-0.36875, -0.24375], dtype=float32))
-    >>> plane.slopes[:, 0]
-    array([80.,  0.,  0., 80.], dtype=float32)
+    >>> plane.slopes[[0, 3], 0]
+    array([80., 80.], dtype=float32)
     """
     if camera.size is None:
         raise InputError("a picture needs the size of its camera in pixels")

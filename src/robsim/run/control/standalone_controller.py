@@ -130,6 +130,11 @@ class Controller:
         return self._images.reader.cameras
 
     @property
+    def pictured_cameras(self) -> tuple[str, ...]:
+        """The names of the cameras with features of pictures, each once."""
+        return tuple(dict.fromkeys(sight.eye.name for sight in self._frames.sights))
+
+    @property
     def sights(self) -> tuple[CameraTarget, ...]:
         """The pairs of camera and target, in the order of the marks of a run."""
         return self._standalone.controller.sights

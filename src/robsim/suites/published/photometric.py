@@ -80,8 +80,17 @@ def suite() -> Suite:
         },
         groups={"displacement": [f"{100 * each:g} cm" for each in size]},
         draws=picture,
-        schemes={name: IBVS(features=each) for name, each in FEATURES.items()},
+        schemes=list_schemes(),
     )
+
+
+def list_schemes() -> dict[str, IBVS]:
+    """Return a scheme for each feature with L current, and the luminance with other L."""
+    luminance = FEATURES["luminance"]
+    schemes = {name: IBVS(features=each) for name, each in FEATURES.items()}
+    for model in ("desired", "mean"):
+        schemes[f"luminance, L {model}"] = IBVS(features=luminance, interaction=model)
+    return schemes
 
 
 def is_at_goal(rows: pd.DataFrame) -> Any:
