@@ -61,4 +61,4 @@ def test_only_a_name_runs_a_suite_with_pictures():
 def test_dots_lead_from_most_of_twenty_starts_to_the_goal():
     table = rs.bench(take_twenty("IBVS, dots")).table.set_index("group")
     assert table.loc[["plain", "perturbed"], "runs"].tolist() == [20, 20]
-    assert table.loc[["plain", "perturbed"], "successes"].tolist() == [18, 18]
+    assert table.loc[["plain", "perturbed"], "successes"].tolist() == [18, 17]
