@@ -93,8 +93,14 @@ def test_runs_from_afar_reach_the_goal(parts, kind):
     """Cells are no kind of the training, and this text is not in it."""
     scene = parts.evaluate.make_scene(parts.posters.draw_poster(kind, 1))
     starts = rs.Pose(parts.views.draw_starts(np.random.default_rng(7), 2, 60, 0.10, 0.50))
-    task = parts.feature.make_task(gain=8.0)
-    run = rs.simulate(scene, task, starts, duration=6.0)
+    run = rs.simulate(scene, parts.feature.make_task(gain=8.0), starts, duration=3.0)
     assert parts.evaluate.succeed(run).all()
-    alone = rs.simulate(scene, task, starts[1], duration=6.0)
+
+
+def test_a_run_has_the_same_bits_alone_and_in_a_batch(parts):
+    scene = parts.evaluate.make_scene(parts.posters.draw_poster("leaves", 0))
+    starts = rs.Pose(parts.views.draw_starts(np.random.default_rng(8), 3, 60, 0.10, 0.50))
+    task = rs.IBVS(features=parts.feature.LearnedPose(), gain=8.0)
+    run = rs.simulate(scene, task, starts, duration=0.4)
+    alone = rs.simulate(scene, task, starts[1], duration=0.4)
     assert np.array_equal(alone.q_end.values, run.q_end.values[1])
