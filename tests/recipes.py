@@ -731,9 +731,7 @@ RECIPES = {
         ),
     ],
     "feature photometric_moments": of_pictures("photometric_moments"),
-    "feature principal_components": of_pictures(
-        "principal_components", components=[8], pictures=[40]
-    ),
+    "feature principal_components": of_pictures("principal_components", count=[8], pictures=[40]),
     "weighting fade": [
         (part("weighting", ["fade"])[0] | {"sensing": HIDDEN}, ("task", "weighting", 0))
     ],

@@ -270,7 +270,7 @@ def test_fields_that_contradict_each_other(make, message):
 @pytest.mark.parametrize(
     ("feature", "message"),
     [
-        (F.PrincipalComponents(components=8, pictures=8), "need more than 8 pictures"),
+        (F.PrincipalComponents(count=8, pictures=8), "need more than 8 pictures"),
         (F.CosineCoefficients(coefficients=1000, level=2), "1000 coefficients"),
         (F.Histogram(columns=90), "cells of"),
     ],

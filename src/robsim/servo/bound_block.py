@@ -15,12 +15,11 @@ from robsim.base.value import replace_unchecked
 from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Feature, Observation
 from robsim.features.feature_rows import FeatureRows, ObservationRows, select_rows
-from robsim.features.images.taken_pictures import find_pictures
+from robsim.features.images.taken_pictures import find_pictures, put_results, select_pictures
 from robsim.features.numeric_interaction import compute_interaction
 from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.camera_target import CameraTarget, PairKey, compute_relative_pose
-from robsim.servo.image_stages import put_results, select_pictures
 from robsim.servo.user_return import check_returned_array
 
 

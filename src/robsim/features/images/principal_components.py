@@ -50,13 +50,13 @@ class PrincipalComponents(LinearFeature):
     >>> y, x = np.mgrid[:30, :40]
     >>> picture = np.rint(128 + 50 * np.sin(x / 4) + 40 * np.cos(y / 3)).astype(np.uint8)
     >>> seen = Observation.of([[20, 15]], [1.0], camera, pictures=picture)
-    >>> feature = PrincipalComponents(components=6, pictures=32).towards(seen)
+    >>> feature = PrincipalComponents(count=6, pictures=32).towards(seen)
     >>> feature.interaction(seen).shape
     (1, 6, 6)
     """
 
     _: KW_ONLY
-    components: Annotated[int, Integer(1, 200), "Number of components."] = 16
+    count: Annotated[int, Integer(1, 200), "Number of components."] = 16
     pictures: Annotated[int, Integer(8, 500), "Number of warped pictures of the basis."] = 96
     angle: Annotated[
         float, Angle(above=0, most=1.0), "Largest rotation of the warped pictures."
@@ -69,10 +69,10 @@ class PrincipalComponents(LinearFeature):
 
     def prepare_goal(self, shown: GoalPicture) -> LinearGoal:
         """Return the pixels, the basis and the contrast at the goal of a run."""
-        if self.components >= self.pictures:
+        if self.count >= self.pictures:
             raise GoalError(
-                f"PrincipalComponents: {self.components} components need more than "
-                f"{self.components} pictures, got {self.pictures}"
+                f"PrincipalComponents: {self.count} components need more than "
+                f"{self.count} pictures, got {self.pictures}"
             )
         return super().prepare_goal(shown)
 
@@ -82,7 +82,7 @@ class PrincipalComponents(LinearFeature):
         motions = list_small_motions(self.pictures, self.angle, self.distance / inverse_depth[2])
         for row, (R, t) in zip(warped, motions, strict=True):
             row[: plane.pixel_count] = warp_picture(image, plane, inverse_depth, R, t)
-        basis = np.empty((self.components, plane.padded_count), dtype=np.float32)
+        basis = np.empty((self.count, plane.padded_count), dtype=np.float32)
         find_principal_pictures(warped, basis, np.empty(len(warped)))
         scaled: Array = basis[:, : plane.pixel_count] / np.sqrt(plane.pixel_count)
         return scaled
