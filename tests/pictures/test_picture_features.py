@@ -131,14 +131,17 @@ def test_goals_that_differ_from_run_to_run(name):
 
 
 @pytest.mark.parametrize("name", [*LINEAR, *DENSE])
-@pytest.mark.parametrize("model", ["desired", "current", "mean"])
+@pytest.mark.parametrize(
+    "model",
+    ["current", *(pytest.param(each, marks=pytest.mark.full) for each in ("desired", "mean"))],
+)
 def test_features_of_pictures_servo(name, model):
     near = "decoupled" if name == "decoupled" else "clouds"
     scene = build_flying_scene(near)
     feature = {**LINEAR, **DENSE, "decoupled": DECOUPLED}[name]
     start = rs.Pose.at(0.03, -0.02, -1.03, rotvec=(0.01, 0.02, 0.05))
     task = rs.IBVS(FLYING_GOAL.q, features=feature, interaction=model, gain=4.0)
-    run = rs.simulate(scene, task, start.q, dt=0.04, duration=6.0)
+    run = rs.simulate(scene, task, start.q, dt=0.04, duration=6.0, record="summary")
     assert run.outcome == rs.Outcome.CONVERGED
     assert run.distance_to_goal < 3e-3
 
@@ -288,3 +291,15 @@ def test_goals_without_texture(name):
         feature.towards(Observation.of([[20, 20]], [1.0], CAMERA))
     with pytest.raises(rs.errors.InputError, match="towards"):
         feature.measure(seen)
+
+
+@pytest.mark.parametrize("change", [lambda grey: 255 - grey, lambda grey: 0.55 * grey + 60])
+def test_information_needs_no_equal_light(change):
+    scene = build_flying_scene("clouds")
+    shown = np.rint(change(scene.picture(FLYING_GOAL.q).astype(float))).astype(np.uint8)
+    goal = rs.tasks.TaughtGoal(FLYING_GOAL.q, picture=shown)
+    start = rs.Pose.at(0.03, -0.02, -1.03, rotvec=(0.01, 0.02, 0.05))
+    task = rs.IBVS(goal, features=F.MutualInformation(border=6), gain=4.0)
+    run = rs.simulate(scene, task, start.q, dt=0.04, duration=8.0, record="summary")
+    assert run.outcome == rs.Outcome.CONVERGED
+    assert run.distance_to_goal < 1e-3

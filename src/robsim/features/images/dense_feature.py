@@ -15,7 +15,6 @@ from robsim.base.errors import GoalError, InputError
 from robsim.base.value import replace_unchecked
 from robsim.declare import DeclaredValue, Integer, Number, Time
 from robsim.features.feature import Observation, check_goal_observation
-from robsim.features.images.picture_plane import PicturePlane, build_picture_plane
 from robsim.kernels.formulas.perspective import IN_IMAGE, NO_GRADIENT, NOTHING_IN_VIEW
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
 from robsim.kernels.image_features.picture_levels import reduce_pictures
@@ -25,7 +24,9 @@ InteractionModel = Literal["current", "desired", "mean"]
 
 NUMBERS = 7  # of the error: six that a motion of the camera changes, and the rest
 LEAST_CONTRAST = 0.05  # share of the contrast at the goal below which nothing is in view
-LEAST_EIGENVALUE = 1e-6  # of L'L with a diagonal of ones; sums are in single precision
+# eigenvalues of L'L with a diagonal of ones, of a motion that a picture determines at the goal, and
+# of one that it no longer determines; sums are in single precision
+LEAST_EIGENVALUE, LOST_EIGENVALUE = 1e-4, 1e-6
 LEAST_DEVIATION = 0.5  # grey values: a picture with less contrast is constant
 
 
@@ -219,14 +220,14 @@ class DenseFeature(DeclaredValue, ABC):
         """
         texture = self._goal_texture.of_runs(seen)
         empty = self.measure_contrasts(seen) < LEAST_CONTRAST * texture.contrast
-        flat = _count_motions(self._get_equations(seen).H) < texture.motions
+        flat = _count_motions(self._get_equations(seen).H, LOST_EIGENVALUE) < texture.motions
         return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
 
     @cached_property
     def _goal_texture(self) -> _Texture:
         """The texture of the pictures at the goal."""
         assert self.goal is not None
-        motions = _count_motions(self._get_equations(self.goal).H)
+        motions = _count_motions(self._get_equations(self.goal).H, LEAST_EIGENVALUE)
         return _Texture(self.measure_contrasts(self.goal), motions)
 
     def measure_contrasts(self, seen: Observation) -> Array:
@@ -235,10 +236,6 @@ class DenseFeature(DeclaredValue, ABC):
         contrasts = np.empty(len(pictures))
         measure_contrasts(pictures, self.border, contrasts)
         return contrasts
-
-    def build_plane(self, seen: Observation, run: int = 0) -> PicturePlane:
-        """Return the pixels of the pictures of a run, at the level of the feature."""
-        return build_picture_plane(seen.camera.of_run(run), self.border, self.level)
 
     def reduce_pictures(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return pictures (B, h, w) at the level of the feature."""
@@ -291,9 +288,9 @@ class DenseFeature(DeclaredValue, ABC):
         return np.square(self._goal_texture.of_runs(seen).contrast)
 
 
-def _count_motions(H: Array) -> NDArray[np.int64]:
-    """Return the number (B,) of motions of the camera that L'L (B, 6, 6) determines."""
+def _count_motions(H: Array, least: float) -> NDArray[np.int64]:
+    """Return the number (B,) of motions with an eigenvalue of L'L (B, 6, 6) above a share."""
     size = np.sqrt(np.diagonal(H, axis1=1, axis2=2))
     scale = np.where(size > 0.0, size, 1.0)
     normal = H / scale[:, :, None] / scale[:, None]
-    return np.asarray((np.linalg.eigvalsh(normal) > LEAST_EIGENVALUE).sum(axis=1))
+    return np.asarray((np.linalg.eigvalsh(normal) > least).sum(axis=1))

@@ -37,7 +37,12 @@ def fit_inverse_depth(points: Array, depth: Array) -> Array:
     >>> fit_inverse_depth(points, np.array([[1.0], [1.0], [0.5], [0.5]])).ravel().round(9)
     array([ 0., 10.,  1.])
     """
-    near = 1.0 / depth
+    with np.errstate(all="ignore"):  # a mark may be in the plane of the camera
+        return _fit_plane(points, 1.0 / depth)
+
+
+def _fit_plane(points: Array, near: Array) -> Array:
+    """Return the coefficients (3, B) of the inverse depths (N, B) of marks."""
     mean, centre = _average(near), [_average(points[:, i]) for i in (0, 1)]
     x, y = (points[:, i] - centre[i] for i in (0, 1))
     z = near - mean

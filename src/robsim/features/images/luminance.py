@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, NamedTuple
 
@@ -12,7 +11,13 @@ from robsim.base.arrays import Array
 from robsim.declare import Flag, Word, register
 from robsim.features.feature import Observation
 from robsim.features.images.dense_feature import DenseFeature, NormalEquations
-from robsim.features.images.picture_plane import PicturePlane, Pixels
+from robsim.features.images.goal_pictures_of_runs import (
+    GoalPicture,
+    PreparedGoals,
+    get_inverse_depth,
+    make_equations,
+)
+from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
 from robsim.kernels.image_features.luminance_equations import (
     CURRENT,
     DESIRED,
@@ -20,14 +25,14 @@ from robsim.kernels.image_features.luminance_equations import (
     compute_luminance_equations,
 )
 from robsim.kernels.image_features.luminance_rows import CENTRAL, SEVEN_TAPS, compute_luminance_rows
-from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix
+from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix, measure_contrasts
 
 MODELS = {"desired": DESIRED, "current": CURRENT, "mean": MEAN}
 TAPS = {"central": CENTRAL, "seven_taps": SEVEN_TAPS}
 
 
 class LuminanceGoal(NamedTuple):
-    """The picture at the goal of a run, with its pixels its L (6, N), L'L, and its contrast."""
+    """The picture at the goal of a run, with its pixels, its L (6, N), L'L, and its contrast."""
 
     plane: PicturePlane
     image: Pixels
@@ -38,7 +43,7 @@ class LuminanceGoal(NamedTuple):
 
 @register("feature", "luminance")
 @dataclass(frozen=True, eq=False)
-class Luminance(DenseFeature):
+class Luminance(PreparedGoals[LuminanceGoal], DenseFeature):
     """Grey values of all pixels, which are compared with the picture at the goal.
 
     Photometric visual servoing needs no marks, no matching and no tracking (Collewet and Marchand
@@ -105,11 +110,9 @@ class Luminance(DenseFeature):
         InputError
             If there are no pictures, or no goal.
         """
-        images = self.reduce_pictures(self.get_pictures(seen))
-        B = len(images)
-        out = NormalEquations(np.empty((B, 6, 6)), np.empty((B, 6)), np.empty(B))
-        near = self._find_inverse_depth(seen)
-        for part, goal in self._split_runs(seen):
+        images, near = self.reduce_pictures(self.get_pictures(seen)), get_inverse_depth(seen)
+        out = make_equations(len(images))
+        for part, goal in self.split_runs(seen):
             plane = goal.plane
             window = plane.border, TAPS[self.derivative], plane.points, plane.slopes
             compute_luminance_equations(
@@ -125,40 +128,10 @@ class Luminance(DenseFeature):
             )
         return out
 
-    def _find_inverse_depth(self, seen: Observation) -> Array:
-        """Return the coefficients (B, 3) of the inverse depth of the plane of the target."""
-        assert seen.plane_last is not None
-        return np.ascontiguousarray(seen.plane_last.T)
-
-    def _split_runs(self, seen: Observation) -> Iterator[tuple[slice, LuminanceGoal]]:
-        """Yield slices of runs with one goal, and the goal."""
-        assert (
-            self.goal is not None and self.goal.pictures is not None and seen.pictures is not None
-        )
-        count = len(seen.pictures)
-        if len(self.goal.pictures) == 1 and self.goal.camera.rows.shape[1] == 1:
-            yield slice(0, count), self._find_goal(0)
-            return
-        runs = np.arange(count) if seen.runs is None else seen.runs
-        for b, run in enumerate(runs.tolist()):
-            yield slice(b, b + 1), self._find_goal(run)
-
-    def _find_goal(self, run: int) -> LuminanceGoal:
-        """Return the picture and L at the goal of a run, computed once."""
-        known: dict[int, LuminanceGoal] = vars(self).setdefault("_goals", {})
-        if run not in known:
-            known[run] = self._prepare_goal(run)
-        return known[run]
-
-    def _prepare_goal(self, run: int) -> LuminanceGoal:
+    def prepare_goal(self, shown: GoalPicture) -> LuminanceGoal:
         """Return the picture and L at the goal of a run."""
-        goal = self.goal
-        assert goal is not None and goal.pictures is not None
-        plane = self.build_plane(goal, run)
-        one = run if len(goal.pictures) > 1 else 0
-        image = self.reduce_pictures(goal.pictures[one : one + 1])[0]
-        near = self._find_inverse_depth(goal)
-        inverse_depth = near[run if len(near) > 1 else 0]
+        plane = build_picture_plane(shown.camera, self.border, self.level)
+        image = self.reduce_pictures(shown.picture[None])[0]
         rows = np.empty((6, plane.padded_count), dtype=np.float32)
         buffer = np.empty((2, image.shape[1] - 2 * plane.border), dtype=np.float32)
         compute_luminance_rows(
@@ -167,11 +140,11 @@ class Luminance(DenseFeature):
             TAPS[self.derivative],
             plane.points,
             plane.slopes,
-            inverse_depth,
+            shown.inverse_depth,
             buffer,
             rows,
         )
-        products = np.empty((6, 6))
+        products, contrast = np.empty((6, 6)), np.empty(1)
         compute_gram_matrix(rows, np.empty(LANES, dtype=np.float32), products)
-        contrast = self.measure_contrasts(goal)[one]
-        return LuminanceGoal(plane, image, rows, products, float(contrast))
+        measure_contrasts(shown.picture[None], self.border, contrast)
+        return LuminanceGoal(plane, image, rows, products, float(contrast[0]))

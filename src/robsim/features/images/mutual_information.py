@@ -19,13 +19,14 @@ from robsim.features.images.goal_pictures_of_runs import (
     make_equations,
 )
 from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
-from robsim.kernels.image_features.grey_bins import TAPS, find_bins
+from robsim.kernels.image_features.grey_bins import TAPS
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
 from robsim.kernels.image_features.mutual_information import (
     compute_information_equations,
     fill_joint_histogram,
     find_information_hessian,
     find_log_shares,
+    find_standard_bins,
 )
 
 
@@ -44,7 +45,7 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
     """Mutual information of the picture with the picture at the goal, which is to be largest.
 
     With the shares p_ij of the pixels in bin i of one picture and in bin j of the other, by cubic
-    B-splines phi,
+    B-splines phi of the standard grey values z = (I - mean)/deviation,
 
         MI = sum p_ij log(p_ij / (p_i p_j)).
 
@@ -57,17 +58,17 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
         H = 1/N sum over the pixels of E L'L + sum over the bins of A_ij' A_ji / p_ij,
         E = sum of phi_i' phi_j' log(p_ij / (p_i p_j)),    A_ij = mean of phi_i' phi_j L
 
-    and L of the luminance, so that the law takes a step of Newton at the goal. The error has the
-    norm sqrt(2 D), in the root of nats. Dame and Marchand (2011, "Mutual information-based visual
-    servoing", IEEE T-RO 27(5)) climb MI(I, I*) alone. Its maximum is beside the goal if texture
-    enters the view, since a picture with more grey values shares more information: by 1 to 20 cm
-    with 8 bins in our tests, where D has its minimum at the goal.
+    and L of the standard values, so that the law takes a step of Newton at the goal. The error has
+    the norm sqrt(2 D), in the root of nats. Dame and Marchand (2011, "Mutual information-based
+    visual servoing", IEEE T-RO 27(5)) climb MI(I, I*) alone, of grey values. Its maximum is beside
+    the goal if texture enters the view, since a picture with more grey values shares more
+    information: by 2 to 16 cm with 8 bins in our tests, where D has its minimum at the goal.
 
-    Mutual information needs no equal grey values, only that grey values now predict those at the
-    goal: light that changes, shades, and pictures of another sensor are allowed. The basin is
-    smaller than that of the luminance, since the bins of pictures that do not overlap are
-    independent. Smooth pictures with a coarser `level` widen it. The law always takes the
-    derivative of the present picture and H of the goal, so `interaction` of the task has no effect.
+    Brightness and contrast do not matter, nor does a negative: grey values now need only predict
+    the values at the goal. Light that differs from place to place does matter. The basin is smaller
+    than that of the luminance, since the bins of pictures that do not overlap are independent. A
+    coarser `level` widens it. The law always takes the derivative of the present picture and H of
+    the goal, so `interaction` of the task has no effect.
 
     Raises
     ------
@@ -143,12 +144,13 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
         image = self.reduce_pictures(shown.picture[None])[0]
         N, bins = plane.pixel_count, self.bins
         first, weights, slopes = np.empty(N, np.int64), np.empty((N, TAPS)), np.empty((N, TAPS))
-        find_bins(image, plane.border, bins, first, weights, slopes)
+        standard = np.empty(N)
+        find_standard_bins(image, plane.border, bins, first, weights, slopes, standard)
         p, logs, hessian = np.empty((bins, bins)), np.empty((bins, bins)), np.empty((6, 6))
         fill_joint_histogram(first, weights, first, weights, p)
         most = find_log_shares(p, logs)
         rows = _compute_rows(image, plane, shown.inverse_depth)
-        find_information_hessian(first, weights, slopes, logs, p, rows, hessian)
+        find_information_hessian(first, weights, slopes, standard, logs, p, rows, hessian)
         return InformationGoal(plane, (first, weights), most, hessian)
 
 

@@ -4,16 +4,17 @@ import numpy as np
 
 from robsim.kernels.machine.jit import kernel
 
-WHITE = 255.0
+BLACK, WHITE = 0.0, 255.0
 TAPS = 4  # bins that a grey value touches
 
 
 @kernel
-def find_bins(image, border, bins, first, weights, slopes):
+def find_bins(image, border, low, high, bins, first, weights, slopes):
     """Compute the weights of the pixels inside a border in bins of cubic B-splines.
 
-    A grey value v is at t = 1 + (bins - 3) v / 255 on an axis whose bins are at the whole numbers
-    from 0 to bins - 1, and has weights in the four bins around it, which sum to 1.
+    A grey value v is at t = 1 + (bins - 3) (v - low) / (high - low) on an axis whose bins are at
+    the whole numbers from 0 to bins - 1, and has weights in the four bins around it, which sum to
+    1. Values below `low` or above `high` are at these ends, with slopes of 0.
 
     Parameters
     ----------
@@ -21,6 +22,8 @@ def find_bins(image, border, bins, first, weights, slopes):
         Grey values.
     border : int
         Pixels along the border that are not used.
+    low, high : float
+        Grey values at both ends of the bins.
     bins : int
         Number of bins, at least 4.
     first : array of int64, shape (N,)
@@ -29,11 +32,13 @@ def find_bins(image, border, bins, first, weights, slopes):
         Weights in the bins, and their derivatives by the grey value, the results.
     """
     height, width = image.shape
-    wide, scale = width - 2 * border, (bins - 3) / WHITE
+    wide, scale = width - 2 * border, (bins - 3) / (high - low)
     for y in range(height - 2 * border):
         for x in range(wide):
             i = y * wide + x
-            t = min(max(image[y + border, x + border] * scale, 0.0), bins - 3.0)
+            place = (image[y + border, x + border] - low) * scale
+            t = min(max(place, 0.0), bins - 3.0)
+            slope = scale if t == place else 0.0
             whole = min(int(t), bins - 4)
             f = t - whole
             first[i] = whole
@@ -41,10 +46,10 @@ def find_bins(image, border, bins, first, weights, slopes):
             weights[i, 1] = ((3.0 * f - 6.0) * f * f + 4.0) / 6.0
             weights[i, 2] = (((-3.0 * f + 3.0) * f + 3.0) * f + 1.0) / 6.0
             weights[i, 3] = f**3 / 6.0
-            slopes[i, 0] = -0.5 * (1.0 - f) ** 2 * scale
-            slopes[i, 1] = 0.5 * (3.0 * f - 4.0) * f * scale
-            slopes[i, 2] = 0.5 * ((-3.0 * f + 2.0) * f + 1.0) * scale
-            slopes[i, 3] = 0.5 * f * f * scale
+            slopes[i, 0] = -0.5 * (1.0 - f) ** 2 * slope
+            slopes[i, 1] = 0.5 * (3.0 * f - 4.0) * f * slope
+            slopes[i, 2] = 0.5 * ((-3.0 * f + 2.0) * f + 1.0) * slope
+            slopes[i, 3] = 0.5 * f * f * slope
 
 
 @kernel

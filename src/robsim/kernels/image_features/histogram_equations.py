@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robsim.kernels.image_features.grey_bins import TAPS, add_histograms, find_bins
+from robsim.kernels.image_features.grey_bins import BLACK, TAPS, WHITE, add_histograms, find_bins
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import LANES
 from robsim.kernels.machine.jit import kernel
@@ -35,7 +35,7 @@ def measure_histograms(image, window, cells, inverse_depth, roots, L):
     rows = np.empty((6, -(-N // LANES) * LANES), dtype=np.float32)
     first, weights, changes = np.empty(N, np.int64), np.empty((N, TAPS)), np.empty((N, TAPS))
     compute_luminance_rows(image, border, CENTRAL, plane, slopes, inverse_depth, gradient, rows)
-    find_bins(image, border, roots.shape[1], first, weights, changes)
+    find_bins(image, border, BLACK, WHITE, roots.shape[1], first, weights, changes)
     add_histograms(first, weights, changes, cells, rows, roots, L)
     for cell in range(len(roots)):
         for j in range(roots.shape[1]):

@@ -9,6 +9,53 @@ from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_lumina
 from robsim.kernels.image_features.picture_sums import LANES, project_error
 from robsim.kernels.machine.jit import kernel
 
+REACH = 2.5  # deviations from the mean to both ends of the bins
+LEAST_DEVIATION = 0.1  # grey values
+
+
+@kernel
+def find_standard_bins(image, border, bins, first, weights, slopes, standard):
+    """Compute the bins of standard grey values, as `find_bins`, from -2.5 to 2.5 deviations.
+
+    A standard value z is the difference of a grey value from the mean over the standard deviation
+    inside the border, so that brightness and contrast do not matter. `standard` (N,) are these
+    values, a result; return the standard deviation.
+    """
+    height, width = image.shape
+    wide = width - 2 * border
+    total, square = 0.0, 0.0
+    for y in range(border, height - border):
+        for x in range(border, width - border):
+            total += image[y, x]
+    mean = total / standard.size
+    for y in range(height - 2 * border):
+        for x in range(wide):
+            difference = image[y + border, x + border] - mean
+            standard[y * wide + x] = difference
+            square += difference * difference
+    deviation = max(math.sqrt(square / standard.size), LEAST_DEVIATION)
+    for n in range(standard.size):
+        standard[n] /= deviation
+    low, high = mean - REACH * deviation, mean + REACH * deviation
+    find_bins(image, border, low, high, bins, first, weights, slopes)
+    return deviation
+
+
+@kernel
+def remove_mean_and_scale(factor, standard):
+    """Remove the parts of the factors (N,) of pixels that only change mean and deviation.
+
+    The factors f of a sum of f dz become factors of dI: f - mean(f) - z mean(f z), in place.
+    """
+    total, along = 0.0, 0.0
+    for n in range(standard.size):
+        total += factor[n]
+        along += factor[n] * standard[n]
+    total /= standard.size
+    along /= standard.size
+    for n in range(standard.size):
+        factor[n] -= total + along * standard[n]
+
 
 @kernel
 def fill_joint_histogram(first, weights, goal_first, goal_weights, p):
@@ -52,7 +99,7 @@ def mix_logs(first, factors, goal_first, goal_factors, logs, out):
 
 
 @kernel
-def find_information_hessian(first, weights, slopes, logs, p, rows, H):
+def find_information_hessian(first, weights, slopes, standard, logs, p, rows, H):
     """Compute the matrix H (6, 6) of the second derivatives of the missing information at the goal.
 
     With the B-splines phi of the bins, and L of the luminance,
@@ -60,9 +107,13 @@ def find_information_hessian(first, weights, slopes, logs, p, rows, H):
         H = 1/N sum over the pixels of E L'L + sum over the bins of A_ij' A_ji / p_ij,
         E = sum over i, j of phi_i' phi_j' log(p_ij / (p_i p_j)),
         A_ij = 1/N sum over the pixels of phi_i' phi_j L.
+
+    The rows L (6, N) are replaced by those of grey values without changes of mean and deviation.
     """
     N, bins = first.size, len(p)
     factor = np.empty(N)
+    for k in range(6):
+        remove_mean_and_scale(rows[k], standard)
     mix_logs(first, slopes, first, slopes, logs, factor)
     A = np.zeros((bins, bins, 6))
     H[:] = 0.0
@@ -115,13 +166,13 @@ def compute_information_equations(
     size = -(-N // LANES) * LANES
     gradient, partial = np.empty((2, wide), np.float32), np.empty(LANES, np.float32)
     rows, shared = np.empty((6, size), np.float32), np.empty(N, np.float32)
-    factor = np.zeros(size, np.float32)
+    factor, standard = np.zeros(size, np.float32), np.empty(N)
     first, weights, changes = np.empty(N, np.int64), np.empty((N, TAPS)), np.empty((N, TAPS))
     p, logs = np.empty((bins, bins)), np.empty((bins, bins))
     for b in range(len(images)):
         near = inverse_depth[b]
         compute_luminance_rows(images[b], border, CENTRAL, plane, slopes, near, gradient, rows)
-        find_bins(images[b], border, bins, first, weights, changes)
+        find_standard_bins(images[b], border, bins, first, weights, changes, standard)
         fill_joint_histogram(first, weights, first, weights, p)
         own = find_log_shares(p, logs)
         mix_logs(first, changes, first, weights, logs, factor)
@@ -130,6 +181,7 @@ def compute_information_equations(
         mix_logs(first, changes, goal_first, goal_weights, logs, shared)
         for n in range(N):
             factor[n] -= shared[n]
+        remove_mean_and_scale(factor, standard)
         project_error(factor, rows, partial, g[b])
         for i in range(6):
             g[b, i] /= N

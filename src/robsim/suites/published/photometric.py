@@ -18,7 +18,9 @@ import pandas as pd
 from robsim.base.arrays import Array
 from robsim.features.images.cosine_coefficients import CosineCoefficients
 from robsim.features.images.defocus import Defocus
+from robsim.features.images.dense_feature import DenseFeature
 from robsim.features.images.histogram import Histogram
+from robsim.features.images.linear_feature import LinearFeature
 from robsim.features.images.luminance import Luminance
 from robsim.features.images.mutual_information import MutualInformation
 from robsim.features.images.photometric_mixture import PhotometricMixture
@@ -26,8 +28,9 @@ from robsim.features.images.photometric_moments import PhotometricMoments
 from robsim.features.images.principal_components import PrincipalComponents
 from robsim.files import robots
 from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import Poster
+from robsim.rendering.light import Light
 from robsim.servo.tasks.schemes import IBVS
-from robsim.shapes import Light, Poster
 from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.camera_poses import directions_in_cap
 from robsim.suites.procedural_pictures import KINDS, draw_procedural_picture
@@ -42,7 +45,7 @@ SIZES = 0.05, 0.1, 0.2, 0.3, 0.4  # metres
 STARTS, SEED = 8, 5  # of each size and picture
 TURN = np.radians(80.0)  # for each metre
 WIDTH, SPACING, DISTANCE = 2.4, 6.0, 1.0  # of a poster, between posters, to the goal, metres
-FEATURES = {
+FEATURES: dict[str, DenseFeature | LinearFeature] = {
     "luminance": Luminance(border=4),
     "mixture": PhotometricMixture(border=4, extension=8.0),
     "defocus": Defocus(border=4, focal_length=0.02, f_number=0.95, focus=0.5, pixel=2e-5),
@@ -65,7 +68,7 @@ def suite() -> Suite:
         1,
         "features of whole pictures before twelve posters",
         "RobSim; schemes: Collewet and Marchand 2011, Crombez et al. 2019, Caron 2021, Bateux and "
-        "Marchand 2017, Dame and Marchand 2011, Bakthavatchalam et al. 2018, Marchand 2019 and 2020",
+        "Marchand 2017, Dame and Marchand 2011, Bakthavatchalam et al. 2018, Marchand 2019, 2020",
         "at the end within 1 cm and 1 degree of the goal",
         is_at_goal,
         build_gallery(),
@@ -101,7 +104,7 @@ def is_at_goal(rows: pd.DataFrame) -> Any:
 
 def build_gallery() -> Scene:
     """Return a flying camera, and a wall with all posters side by side along x."""
-    K = [[80.0, 0, 39.5], [0, 80.0, 29.5], [0, 0, 1]]
+    K = [[80.0, 0.0, 39.5], [0.0, 80.0, 29.5], [0.0, 0.0, 1.0]]
     eye = MountedCamera("eye", Camera(K, size=(80, 60)), on="free_camera.body")
     posters = tuple(
         Poster(draw_procedural_picture(*each), WIDTH, pose=Pose.at(SPACING * k, 0, 0))
