@@ -278,6 +278,24 @@ def test_a_camera_without_size_and_a_border_without_pixels_are_refused(scene):
         simulate(scene, make_task(interaction=np.ones((7, 6))))
 
 
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"interaction": "broyden"}, "Luminance takes 'current', 'desired' or 'mean'"),
+        ({"weighting": "tukey"}, "weighting: it weighs marks"),
+        ({"detector": "dots"}, "detector: it detects marks"),
+        ({"marks": [0]}, "marks: Luminance uses the whole picture"),
+        ({"components": [0, 1]}, "components: the numbers of Luminance act together"),
+    ],
+)
+def test_fields_for_marks_are_refused(scene, fields, words):
+    of_block = {key: value for key, value in fields.items() if key in ("marks", "components")}
+    part = rs.features.FeatureBlock(rs.features.Luminance(border=4), **of_block)
+    of_task = {key: value for key, value in fields.items() if key not in of_block}
+    with pytest.raises(rs.errors.InputError, match=words):
+        simulate(scene, rs.IBVS(GOAL, features=part, **of_task))
+
+
 def mean_greys(pictures, goal_pictures):
     """Return the means of 20 blocks of the pictures."""
     B, h, w = pictures.shape

@@ -70,8 +70,8 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
             goals[true.key] = add_goal_pictures(goals[true.key], own, pictures)
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
-    if pictured and depths.filtered:
-        raise InputError("depth: a filter follows marks; features of pictures have none")
+    if pictured:
+        _check_pictured_task(task, bool(marked))
     with prefix_path("features"):
         bound = tuple(_bind_block(*pair) for pair in zip(task.blocks, believed, strict=True))
     which: Interaction | Array = (
@@ -94,6 +94,24 @@ def _sort_pairs(
     return pictured, marked
 
 
+def _check_pictured_task(task: Any, has_marks: bool) -> None:
+    """Raise InputError for fields of a task with features of pictures that need marks."""
+    if task.depths.filtered:
+        raise InputError("depth: a filter follows marks; features of pictures have none")
+    if task.weighting:
+        raise InputError(
+            "weighting: it weighs marks; features of pictures have none (see `robust` of Luminance)"
+        )
+    if task.detector is not None and not has_marks:
+        raise InputError("detector: it detects marks; features of pictures have none")
+    dense = (part.feature for part in task.blocks if hasattr(part.feature, "with_interaction"))
+    if isinstance(task.interaction, Broyden) and (feature := next(dense, None)) is not None:
+        raise InputError(
+            f"interaction: {type(feature).__name__} takes 'current', 'desired' or 'mean', and no "
+            "estimate on line"
+        )
+
+
 def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:
     """Return every camera-target pair once, in order."""
     return tuple({sight.key: sight for sights in blocks for sight in sights}.values())
@@ -102,6 +120,7 @@ def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:
 def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBlock:
     """Return a block bound to its camera-target pairs; raise InputError if it does not fit."""
     feature, target = cast(Feature, part.feature), sights[0].target
+    _check_picture_block(part)
     marks, components = (_convert_indices(part.marks), _convert_indices(part.components))
     if marks is not None and marks.max() >= len(target.marks):
         raise InputError(
@@ -111,6 +130,15 @@ def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBl
     _check_camera_count(feature, sights)
     _check_feature_marks(feature, target.marks if marks is None else target.marks[marks])
     return BoundBlock(feature, sights, marks, components, part.weight)
+
+
+def _check_picture_block(part: FeatureBlock) -> None:
+    """Raise InputError if a block selects marks of a picture, or numbers that belong together."""
+    name, pictured = type(part.feature).__name__, getattr(part.feature, "uses_pictures", False)
+    if pictured and part.marks is not None:
+        raise InputError(f"marks: {name} uses the whole picture, and has no marks")
+    if part.components is not None and hasattr(part.feature, "with_interaction"):
+        raise InputError(f"components: the numbers of {name} act together only")
 
 
 def _check_camera_count(feature: Feature, sights: Sequence[CameraTarget]) -> None:
