@@ -169,8 +169,8 @@ def of_pictures(kind, extension=None, **others):
     return [
         (*part("features", table, PICTURED, **SERVO), others),
         (
-            *part("features", {**table, "tolerance": 1e6}, PICTURED, **SERVO),
-            {"step": [1e3], **others},
+            *part("features", {**table, "tolerance": 1e6, "step": 1e3}, PICTURED, **SERVO),
+            {"step": [1e-9], **others},
         ),
     ]
 

@@ -12,8 +12,10 @@ from robsim.features.images.inverse_depth import fit_inverse_depth
 from robsim.features.images.picture_plane import build_picture_plane
 from robsim.features.images.picture_warp import warp_pictures
 from robsim.features.numeric_interaction import difference_interaction
+from robsim.kernels.control.damped_rows import damp_normal_rows
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
+from robsim.kernels.machine.program import evaluate_stages
 from robsim.run.control.frame_input import read_frame
 from robsim.world.scene_picture import CameraPictures
 
@@ -38,24 +40,45 @@ def test_normal_equations_become_seven_numbers_with_the_same_solution_and_norm()
     rng = np.random.default_rng(1)
     rows, e = rng.normal(size=(3, 40, 6)), rng.normal(size=(3, 40))
     H, g = np.swapaxes(rows, 1, 2) @ rows, np.einsum("bni,bn->bi", rows, e)
-    damping = np.array([0.0, 0.1, 2.0])
     s, L = np.empty((3, 7)), np.empty((3, 7, 6))
-    factor_normal_equations(H, g, (e**2).sum(axis=1), damping, s, L)
+    factor_normal_equations(H, g, (e**2).sum(axis=1), s, L)
     np.testing.assert_allclose((s**2).sum(axis=1), (e**2).sum(axis=1), rtol=1e-12)
     for b in range(3):
-        damped = H[b] + damping[b] * np.diag(np.diag(H[b]))
-        np.testing.assert_allclose(L[b].T @ L[b], damped, rtol=1e-12, atol=1e-12)
-        step = np.linalg.lstsq(rows[b], e[b], rcond=None)[0] if b == 0 else None
-        expected = np.linalg.solve(damped, g[b]) if step is None else step
+        np.testing.assert_allclose(L[b].T @ L[b], H[b], rtol=1e-12, atol=1e-12)
+        expected = np.linalg.lstsq(rows[b], e[b], rcond=None)[0]
         np.testing.assert_allclose(np.linalg.pinv(L[b]) @ s[b], expected, rtol=1e-9)
+
+    def damp(program, *given):
+        error, matrix = program.rows(7), program.rows(7, 6)
+        names = dict(zip(("error", "L", "damping"), given, strict=True))
+        program.add(damp_normal_rows, **names, damped_error=error, damped_L=matrix)
+        return [error, matrix]
+
+    damping = np.array([0.0, 0.1, 2.0])
+    last = np.ascontiguousarray(s.T), np.ascontiguousarray(np.moveaxis(L, 0, -1)), damping
+    error, matrix = evaluate_stages(damp, last, [(7,), (7, 6)])
+    for b in range(3):
+        damped = H[b] + damping[b] * np.diag(np.diag(H[b]))
+        R = matrix[..., b]
+        np.testing.assert_allclose(R.T @ R, damped, rtol=1e-12, atol=1e-12)
+        expected = np.linalg.solve(damped, g[b])
+        np.testing.assert_allclose(np.linalg.pinv(R) @ error[:, b], expected, rtol=1e-9)
 
 
 def test_a_motion_that_the_picture_does_not_show_has_no_command():
     H = np.diag([4.0, 0.0, 1.0, 1.0, 1.0, 1.0])[None]
     s, L = np.empty((1, 7)), np.empty((1, 7, 6))
-    factor_normal_equations(H, np.ones((1, 6)), np.array([9.0]), np.zeros(1), s, L)
+    factor_normal_equations(H, np.ones((1, 6)), np.array([9.0]), s, L)
     assert s[0, 1] == 0.0 and not L[0, 1].any()
     np.testing.assert_allclose(s[0], [0.5, 0, 1, 1, 1, 1, np.sqrt(9 - 4.25)])
+
+
+def test_a_damped_step_is_not_the_remaining_step(scene):
+    """With constant damping the command is short where the camera is still far."""
+    slow = make_task(damping=1.0, switch_time=100.0, tolerance=50.0, gain=1.0)
+    run = simulate(scene, slow, place_camera(0.03, 0, 1, 0, 0, 0), duration=20.0)
+    assert outcome(run) is rs.Outcome.LOCAL_MINIMUM and run.distance_to_goal > 0.01
+    assert run.error_norm.values[-1] < 1.0 and np.abs(run.qd.values[-1]).max() < 1e-4
 
 
 LENSES = {

@@ -48,6 +48,8 @@ class TerminationChecks:
         add, size, norm = program.add, program.rows(), program.rows()
         tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
         add(outcome_rules.measure_error, errors=command.error, scale=scale, size=size, norm=norm)
+        if command.step is not None:
+            add(outcome_rules.include_step, share=command.step, tolerance=tolerance, size=size)
         task = {"A": command.task_jacobian, "scale": scale}
         paced_task = {
             **task,

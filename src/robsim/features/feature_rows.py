@@ -24,11 +24,16 @@ from robsim.vision.camera import Camera
 
 
 class FeatureRows(NamedTuple):
-    """Rows of a feature s (k,), of its interaction matrix L (k, 6), and of its status, if any."""
+    """Rows of a feature s (k,) and of its interaction matrix L (k, 6).
+
+    A feature of pictures also has the row of the status of its picture, and may have the row of the
+    share of the diagonal that the law adds to L'L.
+    """
 
     s: BlockRows
     L: BlockRows
     status: BlockRows | None = None
+    damping: BlockRows | None = None
 
     @property
     def numbers(self) -> dict[str, BlockRows]:

@@ -117,7 +117,7 @@ class BoundBlock:
         if self.components is None:
             return rows
         s, L = (select_rows(seen.program, each, self.components) for each in (rows.s, rows.L))
-        return FeatureRows(s, L, rows.status)
+        return FeatureRows(s, L, rows.status, rows.damping)
 
     def _add_all_components(self, seen: ObservationRows, with_L: bool) -> FeatureRows:
         """Return the rows of all components; a user's feature is evaluated in Python."""
@@ -144,6 +144,9 @@ class BoundBlock:
         Between pictures the rows keep their numbers.
         """
         rows = seen.room(self.k or 0)._replace(status=seen.program.rows())
+        find_damping = getattr(self.feature, "find_damping", None)
+        if find_damping is not None:
+            rows = rows._replace(damping=seen.program.rows())
 
         def evaluate(blocks: Blocks, step: int) -> None:
             taken = find_pictures(blocks, self.sights[0].eye.name)
@@ -154,6 +157,8 @@ class BoundBlock:
             put_results(blocks, rows.L, self.interaction(view), taken)
             if rows.status is not None:
                 put_results(blocks, rows.status, self.find_faults(view), taken)
+            if rows.damping is not None and find_damping is not None:
+                put_results(blocks, rows.damping, find_damping(view), taken)
 
         seen.program.call(evaluate)
         return rows

@@ -77,6 +77,7 @@ class ControllerOutputs:
     status: BlockRows | None = None
     basis: Callable[[Blocks], LawInput | None] = lambda blocks: None
     factors: BlockRows | None = None  # Cholesky factors of the normal equations of pictures
+    step: BlockRows | None = None  # remaining step of a camera over the largest that converges
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

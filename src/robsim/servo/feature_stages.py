@@ -14,6 +14,7 @@ from robsim.features.feature_rows import FeatureRows, ObservationRows, concatena
 from robsim.features.images.inverse_depth import fit_inverse_depth
 from robsim.features.images.taken_pictures import store_pictures
 from robsim.kernels.control import control_law
+from robsim.kernels.control.damped_rows import damp_normal_rows
 from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.images import mark_occlusion, projection
 from robsim.kernels.machine.block_rows import BlockRows
@@ -59,6 +60,7 @@ class BoundFeatureRows:
         with_L = isinstance(regulated.which, str) and regulated.which != "desired"
         each = [part.stages(seen, with_L) for part, seen in pairs]
         self.s = concatenate_rows(self.program, [rows.s for rows in each])
+        self.dampings = [rows.damping for rows in each]
         self.statuses = [rows.status for rows in each if rows.status is not None]
         factors = [
             select_rows(self.program, rows.L.flat, FACTOR)
@@ -92,6 +94,32 @@ class BoundFeatureRows:
             for rows, part in zip(self.block_rows, regulated.parts, strict=True)
         ]
         return concatenate_rows(program, each)
+
+    def damp(self, error: BlockRows) -> tuple[BlockRows, BlockRows, BlockRows]:
+        """Return the rows of the error (k,), L (k, 6) and L J (k, n) with the damping of blocks.
+
+        L is that of the twist of the first camera.
+        """
+        regulated, program, start = self.bound_features, self.program, 0
+        errors, interactions, jacobians = [], [], []
+        each = zip(regulated.parts, self.block_rows, self.dampings, strict=True)
+        for i, (part, rows, damping) in enumerate(each):
+            own, L = error[start : start + part.size], rows.L
+            start += part.size
+            if damping is not None:
+                room = program.rows(part.size), program.rows(part.size, 6)
+                arguments = {"error": own, "L": L, "damping": damping}
+                program.add(damp_normal_rows, **arguments, damped_error=room[0], damped_L=room[1])
+                own, L = room
+            n, J = regulated.columns.size, self.J[part.sights[0].key]
+            errors.append(own)
+            interactions.append(self._convert_to_first(i, rows._replace(L=L)))
+            jacobians.append(
+                program.result(control_law.compute_task_jacobian, "A", part.size, n, L=L, J=J)
+            )
+        parts = errors, interactions, jacobians
+        joined = [concatenate_rows(program, part) for part in parts]
+        return joined[0], joined[1], joined[2]
 
     def drift(self) -> BlockRows:
         """Return the rows of sdot (k,) caused by the known prescribed motions."""

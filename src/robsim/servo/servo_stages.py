@@ -22,7 +22,7 @@ from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows, 
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import SAME_UNITS, describe_metric_columns
+from robsim.servo.laws.inverse import SAME_UNITS, add_solve, describe_metric_columns
 from robsim.servo.weight_stages import (
     add_component_weights,
     add_user_weights,
@@ -78,6 +78,8 @@ class ServoStages:
         if self.hidden is not None:
             self._replace_error_rows(mask_entries, self.hidden)
         self.unweighted = self.error, self.A
+        if any(each is not None for each in features.dampings):
+            self.error, self.L, self.A = features.damp(self.error)
         if self.weights is not None:
             self._replace_error_rows(scale_entries, self.weights)
         self.weighted_by_marks = self.error, self.A
@@ -112,14 +114,18 @@ class ServoStages:
     def outputs(self, qd: BlockRows) -> ControllerOutputs:
         """Return the written rows, with the rows of a command."""
         error, A = self.unweighted
+        step = self._measure_step()
+        result = self.program.result
+        busy = self.rows() if step is None else result(control_law.compare_step, "busy", share=step)
         return ControllerOutputs(
-            *(self.feature_rows.s, error, qd, A, self._add_step_checks(qd)),
+            *(self.feature_rows.s, error, qd, A, busy),
             lambda blocks: blocks.get(self.feature_rows.first_jacobian),
             self.note,
             self.weights,
             self.status,
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
             self.feature_rows.factors,
+            step,
         )
 
     def _find_worst(self, statuses: Sequence[BlockRows | None]) -> BlockRows | None:
@@ -129,23 +135,30 @@ class ServoStages:
             return rows[0] if rows else None
         return self.program.result(mark_weights.compute_row_maximum, "out", rows=rows)
 
-    def _add_step_checks(self, qd: BlockRows) -> BlockRows:
-        """Return the row that is 1 while a camera has a longer step than its feature allows."""
+    def _measure_step(self) -> BlockRows | None:
+        """Return the row of the remaining step of a camera over the largest that converges.
+
+        It is the step of Gauss and Newton, without damping: a damped step may be short far from the
+        goal. None if no feature has a largest step.
+        """
         c, features = self.controller, self.feature_rows
         parts = [each for each in c.bound_features.parts if each.largest_step is not None]
-        checks = [
-            self.program.result(
-                control_law.check_camera_step,
-                "busy",
-                J=features.J[each.sights[0].key],
-                qd=qd,
-                gain=self.gain,
-                largest=self.constant(each.largest_step),
-            )
-            for each in parts
-        ]
-        busy = self._find_worst(checks)
-        return self.rows() if busy is None else busy
+        if not parts:
+            return None
+        error, A = self.unweighted
+        remaining = add_solve(self.program, A, error, 0.0, c.rcond, features.first_jacobian)
+        return self._find_worst(
+            [
+                self.program.result(
+                    control_law.measure_camera_step,
+                    "share",
+                    J=features.J[each.sights[0].key],
+                    qd=remaining,
+                    largest=self.constant(each.largest_step),
+                )
+                for each in parts
+            ]
+        )
 
     def note(self, qd: BlockRows) -> None:
         """Add the stages that store the final command."""

@@ -80,9 +80,9 @@ class DenseFeature(DeclaredValue, ABC):
         s = (R'^-1 L'e, rest),    |s|^2 = mean of e^2,
 
     and the interaction matrix [R; 0]. The law then commands -gain (L'L)^-1 L'e, and the norm of
-    the error is the root mean square of e. As in the method of Levenberg and Marquardt, a share of
-    the diagonal is added to L'L. It falls with the square of the error (Yamashita and Fukushima
-    2001, Computing Suppl. 15, 239), or at a time.
+    the error is the root mean square of e. As in the method of Levenberg and Marquardt, the law
+    adds a share of the diagonal to L'L. It falls with the square of the error (Yamashita and
+    Fukushima 2001, Computing Suppl. 15, 239), or at a time.
     """
 
     unit: ClassVar[str] = "grey"
@@ -220,8 +220,15 @@ class DenseFeature(DeclaredValue, ABC):
         """
         texture = self._goal_texture.of_runs(seen)
         empty = self.measure_contrasts(seen) < LEAST_CONTRAST * texture.contrast
+        if self.has_constant_products:
+            return np.where(empty, NOTHING_IN_VIEW, IN_IMAGE)
         flat = _count_motions(self._get_equations(seen).H, LOST_EIGENVALUE) < texture.motions
         return np.where(empty, NOTHING_IN_VIEW, np.where(flat, NO_GRADIENT, IN_IMAGE))
+
+    @property
+    def has_constant_products(self) -> bool:
+        """Whether L'L is that of the goal for every picture."""
+        return False
 
     @cached_property
     def _goal_texture(self) -> _Texture:
@@ -258,7 +265,7 @@ class DenseFeature(DeclaredValue, ABC):
         if known.reduced is None:
             H, g, c = self._get_equations(seen)
             s, L = np.empty((len(c), NUMBERS)), np.empty((len(c), NUMBERS, 6))
-            factor_normal_equations(H, g, c, self.find_damping(seen, c), s, L)
+            factor_normal_equations(H, g, c, s, L)
             known.reduced = s, L
         return known.reduced
 
@@ -276,8 +283,9 @@ class DenseFeature(DeclaredValue, ABC):
             known = vars(seen)["_dense_results"] = _KnownResults(self)
         return known
 
-    def find_damping(self, seen: Observation, c: Array) -> Array:
-        """Return the damping (B,) of pictures with the mean squared errors c (B,)."""
+    def find_damping(self, seen: Observation) -> Array:
+        """Return the share (B,) of the diagonal of L'L that the law adds to it."""
+        c = self._get_equations(seen).c
         if self.switch_time is not None:
             late = seen.time >= self.switch_time
             return np.full(len(c), self.final_damping if late else self.damping)

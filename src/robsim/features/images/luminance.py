@@ -92,6 +92,11 @@ class Luminance(PreparedGoals[LuminanceGoal], DenseFeature):
         bool, Flag(), "Whether pixels that differ much weigh less (biweight of Tukey)."
     ] = False
 
+    @property
+    def has_constant_products(self) -> bool:
+        """Whether L'L is that of the goal for every picture."""
+        return self.interaction_model == "desired" and not self.robust
+
     def compute_normal_equations(self, seen: Observation) -> NormalEquations:
         """Return the normal equations of the difference of pictures from their goal.
 

@@ -116,16 +116,22 @@ def compute_joint_command(w, step, n="count", gain="row", x="n", qd="n"):
 
 
 @stage
-def check_camera_step(w, step, J="6, n", n="count", qd="n", gain="row", largest="row", busy="row"):
-    """Set busy to 1 if the step J qd / gain of the camera exceeds the largest one, else to 0."""
-    most = 0.0 * get(w, gain)
+def measure_camera_step(w, step, J="6, n", n="count", qd="n", largest="row", share="row"):
+    """Compute the largest component of the step J qd of a camera, as a share of the largest one."""
+    most = 0.0 * get(w, largest)
     for i in range(6):
         total = 0.0 * most
         for j in range(n):
             total = total + get(w, J + n * i + j) * get(w, qd + j)
         size = absolute(total)
         most = where(size > most, size, most)
-    put(w, busy, where(most > get(w, largest) * get(w, gain), 1.0, 0.0 * most))
+    put(w, share, most / get(w, largest))
+
+
+@stage
+def compare_step(w, step, share="row", busy="row"):
+    """Set busy to 1 if a share exceeds 1, else to 0."""
+    put(w, busy, where(get(w, share) > 1.0, 1.0, 0.0 * get(w, share)))
 
 
 @stage

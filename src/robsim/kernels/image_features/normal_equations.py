@@ -8,15 +8,15 @@ LEAST_PIVOT = 1e-9  # share of a diagonal element below which its direction coun
 
 
 @kernel
-def factor_normal_equations(H, g, c, damping, s, L):
+def factor_normal_equations(H, g, c, s, L):
     """Compute errors s (B, 7) with interaction matrices L (B, 7, 6) from normal equations.
 
-    With the Cholesky factor R'R = H + damping diag(H), upper triangular,
+    With the Cholesky factor R'R = H, upper triangular,
 
         s = (R'^-1 g, sqrt(c - |R'^-1 g|^2)),    L = [R; 0],
 
-    so that the pseudo-inverse gives L^+ s = (H + damping diag(H))^-1 g, and |s|^2 = c. A direction
-    that H does not determine has a row of zeros.
+    so that the pseudo-inverse gives L^+ s = H^-1 g, and |s|^2 = c. A direction that H does not
+    determine has a row of zeros.
 
     Parameters
     ----------
@@ -26,8 +26,6 @@ def factor_normal_equations(H, g, c, damping, s, L):
         Products L'e.
     c : array of shape (B,)
         Squares e'e.
-    damping : array of shape (B,)
-        Share of the diagonal that is added to H.
     s, L : arrays of shape (B, 7) and (B, 7, 6)
         The results.
     """
@@ -36,7 +34,7 @@ def factor_normal_equations(H, g, c, damping, s, L):
         R[:] = 0.0
         total = 0.0
         for i in range(6):
-            pivot = H[run, i, i] * (1.0 + damping[run])
+            pivot = H[run, i, i]
             rest = g[run, i]
             for k in range(i):
                 pivot -= R[k, i] * R[k, i]
@@ -45,7 +43,7 @@ def factor_normal_equations(H, g, c, damping, s, L):
             free = not (root > 0.0)
             e[i] = 0.0 if free else rest / root
             for j in range(i, 6):
-                entry = H[run, i, j] * (1.0 + damping[run] if i == j else 1.0)
+                entry = H[run, i, j]
                 for k in range(i):
                     entry -= R[k, i] * R[k, j]
                 R[i, j] = 0.0 if free else entry / root

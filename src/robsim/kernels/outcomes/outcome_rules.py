@@ -66,6 +66,13 @@ def measure_error(w, step, k="count", errors="k", scale="k", size="row", norm="r
 
 
 @stage
+def include_step(w, step, share="row", tolerance="row", size="row"):
+    """Enlarge the size of the error to the share of a remaining step times the tolerance."""
+    remaining = get(w, share) * get(w, tolerance)
+    put(w, size, where(remaining > get(w, size), remaining, get(w, size)))
+
+
+@stage
 def count_still_periods(
     w,
     step,

@@ -124,6 +124,7 @@ class CompositeController(TaskController):
                 one.note(select_rows(program, qd, columns))
 
         factors = [one.factors for one in each if one.factors is not None]
+        steps = [one.step for one in each if one.step is not None]
         return ControllerOutputs(
             s,
             error,
@@ -134,6 +135,7 @@ class CompositeController(TaskController):
             note,
             *self._merge_weights(program, each),
             factors=concatenate_rows(program, factors) if factors else None,
+            step=program.result(compute_row_maximum, "out", rows=steps) if steps else None,
         )
 
     def _widen_jacobian(
