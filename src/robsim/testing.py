@@ -84,7 +84,7 @@ def check_feature(
     Raises
     ------
     InputError
-        If `feature` is not a feature, or an option is invalid.
+        If `feature` is not a feature or uses pictures, or an option is invalid.
 
     Examples
     --------
@@ -99,6 +99,10 @@ def check_feature(
     if not implements(feature, Feature):
         expected = describe_protocol(Feature)
         raise InputError(f"expected a feature, {expected}, got {format_value(feature)}")
+    if getattr(feature, "uses_pictures", False):
+        raise InputError(
+            f"{type(feature).__name__} uses pictures, and this check moves marks: simulate it"
+        )
     views = _RandomViews.random(marks, seed, runs)
     if hasattr(feature, "towards"):
         goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)

@@ -17,6 +17,7 @@ from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_lumina
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
 from robsim.kernels.machine.program import evaluate_stages
 from robsim.run.control.frame_input import read_frame
+from robsim.testing import check_feature
 from robsim.world.scene_picture import CameraPictures
 
 NEAR = place_camera(0.03, -0.02, 1.08, 4, -3, 8)
@@ -410,6 +411,11 @@ def test_pictures_that_arrive_late_or_rarely_still_lead_to_the_goal(scene):
     errors = run.error.values[:20]
     same = (errors[1::2] == errors[0::2][: len(errors[1::2])]).all(axis=1)
     assert same.mean() > 0.8  # between pictures the error keeps its value
+
+
+def test_the_check_of_features_of_marks_refuses_pictures():
+    with pytest.raises(rs.errors.InputError, match="Luminance uses pictures"):
+        check_feature(rs.features.Luminance())
 
 
 def test_difference_interaction_needs_no_picture_of_marks(scene):

@@ -52,7 +52,7 @@ OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of differ
     Outcome.NOT_FINITE: (BLACK, ""),
     Outcome.ENDED: ("#b3a36b", "+++"),
     Outcome.UNDETECTED: ("#e39a8b", "ooo"),
-    Outcome.NO_GRADIENT: ("#9a7fb0", "***"),
+    Outcome.NO_GRADIENT: ("#a8664f", "***"),
     Outcome.NOTHING_IN_VIEW: ("#d9a441", "OO"),
     Outcome.RUNNING: (LIGHT_GREY, "|||"),
 }
