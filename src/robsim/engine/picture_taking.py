@@ -72,7 +72,8 @@ class PictureTaking:
     def _find_motion(self, blocks: Blocks) -> tuple[Array, Array]:
         """Return the coordinates (nq, B) at the exposure, and their velocities (nq, B)."""
         exposed = blocks.get(self.rows.exposed)
-        q, before = np.split(exposed[:-1], 2)
+        nq = len(exposed) // 2
+        q, before = exposed[:nq], exposed[nq : 2 * nq]
         with np.errstate(all="ignore"):  # a run may contain NaN, and the first image no motion
             return q, np.where(q == before, 0.0, (q - before) / exposed[-1])
 

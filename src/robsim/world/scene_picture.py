@@ -236,7 +236,10 @@ def _has_arrays(value: Tag | Optics) -> bool:
 
 def round_greys(images: NDArray[np.floating]) -> NDArray[np.uint8]:
     """Return whole grey values from 0 to 255."""
-    greys: NDArray[np.uint8] = np.clip(np.rint(images), 0, 255).astype(np.uint8)
+    whole = np.rint(images)
+    np.maximum(whole, 0.0, out=whole)
+    np.minimum(whole, 255.0, out=whole)
+    greys: NDArray[np.uint8] = whole.astype(np.uint8)
     return greys
 
 
