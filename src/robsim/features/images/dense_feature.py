@@ -158,8 +158,7 @@ class DenseFeature(DeclaredValue, ABC):
 
     def with_interaction(self, model: InteractionModel) -> Self:
         """Return the feature with L at the goal, of the present picture, or the mean of both."""
-        changed = replace_unchecked(self, interaction_model=model)
-        return changed
+        return replace_unchecked(self, interaction_model=model)
 
     @abstractmethod
     def compute_normal_equations(self, seen: Observation) -> NormalEquations:
@@ -227,7 +226,7 @@ class DenseFeature(DeclaredValue, ABC):
 
     @property
     def has_constant_products(self) -> bool:
-        """Whether L'L is that of the goal for every picture."""
+        """Whether every picture has L'L of the goal."""
         return False
 
     @cached_property

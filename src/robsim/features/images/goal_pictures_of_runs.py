@@ -1,4 +1,4 @@
-"""What a feature computes from the picture at the goal, once for each picture."""
+"""The preparation of a feature for the picture at the goal, once for each picture."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class PreparedGoals(ABC, Generic[Prepared]):
 
     @abstractmethod
     def prepare_goal(self, shown: GoalPicture) -> Prepared:
-        """Return what the feature needs of the picture at the goal."""
+        """Return the numbers of the feature for a picture at the goal."""
 
     def split_runs(self, seen: Observation) -> Iterator[tuple[slice, Prepared]]:
-        """Yield slices of runs with one goal, and what was prepared of this goal.
+        """Yield slices of runs with one goal, and the numbers prepared for this goal.
 
         Raises
         ------
@@ -76,7 +76,7 @@ class PreparedGoals(ABC, Generic[Prepared]):
         return numbers
 
     def _find_prepared(self, goal: Observation, run: int) -> Prepared:
-        """Return what was prepared of the goal of a run, computed once."""
+        """Return the numbers prepared for the goal of a run, computed once."""
         known: dict[int, Any] = vars(self).setdefault("_prepared", {})
         if run not in known:
             known[run] = self.prepare_goal(_select_goal(goal, run))

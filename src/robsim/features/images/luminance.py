@@ -52,8 +52,8 @@ class Luminance(PreparedGoals[LuminanceGoal], DenseFeature):
 
         edot = L V_c,    L = -(dI/dx, dI/dy) L_x,
 
-    with the interaction matrix L_x of the point (x, y) at every pixel. Its depth is that of a plane
-    through the marks of the target, or constant, as `depth` of the task says. The law commands
+    with the interaction matrix L_x of the point (x, y) at every pixel. Its depth is the depth of a
+    plane through the marks of the target, or constant (`depth` of the task). The law commands
 
         V_c = -gain (H + damping diag(H))^-1 L'e,    H = L'L.
 
@@ -94,7 +94,7 @@ class Luminance(PreparedGoals[LuminanceGoal], DenseFeature):
 
     @property
     def has_constant_products(self) -> bool:
-        """Whether L'L is that of the goal for every picture."""
+        """Whether every picture has L'L of the goal."""
         return self.interaction_model == "desired" and not self.robust
 
     def compute_normal_equations(self, seen: Observation) -> NormalEquations:
