@@ -66,7 +66,7 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
 
     Brightness and contrast do not matter, nor does a negative: grey values now need only predict
     the values at the goal. Light that differs from place to place does matter. The basin is smaller
-    than the basin of the luminance, since the bins of pictures that do not overlap are independent. A
+    than with the luminance, since the bins of pictures that do not overlap are independent. A
     coarser `level` widens it. The law always takes the derivative of the present picture and H of
     the goal, so `interaction` of the task has no effect.
 

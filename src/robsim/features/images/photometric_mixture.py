@@ -46,8 +46,8 @@ class PhotometricMixture(PreparedGoals[BlurredGoal], DenseFeature):
 
     is the blurred picture (Crombez, Mouaddib, Caron and Chaumette 2019, "Visual servoing with
     photometric Gaussian mixtures as dense features", IEEE T-RO 35(1); there without the factor of
-    the Gaussian). Its L is the L of the luminance of G and, as a motion also spreads or squeezes the
-    grey values within a Gaussian, the term of the second derivatives
+    the Gaussian). Its L is the L of the luminance of G and, as a motion also spreads or squeezes
+    the grey values within a Gaussian, the term of the second derivatives
 
         -sigma^2 (dp_i/du_j) d2G/du_i du_j
 

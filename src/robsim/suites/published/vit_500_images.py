@@ -7,13 +7,12 @@ perturbation of its picture. With probability 0.5 a rectangle of 2 to 33 % of th
 the brightness has a factor of 0.4 to 1.6, the contrast of 0.6 to 1.4, and Gaussian noise has a
 standard deviation of 0.05.
 
-Chosen here: the picture, with 7 x 5 dots on random boxes; a gain of 1, 20 Hz and 15 s; true
-depths, as in the paper; the weightings `Border` and `Tukey`. The perturbation changes the
-pictures: a black card of 29 x 29 cm (17.5 % of the poster, the mean of the paper) lies on it
-with probability 0.5, the gain of the camera is 0.4 to 1.6, and its noise differs from picture to
-picture. The contrast does not change. The paper matches the 24 most similar keypoints with a
-picture from the goal, without a test for outliers; `KeypointDetector` matches with the poster and
-tests a plane.
+Chosen here: the picture, with 7 x 5 dots on random boxes; a gain of 1, 20 Hz and 15 s; true depths,
+as in the paper; the weightings `Border` and `Tukey`. The perturbation changes the pictures: a black
+card of 29 x 29 cm (17.5 % of the poster, the mean of the paper) lies on it with probability 0.5,
+the gain of the camera is 0.4 to 1.6, and its noise differs from picture to picture. The contrast
+does not change. The paper matches the 24 most similar keypoints with a picture from the goal,
+without a test for outliers; `KeypointDetector` matches with the poster and tests a plane.
 """
 
 from __future__ import annotations
