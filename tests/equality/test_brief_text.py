@@ -17,6 +17,7 @@ from robsim.declare.quantities import DIMENSIONS, ExactQuantity
 from robsim.declare.short_numbers import shorten_numbers
 from robsim.files.toml import parse_toml as tables_of
 from robsim.files.toml_layout import format_toml
+from robsim.run.stored_data import find_stored_data
 
 LENS = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
 
@@ -28,7 +29,9 @@ def lines_of(text):
 def both(experiment):
     """The experiments of both texts, and the short one."""
     short = experiment.to_toml()
-    found = [rs.Experiment.from_text(text) for text in (short, experiment.to_toml(complete=True))]
+    stored_data = find_stored_data(experiment).values()
+    texts = short, experiment.to_toml(complete=True)
+    found = [rs.Experiment.from_text(text, stored_data=stored_data) for text in texts]
     assert found[0] == experiment == found[1] == found[0]
     assert found[0].to_toml(complete=True) == experiment.to_toml(complete=True)
     assert found[0].hash == found[1].hash == experiment.hash
@@ -52,7 +55,8 @@ def test_a_shipped_scenario_is_as_short_as_its_file(name):
     path = Path(examples.path(name))
     short = both(load_scenario(path))
     assert len(short.splitlines()) <= 1.5 * len(lines_of(path.read_text())) + 10
-    assert rs.Experiment.from_text(short).to_toml() == short
+    stored_data = find_stored_data(load_scenario(path)).values()
+    assert rs.Experiment.from_text(short, stored_data=stored_data).to_toml() == short
 
 
 def test_a_robot_of_the_library_takes_a_line():

@@ -103,7 +103,7 @@ def _write_tables(experiment: Experiment, brief: bool) -> Any:
     """Return all tables of an experiment, with short numbers; if `brief`, without defaults."""
     folder = Path(experiment.source).parent if experiment.source else Path()
     origin = partial(describe_origin, folder=folder)
-    facts = {"short": True, "brief": brief, "read_origin": origin}
+    facts = {"short": True, "brief": brief, "read_origin": origin, "folder": folder}
     return shorten_numbers(write_experiment(experiment, **facts))
 
 
