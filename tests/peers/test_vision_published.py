@@ -21,4 +21,4 @@ def test_keypoints_lead_from_three_starts_to_the_goal_plain_and_perturbed():
     )
     rows = rs.bench(few).data
     assert len(rows) == 6 and rows["success"].all()
-    assert set(rows["outcome"]) == {"converged"} and rows["distance_to_goal"].max() < 2e-3
+    assert set(rows["outcome"]) == {"converged"} and rows["distance_to_goal"].max() < 5e-3
