@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_bool, as_floats, as_integer, make_read_only, move_runs_last
 from robsim.base.errors import InputError, format_value
 from robsim.base.protocols import describe_protocol, implements
-from robsim.features.feature import Feature, Observation
+from robsim.features.feature import Feature, Observation, reads_pictures
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.robot.joints.joint_kind import JointKind, check_joint_kind
 from robsim.servo.laws.control_state import ControlState
@@ -99,7 +99,7 @@ def check_feature(
     if not implements(feature, Feature):
         expected = describe_protocol(Feature)
         raise InputError(f"expected a feature, {expected}, got {format_value(feature)}")
-    if getattr(feature, "uses_pictures", False):
+    if reads_pictures(feature):
         raise InputError(
             f"{type(feature).__name__} uses pictures, and this check moves marks: simulate it"
         )

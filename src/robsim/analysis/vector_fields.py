@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, select_runs
 from robsim.base.errors import InputError, RankWarning
+from robsim.features.feature import reads_pictures
 from robsim.features.images.taken_pictures import TakenPictures, store_pictures
 from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.servo.bound_features import BoundFeatures
@@ -299,7 +300,7 @@ def _remove_belief_borders(task: Any) -> Any:
 def uses_pictures(task: Any) -> bool:
     """Return whether a feature of a task, or of its inner tasks, uses whole pictures."""
     blocks = getattr(task, "blocks", ())
-    return any(getattr(block.feature, "uses_pictures", False) for block in blocks) or any(
+    return any(reads_pictures(block.feature) for block in blocks) or any(
         map(uses_pictures, getattr(task, "inner", ()))
     )
 

@@ -42,8 +42,8 @@ class ImageStream:
     image, `seen` is the true image without these marks; else it equals `true`. After `measure`,
     `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
     is None, and `age` is the age of that image in periods, rounded up. `add_image_stages` sets
-    `views` and `status`. If the task uses pictures of `cameras`, an image also has the coordinates
-    of the scene at its time and before: its pictures are drawn when it arrives.
+    `views` and `status`. If the task uses pictures of cameras (`pictured`), an image also has the
+    coordinates of the scene at its time and before: its pictures are drawn when it arrives.
     """
 
     def __init__(
@@ -56,10 +56,10 @@ class ImageStream:
         optional_pairs: frozenset[PairKey],
         detectors: Mapping[PairKey, MarkDetector],
         believed: Mapping[PairKey, CameraTarget],
-        cameras: Sequence[str],
+        pictured: Mapping[str, CameraTarget],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
-        self.detectors, self.believed, self.cameras = detectors, believed, cameras
+        self.detectors, self.believed, self.pictured = detectors, believed, pictured
         self.key, self.groups = (plant.seed, program.whole(plant.numbers)), group_marks(sights)
         self.N = sum(group.size for group in self.groups)
         acting = [
@@ -68,8 +68,8 @@ class ImageStream:
         self.effects = sorted(acting, key=lambda each: each.effect.place)
         self.every, latency, _ = sensing.timing(plant.seconds)
         self.latency = program.number(latency)
-        self.width = 3 * self.N + (2 * plant.scene.nq + 1 if cameras else 0)
-        self.before = program.each(plant.start.T) if cameras else plant.q
+        self.width = 3 * self.N + (2 * plant.scene.nq + 1 if pictured else 0)
+        self.before = program.each(plant.start.T) if pictured else plant.q
         self.optional_pairs, self.true = optional_pairs, program.rows(self.width)
         self.seen = program.rows(self.width) if optional_pairs else self.true
         (self.pixels, self.depth), self.exposed = (
@@ -83,7 +83,7 @@ class ImageStream:
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
         self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
         self.status = program.rows()
-        self.hashes = program.rows(len(cameras))
+        self.hashes = program.rows(len(pictured))
         self.views: list[ViewRows] = []
 
     @property
@@ -133,7 +133,7 @@ class ImageStream:
 
     def remember(self) -> None:
         """Add the stages that store the image of the past period, before the joints move."""
-        if self.cameras:
+        if self.pictured:
             self.program.add(copy_rows, rows=self.plant.q, to=self.before)
         if not self.late:
             return
@@ -166,7 +166,7 @@ class ImageStream:
         """
         views, of, taken = [], WORST_STATUS, self._split_image(image)
         shown = taken if seen is image else self._split_image(seen)
-        if self.cameras:
+        if self.pictured:
             self._add_exposure(placed, seconds, seen[3 * self.N :])
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
@@ -231,7 +231,7 @@ class ImageStream:
         rows = self.pixels, zeros[: self.N], zeros[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         effects = self.effects
-        if self.cameras:  # a lost image need not be drawn
+        if self.pictured:  # a lost image need not be drawn
             lost = [each for each in effects if each.effect.place is ImageEffectStage.LOST]
             _add_effects_to(image, lost)
             self._add_pictures(image)
@@ -243,9 +243,8 @@ class ImageStream:
         """Add the stages that draw the pictures, and detect marks in them."""
         from robsim.engine.picture_taking import PictureRows, PictureTaking
 
-        sights = {sight.eye.name: sight for sight in self.sights if sight.eye.name in self.cameras}
         rows = PictureRows(image, self.exposed, self.hashes)
-        self.program.call(PictureTaking(sights, rows))
+        self.program.call(PictureTaking(self.pictured, rows))
         if self.detectors:
             self._add_detection(image)
 

@@ -67,14 +67,13 @@ class Loop:
         with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        if cameras := controller.picture_cameras:
+        if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures
 
             with prefix_path("task", "detector"):
                 check_detection(controller.sights, controller.detectors)
-            sights = {sight.eye.name: sight for sight in controller.sights}
-            check_pictures({name: sights[name] for name in cameras}, self.dt)
+            check_pictures(pictured, self.dt)
         rates = scene.nv if has_actuation_dynamics(self.actuation, scene) else 0
         weights = controller.k if controller.has_weights else 0
         widths = (
@@ -93,8 +92,8 @@ class Loop:
     @property
     def most_runs_together(self) -> int:
         """The largest number of runs in a chunk whose pictures fit in memory at once."""
-        cameras = {sight.eye.name: sight.eye.camera for sight in self.controller.sights}
-        sizes = [cameras[name].size or (0, 0) for name in self.controller.picture_cameras]
+        pictured = self.controller.picture_sights.values()
+        sizes = [sight.eye.camera.size or (0, 0) for sight in pictured]
         pixels = sum(width * height for width, height in sizes)
         return max(MOST_PIXELS // pixels, 1) if pixels else len(self.q0)
 
@@ -181,7 +180,7 @@ class Steps:
         motion = loop.actuation, loop.scene, controller.columns, loop.q0
         plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
         imperfections = loop.sensing, loop.steps, controller.optional_pairs
-        detection = controller.detectors, controller.believed_sights, controller.picture_cameras
+        detection = controller.detectors, controller.believed_sights, controller.picture_sights
         images = self.images = ImageStream(
             program, plant, controller.sights, *imperfections, *detection
         )

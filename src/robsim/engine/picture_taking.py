@@ -48,7 +48,7 @@ class PictureTaking:
     """
 
     def __init__(self, sights: Mapping[str, CameraTarget], rows: PictureRows) -> None:
-        self.sights, self.rows, self.seed = dict(sorted(sights.items())), rows, int(rows.image.seed)
+        self.sights, self.rows, self.seed = sights, rows, int(rows.image.seed)
         self._of_thread = threading.local()
 
     def __call__(self, blocks: Blocks, step: int) -> None:

@@ -11,7 +11,6 @@ from robsim.engine.endings import ControlInstant, Ending, find_first_ending
 from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
 from robsim.engine.recorder import OutcomeRows
-from robsim.kernels.control.mark_weights import compute_row_maximum
 from robsim.kernels.linear_algebra.svd import count_truncation_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
@@ -20,6 +19,7 @@ from robsim.kernels.outcomes import outcome_rules
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller_rows import ControllerOutputs
 from robsim.servo.task_controller import TaskController
+from robsim.servo.weight_stages import add_maximum
 
 
 class TerminationChecks:
@@ -59,6 +59,8 @@ class TerminationChecks:
         }
         add(outcome_rules.count_still_periods, **paced_task, periods=self.still)
         moving = self._moving_frame(plant, images)
+        status = add_maximum(program, [images.status, command.status])
+        assert status is not None
         add(
             outcome_rules.accumulate_path_length,
             T=moving,
@@ -70,7 +72,7 @@ class TerminationChecks:
             outcome_rules.judge_outcome,
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack).T),
-            status=self._worse_status(images.status, command.status),
+            status=status,
             depth=images.true[2 * images.N : 3 * images.N].column,
             qd=command.qd,
             size=size,
@@ -112,14 +114,6 @@ class TerminationChecks:
             program.call(
                 lambda blocks, step: self._check_endings(blocks, step, plant, images, command)
             )
-
-    def _worse_status(self, seen: BlockRows, left: BlockRows | None) -> BlockRows:
-        """Return the row of the worse of two statuses: of the image, and of the command."""
-        if left is None:
-            return seen
-        status = self.program.rows()
-        self.program.add(compute_row_maximum, out=status, rows=[seen, left])
-        return status
 
     @property
     def outcome_rows(self) -> OutcomeRows:

@@ -349,6 +349,11 @@ class Observation:
         }
 
 
+def reads_pictures(feature: object) -> bool:
+    """Return whether a feature is measured from whole pictures instead of marks."""
+    return bool(getattr(feature, "uses_pictures", False))
+
+
 def check_goal_observation(value: Any, who: str) -> Observation:
     """Return the observation at the goal; raise InputError unless it is an Observation."""
     if not isinstance(value, Observation):

@@ -13,7 +13,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.protocols import implements
 from robsim.base.value import replace_unchecked
 from robsim.features.compiled_feature import CompiledFeature
-from robsim.features.feature import Feature, Observation
+from robsim.features.feature import Feature, Observation, reads_pictures
 from robsim.features.feature_rows import FeatureRows, ObservationRows, select_rows
 from robsim.features.images.taken_pictures import find_pictures, put_results, select_pictures
 from robsim.features.numeric_interaction import compute_interaction
@@ -42,7 +42,7 @@ class BoundBlock:
     @property
     def uses_pictures(self) -> bool:
         """Whether the feature is measured from whole pictures instead of marks."""
-        return bool(getattr(self.feature, "uses_pictures", False))
+        return reads_pictures(self.feature)
 
     @property
     def largest_step(self) -> float | None:

@@ -64,8 +64,7 @@ class ServoController(TaskController):
     @property
     def pictured_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with a feature of whole pictures."""
-        parts = self.bound_features.parts
-        return frozenset(part.sights[0].key for part in parts if part.uses_pictures)
+        return self.bound_features.pictured_pairs
 
     @property
     def factor_count(self) -> int:

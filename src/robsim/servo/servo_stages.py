@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import SAME_UNITS, add_solve, describe_metric_columns
 from robsim.servo.weight_stages import (
     add_component_weights,
+    add_maximum,
     add_user_weights,
     mask_entries,
     scale_entries,
@@ -88,7 +89,7 @@ class ServoStages:
         self.weighted_error, self.error = self.error, self.unweighted[0]
         if self.weights is not None:
             self.status = self._add_status(self.weights)
-        self.status = self._find_worst([*features.statuses, self.status])
+        self.status = add_maximum(program, [*features.statuses, self.status])
         self.gain = self._add_gain()
         self.law_error = self.weighted_error if c.feed_forward is None else self._add_drift()
 
@@ -128,13 +129,6 @@ class ServoStages:
             step,
         )
 
-    def _find_worst(self, statuses: Sequence[BlockRows | None]) -> BlockRows | None:
-        """Return the row of the worst status; None without a status."""
-        rows = [each for each in statuses if each is not None]
-        if len(rows) < 2:
-            return rows[0] if rows else None
-        return self.program.result(mark_weights.compute_row_maximum, "out", rows=rows)
-
     def _measure_step(self) -> BlockRows | None:
         """Return the row of the remaining step of a camera over the largest that converges.
 
@@ -147,7 +141,8 @@ class ServoStages:
             return None
         error, A = self.unweighted
         remaining = add_solve(self.program, A, error, 0.0, c.rcond, features.first_jacobian)
-        return self._find_worst(
+        return add_maximum(
+            self.program,
             [
                 self.program.result(
                     control_law.measure_camera_step,
@@ -157,7 +152,7 @@ class ServoStages:
                     largest=self.constant(each.largest_step),
                 )
                 for each in parts
-            ]
+            ],
         )
 
     def note(self, qd: BlockRows) -> None:

@@ -99,7 +99,14 @@ class TaskController(ABC):
     @property
     def picture_cameras(self) -> list[str]:
         """Names of the cameras whose pictures detectors or features use, in order."""
-        return sorted({camera for camera, _ in (*self.detectors, *self.pictured_pairs)})
+        return list(self.picture_sights)
+
+    @cached_property
+    def picture_sights(self) -> Mapping[str, CameraTarget]:
+        """A true pair of each camera whose pictures detectors or features use, in order."""
+        used = {camera for camera, _ in (*self.detectors, *self.pictured_pairs)}
+        sights = {sight.eye.name: sight for sight in self.sights}
+        return {name: sights[name] for name in sorted(used)}
 
     @property
     def whole(self) -> frozenset[PairKey]:

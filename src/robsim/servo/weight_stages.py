@@ -67,6 +67,14 @@ def add_component_weights(
     )
 
 
+def add_maximum(program: Program, rows: Sequence[BlockRows | None]) -> BlockRows | None:
+    """Return the row of the maximum of rows that exist, such as the worst status; None if none."""
+    given = [each for each in rows if each is not None]
+    if len(given) < 2:
+        return given[0] if given else None
+    return program.result(kernels.compute_row_maximum, "out", rows=given)
+
+
 def _add_block_weights(
     program: Program, marks: dict[PairKey, BlockRows], each: MarkDependencies
 ) -> BlockRows:

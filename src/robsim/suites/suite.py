@@ -19,6 +19,7 @@ from robsim.base.arrays import (
     make_read_only,
 )
 from robsim.base.errors import InputError, format_value
+from robsim.features.feature import reads_pictures
 from robsim.geometry.pose import Pose
 from robsim.run.end_variables import measure_pose_difference
 from robsim.run.experiment import Experiment
@@ -221,7 +222,7 @@ class Suite:
         """
         return any(
             getattr(each, "detector", None) is not None
-            or getattr(getattr(each, "features", None), "uses_pictures", False)
+            or reads_pictures(getattr(each, "features", None))
             for each in self.schemes.values()
         )
 

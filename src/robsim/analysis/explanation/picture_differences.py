@@ -52,7 +52,9 @@ def _report_unlike_goal(
             yield own
             return
     start, end = (
-        compute_correlation(_take_picture(analysis, sight, sight.eye, t), shown)
+        compute_correlation(
+            _draw_picture(analysis, sight, sight.eye, analysis.snapshots[t].q, t), shown
+        )
         for t in (0, len(analysis.snapshots) - 1)
     )
     if end < ALIKE:
@@ -105,15 +107,10 @@ def _report_weak_motion(analysis: RunAnalysis, part: BoundBlock) -> Iterator[Fin
         )
 
 
-def _take_picture(analysis: RunAnalysis, sight: CameraTarget, eye: MountedCamera, t: int) -> Array:
-    """Return the grey values (h, w) of a picture of the run, with its noise and at rest."""
-    return _draw_picture(analysis, sight, eye, analysis.snapshots[t].q, t)
-
-
 def _draw_picture(
     analysis: RunAnalysis, sight: CameraTarget, eye: MountedCamera, q: Array, step: int = 0
 ) -> Array:
-    """Return the grey values (h, w) at coordinates q (nq, 1)."""
+    """Return the grey values (h, w) at coordinates q (nq, 1), with noise and at rest."""
     key = NoiseKey(analysis.loop.seed, analysis.loop.runs.astype(np.uint64), step)
     picture: NDArray[np.uint8] = CameraPictures(sight.scene, eye).take(q, np.zeros_like(q), key)[0]
     return picture.astype(float)

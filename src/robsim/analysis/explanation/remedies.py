@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from robsim.analysis.explanation.text_format import format_length, format_number
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import fields_of
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.features.images.luminance import Luminance
@@ -113,18 +112,13 @@ def propose_coarser_pictures(analysis: RunAnalysis) -> Iterator[Proposal]:
     own = parts[0].feature
     for level in (own.level + 1, own.level + 2):
         with suppress(InputError):  # of pictures that become too small
-            coarser = Luminance(**{**_list_fields(own), "level": level})
+            coarser = replace(own, level=level)
             case = counterfactuals.replace_task_fields(analysis.extended_case, features=coarser)
             yield "level", f"With pictures at level {level}", case
     with suppress(InputError):
-        damped = Luminance(**{**_list_fields(own), "damping": 10.0 * (own.damping or 1e-3)})
+        damped = replace(own, damping=10.0 * (own.damping or 1e-3))
         case = counterfactuals.replace_task_fields(analysis.extended_case, features=damped)
         yield "damping", f"With a damping of {format_number(damped.damping)}", case
-
-
-def _list_fields(feature: Luminance) -> dict[str, Any]:
-    """Return the declared fields of a feature by name."""
-    return {each.name: getattr(feature, each.name) for each in fields_of(type(feature))}
 
 
 def propose_inverse(analysis: RunAnalysis) -> Iterator[Proposal]:

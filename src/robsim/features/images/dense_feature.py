@@ -11,23 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import GoalError, InputError
 from robsim.base.value import replace_unchecked
-from robsim.declare import DeclaredValue, Integer, Number, Time
-from robsim.features.feature import Observation, check_goal_observation
+from robsim.declare import Number, Time
+from robsim.features.feature import Observation
+from robsim.features.images.picture_feature import LEAST_CONTRAST, Border, Level, PictureFeature
 from robsim.kernels.formulas.perspective import IN_IMAGE, NO_GRADIENT, NOTHING_IN_VIEW
 from robsim.kernels.image_features.normal_equations import factor_normal_equations
-from robsim.kernels.image_features.picture_levels import reduce_pictures
-from robsim.kernels.image_features.picture_sums import measure_contrasts
 
 InteractionModel = Literal["current", "desired", "mean"]
 
 NUMBERS = 7  # of the error: six that a motion of the camera changes, and the rest
-LEAST_CONTRAST = 0.05  # share of the contrast at the goal below which nothing is in view
 # eigenvalues of L'L with a diagonal of ones, of a motion that a picture determines at the goal, and
 # of one that it no longer determines; sums are in single precision
 LEAST_EIGENVALUE, LOST_EIGENVALUE = 1e-4, 1e-6
-LEAST_DEVIATION = 0.5  # grey values: a picture with less contrast is constant
 
 
 class NormalEquations(NamedTuple):
@@ -71,7 +67,7 @@ class _KnownResults:
 
 
 @dataclass(frozen=True, eq=False)
-class DenseFeature(DeclaredValue, ABC):
+class DenseFeature(PictureFeature, ABC):
     """Base of features that compare all pixels of a picture with the picture at the goal.
 
     An error e of very many numbers with edot = L V_c enters the law as its normal equations: with
@@ -86,8 +82,6 @@ class DenseFeature(DeclaredValue, ABC):
     """
 
     unit: ClassVar[str] = "grey"
-    uses_pictures: ClassVar[bool] = True
-    uses_depth: ClassVar[bool] = True
 
     tolerance: Annotated[
         float,
@@ -100,12 +94,8 @@ class DenseFeature(DeclaredValue, ABC):
         Number(least=0, unit="m, rad"),
         "Largest remaining step of the camera at convergence; 0: the pictures alone decide.",
     ] = 1e-4
-    border: Annotated[
-        int, Integer(3, 1000), "Pixels along the border of the picture that are not used."
-    ] = 10
-    level: Annotated[
-        int, Integer(0, 6), "Level of the pyramid: pixels are means of 2^level x 2^level pixels."
-    ] = 0
+    border: Border = 10
+    level: Level = 0
     damping: Annotated[
         float,
         Number(least=0),
@@ -124,37 +114,6 @@ class DenseFeature(DeclaredValue, ABC):
 
     goal: Observation | None = field(default=None, init=False, repr=False)
     interaction_model: InteractionModel = field(default="current", init=False, repr=False)
-
-    def towards(self, goal: Observation) -> Self:
-        """Return the feature relative to the picture at the goal.
-
-        Parameters
-        ----------
-        goal : Observation
-            Observation with the pictures at the goal.
-
-        Returns
-        -------
-        DenseFeature
-            The feature that compares pictures with these.
-
-        Raises
-        ------
-        InputError
-            If `goal` is not an Observation.
-        GoalError
-            If there is no picture at the goal, or it is constant.
-        """
-        shown = check_goal_observation(goal, type(self).__name__)
-        if shown.pictures is None:
-            raise GoalError(f"{type(self).__name__}: there is no picture at the goal")
-        at_goal = replace_unchecked(self, goal=shown)
-        if (at_goal.measure_contrasts(shown) < LEAST_DEVIATION).any():
-            raise GoalError(
-                f"{type(self).__name__}: the picture at the goal is constant; expected a picture "
-                "with texture inside its border"
-            )
-        return at_goal
 
     def with_interaction(self, model: InteractionModel) -> Self:
         """Return the feature with L at the goal, of the present picture, or the mean of both."""
@@ -218,7 +177,7 @@ class DenseFeature(DeclaredValue, ABC):
             IN_IMAGE, NO_GRADIENT or NOTHING_IN_VIEW of `robsim.kernels.formulas.perspective`.
         """
         texture = self._goal_texture.of_runs(seen)
-        empty = self.measure_contrasts(seen) < LEAST_CONTRAST * texture.contrast
+        empty = self.measure_contrasts(self.get_pictures(seen)) < LEAST_CONTRAST * texture.contrast
         if self.has_constant_products:
             return np.where(empty, NOTHING_IN_VIEW, IN_IMAGE)
         flat = _count_motions(self._get_equations(seen).H, LOST_EIGENVALUE) < texture.motions
@@ -234,29 +193,7 @@ class DenseFeature(DeclaredValue, ABC):
         """The texture of the pictures at the goal."""
         assert self.goal is not None
         motions = _count_motions(self._get_equations(self.goal).H, LEAST_EIGENVALUE)
-        return _Texture(self.measure_contrasts(self.goal), motions)
-
-    def measure_contrasts(self, seen: Observation) -> Array:
-        """Return the standard deviations (B,) of the grey values of pictures."""
-        pictures = self.get_pictures(seen)
-        contrasts = np.empty(len(pictures))
-        measure_contrasts(pictures, self.border, contrasts)
-        return contrasts
-
-    def reduce_pictures(self, pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Return pictures (B, h, w) at the level of the feature."""
-        block = 2**self.level
-        count, height, width = pictures.shape
-        images = np.empty((count, height // block, width // block), dtype=np.float32)
-        reduce_pictures(pictures, block, images)
-        return images
-
-    def get_pictures(self, seen: Observation) -> NDArray[np.uint8]:
-        """Return the pictures (B, h, w) of an observation; raise InputError without a picture."""
-        if seen.pictures is None or self.goal is None:
-            missing = "a goal: call towards first" if self.goal is None else "pictures"
-            raise InputError(f"{type(self).__name__} needs {missing}")
-        return seen.pictures
+        return _Texture(self.measure_contrasts(self.get_pictures(self.goal)), motions)
 
     def _reduce(self, seen: Observation) -> tuple[Array, Array]:
         """Return the errors (B, 7) and the interaction matrices (B, 7, 6) of pictures."""

@@ -17,15 +17,20 @@ from robsim.features.images.goal_pictures_of_runs import (
     get_inverse_depth,
     make_equations,
 )
-from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
+from robsim.features.images.picture_plane import (
+    PicturePlane,
+    Pixels,
+    build_picture_plane,
+    compute_rows,
+)
 from robsim.kernels.image_features.luminance_equations import (
     CURRENT,
     DESIRED,
     MEAN,
     compute_luminance_equations,
 )
-from robsim.kernels.image_features.luminance_rows import CENTRAL, SEVEN_TAPS, compute_luminance_rows
-from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix, measure_contrasts
+from robsim.kernels.image_features.luminance_rows import CENTRAL, SEVEN_TAPS
+from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix
 
 MODELS = {"desired": DESIRED, "current": CURRENT, "mean": MEAN}
 TAPS = {"central": CENTRAL, "seven_taps": SEVEN_TAPS}
@@ -137,19 +142,8 @@ class Luminance(PreparedGoals[LuminanceGoal], DenseFeature):
         """Return the picture and L at the goal of a run."""
         plane = build_picture_plane(shown.camera, self.border, self.level)
         image = self.reduce_pictures(shown.picture[None])[0]
-        rows = np.empty((6, plane.padded_count), dtype=np.float32)
-        buffer = np.empty((2, image.shape[1] - 2 * plane.border), dtype=np.float32)
-        compute_luminance_rows(
-            image,
-            plane.border,
-            TAPS[self.derivative],
-            plane.points,
-            plane.slopes,
-            shown.inverse_depth,
-            buffer,
-            rows,
-        )
-        products, contrast = np.empty((6, 6)), np.empty(1)
+        rows = compute_rows(image, plane, TAPS[self.derivative], shown.inverse_depth)
+        products = np.empty((6, 6))
         compute_gram_matrix(rows, np.empty(LANES, dtype=np.float32), products)
-        measure_contrasts(shown.picture[None], self.border, contrast)
-        return LuminanceGoal(plane, image, rows, products, float(contrast[0]))
+        contrast = float(self.measure_contrasts(shown.picture[None])[0])
+        return LuminanceGoal(plane, image, rows, products, contrast)

@@ -18,9 +18,9 @@ from robsim.features.images.goal_pictures_of_runs import (
     get_inverse_depth,
     make_equations,
 )
-from robsim.features.images.picture_plane import PicturePlane, Pixels, build_picture_plane
+from robsim.features.images.picture_plane import PicturePlane, build_picture_plane, compute_rows
 from robsim.kernels.image_features.grey_bins import TAPS
-from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
+from robsim.kernels.image_features.luminance_rows import CENTRAL
 from robsim.kernels.image_features.mutual_information import (
     compute_information_equations,
     fill_joint_histogram,
@@ -149,15 +149,6 @@ class MutualInformation(PreparedGoals[InformationGoal], DenseFeature):
         p, logs, hessian = np.empty((bins, bins)), np.empty((bins, bins)), np.empty((6, 6))
         fill_joint_histogram(first, weights, first, weights, p)
         most = find_log_shares(p, logs)
-        rows = _compute_rows(image, plane, shown.inverse_depth)
+        rows = compute_rows(image, plane, CENTRAL, shown.inverse_depth)
         find_information_hessian(first, weights, slopes, standard, logs, p, rows, hessian)
         return InformationGoal(plane, (first, weights), most, hessian)
-
-
-def _compute_rows(image: Pixels, plane: PicturePlane, inverse_depth: Array) -> Pixels:
-    """Return L (6, N) of the luminance of a picture."""
-    rows = np.empty((6, plane.padded_count), dtype=np.float32)
-    buffer = np.empty((2, image.shape[1] - 2 * plane.border), dtype=np.float32)
-    where = plane.points, plane.slopes, inverse_depth
-    compute_luminance_rows(image, plane.border, CENTRAL, *where, buffer, rows)
-    return rows

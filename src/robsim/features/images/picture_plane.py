@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import make_read_only
 from robsim.base.errors import InputError
+from robsim.kernels.image_features.luminance_rows import compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import LANES
 from robsim.vision.camera import Camera
 
@@ -97,6 +98,17 @@ def build_picture_plane(camera: Camera, border: int, level: int = 0) -> PictureP
     inner = slice(inside, height - inside), slice(inside, width - inside)
     flat = (part[:, *inner].reshape(len(part), -1).astype(np.float32) for part in (points, slopes))
     return PicturePlane((height, width), inside, *(make_read_only(part) for part in flat))
+
+
+def compute_rows(
+    image: Pixels, plane: PicturePlane, taps: Pixels, inverse_depth: NDArray[np.float64]
+) -> Pixels:
+    """Return L (6, N) of the luminance of a picture (h, w), padded with zeros for sums."""
+    rows = np.empty((6, plane.padded_count), dtype=np.float32)
+    buffer = np.empty((2, image.shape[1] - 2 * plane.border), dtype=np.float32)
+    where = plane.points, plane.slopes, inverse_depth
+    compute_luminance_rows(image, plane.border, taps, *where, buffer, rows)
+    return rows
 
 
 def _normalise_pixels(camera: Camera, width: int, height: int, block: int) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,21 +53,22 @@ def warp_pictures(pictures: NDArray[np.generic], camera: Camera, plane: Array, T
         back = np.linalg.inv(T[:, :3, b] + np.outer(T[:, 3, b], plane[:, b]))
         X = sum(x[:, j, None] * back[:, j] for j in range(3))  # no BLAS: the same bits anywhere
         before = own.image_of(np.ascontiguousarray(X)[..., None])[0][..., 0]
-        out[b] = _interpolate(pictures[b], before).reshape(height, width)
+        out[b] = interpolate_picture(pictures[b], *before.T).reshape(height, width)
     return out
 
 
-def _interpolate(picture: NDArray[np.generic], pixels: Array) -> Array:
-    """Return the values (n,) of a picture (h, w) at pixels (n, 2), linear between centres."""
+def interpolate_picture(picture: NDArray[Any], u: Array, v: Array) -> Array:
+    """Return the values (n,) of a picture (h, w) at columns u and rows v, linear between centres.
+
+    Places outside the picture have the value at its border, and NaN the value at its first pixel.
+    """
     height, width = picture.shape
-    grey = picture.astype(float)
-    u, v = (np.clip(pixels[:, i], 0, side - 1) for i, side in enumerate((width, height)))
-    left, top = (
-        np.minimum(np.floor(x).astype(int), max(n - 2, 0)) for x, n in ((u, width), (v, height))
-    )
+    u = np.nan_to_num(np.clip(u, 0.0, width - 1.0))
+    v = np.nan_to_num(np.clip(v, 0.0, height - 1.0))
+    left, top = u.astype(np.int64), v.astype(np.int64)
     right, below = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
-    s, t = u - left, v - top
-    upper = grey[top, left] * (1 - s) + grey[top, right] * s
-    lower = grey[below, left] * (1 - s) + grey[below, right] * s
-    values: Array = upper * (1 - t) + lower * t
+    across, down = u - left, v - top
+    upper = picture[top, left] * (1.0 - across) + picture[top, right] * across
+    lower = picture[below, left] * (1.0 - across) + picture[below, right] * across
+    values: Array = upper * (1.0 - down) + lower * down
     return values

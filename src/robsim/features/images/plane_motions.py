@@ -8,6 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.features.images.picture_plane import PicturePlane, Pixels
+from robsim.features.images.picture_warp import interpolate_picture
 
 PRIMES = 2, 3, 5, 7, 11, 13  # bases of the sequence of Halton of the six motions
 
@@ -91,7 +92,8 @@ def warp_picture(
     )
     X, Y, Z = (ray[i] + t[i] * share for i in range(3))
     Z = np.where(Z > 0.0, Z, np.nan)
-    return _interpolate(image, *_find_pixels(plane, X / Z, Y / Z))
+    values = interpolate_picture(image, *_find_pixels(plane, X / Z, Y / Z))
+    return values.astype(np.float32)
 
 
 def _find_pixels(plane: PicturePlane, x: Array, y: Array) -> tuple[Array, Array]:
@@ -106,17 +108,3 @@ def _find_pixels(plane: PicturePlane, x: Array, y: Array) -> tuple[Array, Array]
     u = column + plane.border + ux * dx + uy * dy
     v = row + plane.border + vx * dx + vy * dy
     return u, v
-
-
-def _interpolate(image: Pixels, u: Array, v: Array) -> Pixels:
-    """Return the grey values (N,) of an image at columns u and rows v."""
-    height, width = image.shape
-    u = np.nan_to_num(np.clip(u, 0.0, width - 1.0))
-    v = np.nan_to_num(np.clip(v, 0.0, height - 1.0))
-    left, top = (
-        np.minimum(each, side - 2.0).astype(np.int64) for each, side in ((u, width), (v, height))
-    )
-    across, down = u - left, v - top
-    above = image[top, left] * (1.0 - across) + image[top, left + 1] * across
-    below = image[top + 1, left] * (1.0 - across) + image[top + 1, left + 1] * across
-    return np.asarray(above * (1.0 - down) + below * down, dtype=np.float32)

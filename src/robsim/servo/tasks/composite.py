@@ -16,7 +16,6 @@ from robsim.declare import DeclaredValue
 from robsim.declare.problems import prefix_path
 from robsim.features.feature_rows import concatenate_rows, select_rows
 from robsim.kernels.control import control_law
-from robsim.kernels.control.mark_weights import compute_row_maximum
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.camera_target import CameraTarget, PairKey
@@ -25,6 +24,7 @@ from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.task import Task, TaskLike
 from robsim.servo.tasks.task_choice import check_nesting
+from robsim.servo.weight_stages import add_maximum
 from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.scene import Scene
 
@@ -124,7 +124,6 @@ class CompositeController(TaskController):
                 one.note(select_rows(program, qd, columns))
 
         factors = [one.factors for one in each if one.factors is not None]
-        steps = [one.step for one in each if one.step is not None]
         return ControllerOutputs(
             s,
             error,
@@ -135,7 +134,7 @@ class CompositeController(TaskController):
             note,
             *self._merge_weights(program, each),
             factors=concatenate_rows(program, factors) if factors else None,
-            step=program.result(compute_row_maximum, "out", rows=steps) if steps else None,
+            step=add_maximum(program, [one.step for one in each]),
         )
 
     def _widen_jacobian(
@@ -153,16 +152,14 @@ class CompositeController(TaskController):
         self, program: Program, each: list[ControllerOutputs]
     ) -> tuple[BlockRows | None, BlockRows | None]:
         """Return the rows of the weights of all parts, and of the worst status of their images."""
-        weights, status = None, [one.status for one in each if one.status is not None]
+        weights, status = None, add_maximum(program, [one.status for one in each])
         if self.has_weights:
             ones = [program.constant(np.ones(one.s.size)) for one in each]
             pairs = zip(ones, each, strict=True)
             weights = concatenate_rows(
                 program, [w if e.weights is None else e.weights for w, e in pairs]
             )
-        if len(status) < 2:
-            return weights, status[0] if status else None
-        return weights, program.result(compute_row_maximum, "out", rows=status)
+        return weights, status
 
 
 class SeparateJointsController(CompositeController):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.declare.problems import prefix_path
-from robsim.features.feature import Feature
+from robsim.features.feature import Feature, reads_pictures
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures, GoalViews
 from robsim.servo.camera_target import CameraTarget, PairKey, make_camera_target
@@ -89,8 +89,8 @@ def _sort_pairs(
     """Return the pairs with features of pictures, and the pairs with features of marks."""
     pictured, marked = set[PairKey](), set[PairKey]()
     for part, sights in zip(blocks, believed, strict=True):
-        uses_pictures = getattr(part.feature, "uses_pictures", False)
-        (pictured if uses_pictures else marked).update(sight.key for sight in sights)
+        kind = pictured if reads_pictures(part.feature) else marked
+        kind.update(sight.key for sight in sights)
     return pictured, marked
 
 
@@ -134,8 +134,8 @@ def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBl
 
 def _check_picture_block(part: FeatureBlock) -> None:
     """Raise InputError if a block selects marks of a picture, or numbers that belong together."""
-    name, pictured = type(part.feature).__name__, getattr(part.feature, "uses_pictures", False)
-    if pictured and part.marks is not None:
+    name = type(part.feature).__name__
+    if reads_pictures(part.feature) and part.marks is not None:
         raise InputError(f"marks: {name} uses the whole picture, and has no marks")
     if part.components is not None and hasattr(part.feature, "with_interaction"):
         raise InputError(f"components: the numbers of {name} act together only")
