@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.errors import InputError
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.servo.constraints.constraint import ConstraintInputs, ConstraintPlace
+from robsim.servo.constraints.constraint import ConstraintInputs
 from robsim.servo.controller_rows import allocate_inputs
 from robsim.servo.feature_stages import BoundFeatureRows
 
