@@ -34,7 +34,7 @@ from robsim.kernels.control.quadratic_layout import (
     row_vectors_at,
 )
 from robsim.kernels.control.quadratic_program import SOLVED, TOLERANCE, solve_quadratic_program
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
@@ -76,11 +76,11 @@ def constrain_command(
     """Compute the command qd that is nearest to `wish` within bounds and rows.
 
     `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows. They are
-    positive where a constraint keeps the command from the wish. A row with bound = -inf never acts.
+    positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
     `slack` is the violation bound - C qd of each row that was relaxed. `unmet` is 0 if the wish
-    satisfies all constraints and is returned bit for bit, 1 if a command satisfies them, and 2, 3 or
-    4 if rows of level 2, 1 or 0 were relaxed. A wish, a row or a bound that is not a number gives
-    a command that is not a number, with unmet = 5.
+    satisfies all constraints and is returned bit for bit, 1 if another command satisfies them, and
+    2, 3 or 4 if rows of level 2, 1 or 0 were relaxed. If a number of the problem is NaN, or the
+    wish is infinite, the command is NaN and `unmet` is 5.
     """
     for i in range(n):
         put(w, qd + i, get(w, wish + i))
@@ -102,7 +102,7 @@ def constrain_command(
 def _test_wish(w, n, wish, low, high, C, m, bound, unmet):
     """Set `unmet` to 0 in the runs whose wish satisfies all constraints, else to 1."""
     size = 0.0 * get(w, unmet)
-    fits = size == size
+    fits = size >= 0.0
     for i in range(n):
         x, least, largest = get(w, wish + i), get(w, low + i), get(w, high + i)
         fits = fits & (x >= least) & (x <= largest)
