@@ -16,12 +16,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.camera_poses import (
-    SIZE,
-    interpolate_range,
-    look_at_points,
-    make_flying_scene,
-)
+from robsim.suites.camera_poses import SIZE, interpolate_range, look_at_points, make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL, GOAL
 from robsim.suites.suite import Suite, square_marks
 from robsim.world.scene import Scene

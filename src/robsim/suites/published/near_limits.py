@@ -7,8 +7,6 @@ a square of 16 cm. The scene has no limits of speed and acceleration; those are 
 
 from __future__ import annotations
 
-import numpy as np
-
 from robsim.base.arrays import Array
 from robsim.files import robots
 from robsim.geometry.pose import Pose
