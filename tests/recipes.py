@@ -119,6 +119,8 @@ OTHERS = {
     "belief": [{"cameras": [{"name": name, "focal": [700, 700]}]} for name in ("eye", "camera")],
     "broyden_start": [],
     "camera": ["second"],
+    "constraints": [[{"kind": "joint_speeds", "most": "0.05 rad/s"}]],
+    "law": ["camera"],
     "components": [[0]],
     "damping": [0.3],
     "detector": ["dots"],
@@ -160,6 +162,13 @@ def part(key, value, base=FLYING, kind="ibvs", index=None, **table):
     """Likewise with the place of a part of the task."""
     made, path = task(kind, base, **{**table, key: value})
     return made, (*path, key, *([] if index is None else [index]))
+
+
+def limited(kind, base=None, **table):
+    """The tables of an arm whose law has a constraint of this kind, and its place."""
+    law = {"kind": "constrained", "constraints": [{"kind": kind, **table}]}
+    made, path = part("law", law, ARM if base is None else base)
+    return made, (*path, "constraints", 0)
 
 
 def of_pictures(kind, extension=None, **others):
@@ -583,6 +592,22 @@ RECIPES = {
     "gain adaptive": [
         part("gain", {"kind": "adaptive", "at_zero": 4, "at_infinity": 0.4, "slope": 30})
     ],
+    "law constrained": [
+        part(
+            "law",
+            {"kind": "constrained", "constraints": [{"kind": "joint_speeds", "most": "0.1 rad/s"}]},
+            ARM,
+            joints=FIVE,
+        ),
+    ],
+    "constraint field_of_view": [
+        limited("field_of_view", margin=200, rate=8, noise=5),
+        limited("field_of_view", margin=150, depth_error=0.3, focal_error=0.2),
+    ],
+    "constraint mark_depth": [limited("mark_depth", least="60 cm", depth_error=0.2)],
+    "constraint joint_limits": [limited("joint_limits", margin="50 deg")],
+    "constraint joint_speeds": [limited("joint_speeds", most="0.1 rad/s")],
+    "constraint joint_accelerations": [limited("joint_accelerations", most="0.2 rad/s^2")],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
     "secondary motion avoid_limits": [part("secondary", SHAPED["secondary"], ARM)],
     "secondary motion posture": [part("secondary", {"kind": "posture", "q": ["5 deg"] * 7}, ARM)],

@@ -78,7 +78,7 @@ class ConstrainedLaw(DeclaredValue):
         float,
         Number(above=0.0, most=1.0),
         "Weight of the distance of the velocities beside that of the features.",
-    ] = 1e-3
+    ] = 1e-4
 
     def __post_init__(self) -> None:
         super().__post_init__()
