@@ -15,6 +15,7 @@ from robsim.kernels.control.quadratic_layout import (
     COLUMNS,
     COMBINATIONS,
     DUAL,
+    FREE,
     METRIC,
     PLACES,
     PRICES,
@@ -73,32 +74,31 @@ def _scale_columns(w, first, n):
 def project_gradient(w, first, n, m, p, q, spread):
     """Compute the coordinates of gradient p, its free direction, and its shares.
 
-    These are the vectors DUAL, STEP and SHARES. `spread` is the squared size of J. Return the
-    squared length of the free direction in the metric of H, or 0 if it is not significant.
+    These are the vectors DUAL, STEP and SHARES. FREE holds the free coordinates. `spread` is the
+    squared size of J. Return the squared length of the free direction in the metric of H, or 0 if
+    it is not significant.
     """
     wide, matrices = count_blocks(n), matrices_at(first, n)
     J, T = matrices + COLUMNS * n * wide, matrices + COMBINATIONS * n * wide
-    _compute_coordinates(w, first, n, m, p)
-    dual = (first + DUAL * wide) * WIDTH
-    fixed, free = 0.0, 0.0
-    for k in range(q):
-        fixed += w[dual + k] * w[dual + k]
-    for k in range(q, n):
-        free += w[dual + k] * w[dual + k]
+    _compute_coordinates(w, first, n, m, p, q)
+    dual, free_at = (first + DUAL * wide) * WIDTH, (first + FREE * wide) * WIDTH
+    whole, free = 0.0, 0.0
+    for k in range(n):
+        whole += w[dual + k] * w[dual + k]
+        free += w[free_at + k] * w[free_at + k]
     for v in range(wide):
         step, share = 0.0 * get(w, J), 0.0 * get(w, J)
-        for k in range(q, n):
-            step = step + w[dual + k] * get(w, J + k * wide + v)
-        for k in range(q):
+        for k in range(n):
+            step = step + w[free_at + k] * get(w, J + k * wide + v)
             share = share + w[dual + k] * get(w, T + k * wide + v)
         put(w, first + STEP * wide + v, step)
         put(w, first + SHARES * wide + v, share)
-    return free if free > INDEPENDENT * (free + fixed) + ROUNDING * spread else 0.0
+    return free if free > INDEPENDENT * whole + ROUNDING * spread else 0.0
 
 
 @part
-def _compute_coordinates(w, first, n, m, p):
-    """Compute the coordinates J' c of the gradient c of constraint p."""
+def _compute_coordinates(w, first, n, m, p, q):
+    """Compute the coordinates J' c of the gradient c of constraint p, and their free part."""
     wide, tall = count_blocks(n), count_blocks(m)
     rows = matrices_at(first, n) + ROWS * n * wide
     c = columns_at(first, n, m) * WIDTH + p - 2 * n
@@ -112,6 +112,8 @@ def _compute_coordinates(w, first, n, m, p):
             for k in range(n):
                 total = total + w[c + k * tall * WIDTH] * get(w, rows + k * wide + v)
         put(w, first + DUAL * wide + v, total)
+        free = where(get(w, first + PLACES * wide + v) < q, 0.0, total)
+        put(w, first + FREE * wide + v, free)
 
 
 @kernel
@@ -121,34 +123,34 @@ def add_active(w, first, n, p, q, price, free):
     The reflection maps the free coordinates of its gradient to column q of J. `free` is their
     squared length.
     """
-    wide, dual, step = count_blocks(n), first + DUAL * count_blocks(n), first + STEP * count_blocks(n)
+    wide = count_blocks(n)
+    across, step = first + FREE * wide, first + STEP * wide
     J = matrices_at(first, n) + COLUMNS * n * wide
     T = matrices_at(first, n) + COMBINATIONS * n * wide
-    length = math.copysign(math.sqrt(free), w[dual * WIDTH + q])
-    factor, inverse = 1.0 / (free + length * w[dual * WIDTH + q]), 1.0 / length
+    own = w[across * WIDTH + q]
+    length = math.copysign(math.sqrt(free), own)
+    factor, inverse = 1.0 / (free + length * own), 1.0 / length
     for v in range(wide):
-        place, d = get(w, first + PLACES * wide + v), get(w, dual + v)
+        place, d = get(w, first + PLACES * wide + v), get(w, across + v)
         share = inverse * get(w, first + SHARES * wide + v)
         put(w, T + q * wide + v, where(place == q, -inverse, share))
-        d = where(place < q, 0.0, d)
-        put(w, dual + v, where(place == q, d + length, d))
+        put(w, across + v, where(place == q, d + length, d))
         put(w, step + v, factor * (get(w, step + v) + length * get(w, J + q * wide + v)))
-    _reflect_columns(w, first, n, q, n)
+    _reflect_columns(w, first, n)
     w[(first + PRICES * wide) * WIDTH + q] = price
     w[(first + ACTIVE * wide) * WIDTH + q] = p
 
 
 @kernel
-def _reflect_columns(w, first, n, start, end):
-    """Subtract y v' from J. y is the vector STEP. v is the vector DUAL, zero outside start:end."""
+def _reflect_columns(w, first, n):
+    """Subtract y v' from J, with y in the vector STEP and v in the vector FREE."""
     wide, matrices = count_blocks(n), matrices_at(first, n)
     J, rows = matrices + COLUMNS * n * wide, matrices + ROWS * n * wide
-    dual, step = first + DUAL * wide, first + STEP * wide
+    across, step = first + FREE * wide, first + STEP * wide
     for v in range(wide):
-        y, d = get(w, step + v), get(w, dual + v)
-        for k in range(start, end):
-            put(w, J + k * wide + v, get(w, J + k * wide + v) - w[dual * WIDTH + k] * y)
+        y, d = get(w, step + v), get(w, across + v)
         for k in range(n):
+            put(w, J + k * wide + v, get(w, J + k * wide + v) - w[across * WIDTH + k] * y)
             put(w, rows + k * wide + v, get(w, rows + k * wide + v) - w[step * WIDTH + k] * d)
 
 
@@ -163,10 +165,12 @@ def remove_active(w, first, n, leaving, q):
     T = (matrices_at(first, n) + COMBINATIONS * n * wide) * WIDTH
     active, prices = (first + ACTIVE * wide) * WIDTH, (first + PRICES * wide) * WIDTH
     _reflect_combinations(w, first, n, leaving, q)
-    _reflect_columns(w, first, n, 0, q)
+    _reflect_columns(w, first, n)
     for k in range(last):
         w[T + k * wide * WIDTH + leaving] = w[T + k * wide * WIDTH + last]
         w[T + k * wide * WIDTH + last] = 0.0
+    for i in range(wide * WIDTH):
+        w[T + last * wide * WIDTH + i] = 0.0
     w[active + leaving], w[prices + leaving] = w[active + last], w[prices + last]
     w[prices + last] = 0.0
 
@@ -175,22 +179,22 @@ def remove_active(w, first, n, leaving, q):
 def _reflect_combinations(w, first, n, leaving, q):
     """Compute the reflection that removes a constraint, and apply it to the columns of T."""
     wide, last = count_blocks(n), q - 1
-    dual, step = (first + DUAL * wide) * WIDTH, first + STEP * wide
+    across, step = (first + FREE * wide) * WIDTH, first + STEP * wide
     J = matrices_at(first, n) + COLUMNS * n * wide
     T = matrices_at(first, n) + COMBINATIONS * n * wide
     square = 0.0
-    for k in range(WIDTH * wide):
-        w[dual + k] = w[(T + k * wide) * WIDTH + leaving] if k < q else 0.0
-        square += w[dual + k] * w[dual + k]
-    length = math.copysign(math.sqrt(square), w[dual + last])
-    factor = 1.0 / (square + length * w[dual + last])
-    w[dual + last] += length
+    for k in range(n):  # columns of T from q on are zero
+        w[across + k] = w[(T + k * wide) * WIDTH + leaving]
+        square += w[across + k] * w[across + k]
+    length = math.copysign(math.sqrt(square), w[across + last])
+    factor = 1.0 / (square + length * w[across + last])
+    w[across + last] += length
     for v in range(wide):
         total, others = 0.0 * get(w, J), 0.0 * get(w, J)
-        for k in range(q):
-            total = total + w[dual + k] * get(w, J + k * wide + v)
-            others = others + w[dual + k] * get(w, T + k * wide + v)
+        for k in range(n):
+            total = total + w[across + k] * get(w, J + k * wide + v)
+            others = others + w[across + k] * get(w, T + k * wide + v)
         put(w, step + v, factor * total)
-        for k in range(last):
+        for k in range(n):
             here = T + k * wide + v
-            put(w, here, get(w, here) - factor * w[dual + k] * others)
+            put(w, here, get(w, here) - factor * w[across + k] * others)

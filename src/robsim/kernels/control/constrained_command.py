@@ -34,7 +34,7 @@ from robsim.kernels.control.quadratic_layout import (
     row_vectors_at,
 )
 from robsim.kernels.control.quadratic_program import SOLVED, TOLERANCE, solve_quadratic_program
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
@@ -76,11 +76,11 @@ def constrain_command(
     """Compute the command qd that is nearest to `wish` within bounds and rows.
 
     `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows. They are
-    positive where a constraint keeps the command from the wish. A row with bound = -inf never acts.
+    positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
     `slack` is the violation bound - C qd of each row that was relaxed. `unmet` is 0 if the wish
-    satisfies all constraints and is returned bit for bit, 1 if a command satisfies them, and 2, 3 or
-    4 if rows of level 2, 1 or 0 were relaxed. A wish, a row or a bound that is not a number gives
-    a command that is not a number, with unmet = 5.
+    satisfies all constraints and is returned bit for bit, 1 if another command satisfies them, and
+    2, 3 or 4 if rows of level 2, 1 or 0 were relaxed. If a number of the wish or of a
+    constraint is NaN, or the wish is infinite, the command is NaN and `unmet` is 5.
     """
     for i in range(n):
         put(w, qd + i, get(w, wish + i))
@@ -102,7 +102,7 @@ def constrain_command(
 def _test_wish(w, n, wish, low, high, C, m, bound, unmet):
     """Set `unmet` to 0 in the runs whose wish satisfies all constraints, else to 1."""
     size = 0.0 * get(w, unmet)
-    fits = size == size
+    fits = size >= 0.0
     for i in range(n):
         x, least, largest = get(w, wish + i), get(w, low + i), get(w, high + i)
         fits = fits & (x >= least) & (x <= largest)
@@ -127,7 +127,7 @@ def _constrain_run(
     unmet, scratch,
 ):  # fmt: skip
     """Compute the command of the run in lane b."""
-    if not _is_finite(w, b, A, k, n, wish, low, high, C, m, bound):
+    if not _is_finite(w, b, n, wish, low, high, C, m, bound):
         for i in range(n):
             w[(qd + i) * WIDTH + b] = math.nan
         w[unmet * WIDTH + b] = UNSOLVED
@@ -155,11 +155,9 @@ def _constrain_run(
 
 
 @kernel
-def _is_finite(w, b, A, k, n, wish, low, high, C, m, bound):
+def _is_finite(w, b, n, wish, low, high, C, m, bound):
     """Return whether all numbers of a run are usable. Bounds may be infinite on their own side."""
     total = 0.0
-    for i in range(k * n):
-        total += 0.0 * w[(A + i) * WIDTH + b]
     for i in range(n):
         total += 0.0 * w[(wish + i) * WIDTH + b]
         if not (w[(low + i) * WIDTH + b] < math.inf and w[(high + i) * WIDTH + b] > -math.inf):
@@ -220,7 +218,10 @@ def _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns):
 
 @kernel
 def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
-    """Write A'A n/trace(A'A) + eps I to the matrix of a program."""
+    """Write A'A n/trace(A'A) + eps I to the matrix of a program.
+
+    If A is zero or not finite, I replaces the first term.
+    """
     wide, row = count_blocks(unknowns), scratch + STEP * count_blocks(unknowns)
     H = matrices_at(scratch, unknowns) + METRIC * unknowns * wide
     for r in range(k):
@@ -233,11 +234,14 @@ def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
     trace = 0.0
     for i in range(n):
         trace += w[(H + i * wide) * WIDTH + i]
-    factor = n / trace if trace > 0.0 else 1.0
+    is_usable = 0.0 < trace < math.inf
     for i in range(n):
         for v in range(wide):
-            put(w, H + i * wide + v, factor * get(w, H + i * wide + v))
-        w[(H + i * wide) * WIDTH + i] += w[eps * WIDTH + b]
+            if is_usable:
+                put(w, H + i * wide + v, n / trace * get(w, H + i * wide + v))
+            else:
+                put(w, H + i * wide + v, 0.0)
+        w[(H + i * wide) * WIDTH + i] += w[eps * WIDTH + b] + (0.0 if is_usable else 1.0)
 
 
 @kernel

@@ -12,8 +12,9 @@ from robsim.kernels.machine.lanes import WIDTH, put
 
 # vectors of n numbers: the program, its solution, multipliers, and values of the method
 WISH, LOW, HIGH, X, LOW_PRICE, HIGH_PRICE = range(6)
-LOW_ROOM, HIGH_ROOM, LOW_LIMIT, HIGH_LIMIT, STEP, DUAL, SHARES, PRICES, ACTIVE, PLACES = range(6, 16)
-VECTORS = 16
+LOW_ROOM, HIGH_ROOM, LOW_LIMIT, HIGH_LIMIT = range(6, 10)
+STEP, DUAL, FREE, SHARES, PRICES, ACTIVE, PLACES = range(10, 17)
+VECTORS = 17
 # matrices (n, n), by rows
 METRIC, COLUMNS, ROWS, COMBINATIONS = range(4)
 MATRICES = 4

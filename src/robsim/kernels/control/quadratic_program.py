@@ -49,7 +49,16 @@ from robsim.kernels.control.quadratic_layout import (
 )
 from robsim.kernels.machine.array_views import pointer_of
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, least_lane, put, sqrt, where
+from robsim.kernels.machine.lanes import (
+    WIDTH,
+    absolute,
+    get,
+    get_lane,
+    least_lane,
+    put,
+    sqrt,
+    where,
+)
 
 SOLVED, INFEASIBLE, ITERATION_LIMIT = 0, 1, 2
 TOLERANCE = 1e-9  # violation of a scaled constraint, relative to the size of the command
@@ -199,17 +208,18 @@ def _find_worst(w, first, n, m):
 @part
 def _meet_constraint(w, first, n, m, p, q, rounds, size, spread):
     """Make constraint p active. Return the state, the number of active constraints, and rounds."""
-    price = 0.0
+    price, room = 0.0, _read_room(w, first, n, m, p)
     while rounds > 0:
         rounds -= 1
         free = project_gradient(w, first, n, m, p, q, spread)
-        shorter, leaving = _find_leaving(w, first, n, q)
-        full = -_read_room(w, first, n, m, p) / free if free > 0.0 else math.inf
+        shorter, leaving = _find_leaving(w, first, n)
+        full = -room / free if free > 0.0 else math.inf
         step = min(shorter, full)
         if not step < math.inf:
             _store_certificate(w, first, n, m, p, q)
             return INFEASIBLE, q, rounds
         price += step
+        room += step * free
         _move_solution(w, first, n, m, step, free > 0.0)
         if full <= shorter:
             add_active(w, first, n, p, q, price, free)
@@ -223,12 +233,13 @@ def _meet_constraint(w, first, n, m, p, q, rounds, size, spread):
 
 
 @kernel
-def _find_leaving(w, first, n, q):
+def _find_leaving(w, first, n):
     """Return the longest step without negative multipliers, and the place that limits it."""
     wide, most, least, at = count_blocks(n), 1.0, math.inf, -1
-    for k in range(q):
-        most = max(most, abs(w[(first + SHARES * wide) * WIDTH + k]))
-    for v in range(count_blocks(q)):
+    for v in range(wide):
+        size = absolute(get(w, first + SHARES * wide + v))
+        most = max(most, get_lane(size, least_lane(-size)))
+    for v in range(wide):
         share = get(w, first + SHARES * wide + v)
         longest = get(w, first + PRICES * wide + v) / share
         longest = where(share > NEGLIGIBLE * most, longest, math.inf)
