@@ -312,7 +312,7 @@ class ServoTask(CommandFields):
         own = regulated.tolerances
         tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
         check_feature_tolerance(tolerance, regulated)
-        return ServoController(
+        controller = ServoController(
             scene,
             truths[0].eye.name,
             truths,
@@ -334,6 +334,8 @@ class ServoTask(CommandFields):
             self.weighting,
             cast(MarkDetector | None, self.detector),
         )
+        bind = getattr(self.law, "bind", None)
+        return controller if bind is None else cast(ServoController, bind(controller))
 
     def sights(self, scene: Scene) -> BlockTargets:
         """Return the true camera-target pairs of each feature block, cached for the last scene.
