@@ -68,7 +68,7 @@ Errors
 Modules by subject
     analysis       Results of comparisons, advice, explanations and equilibria.
     calibration    Calibration of lenses and mounts.
-    classic        The ten functions of the chapter, by their names and argument orders.
+    constraints    Constraints on the command of a law.
     control        Control of a real robot: commands, health, limits, ROS 2 messages.
     declare        Declaration of your own features, laws, joints and other kinds.
     endings        Conditions that end a run.

@@ -2,7 +2,7 @@
 
 from robsim import analysis as analysis
 from robsim import calibration as calibration
-from robsim import classic as classic
+from robsim import constraints as constraints
 from robsim import control as control
 from robsim import declare as declare
 from robsim import endings as endings

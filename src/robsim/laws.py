@@ -1,6 +1,7 @@
 """Control laws of a servo task, and the parts from which they are built."""
 
 from robsim.servo.laws.broyden_rule import Broyden as Broyden
+from robsim.servo.laws.constrained_law import ConstrainedLaw as ConstrainedLaw
 from robsim.servo.laws.control_state import ControlState as ControlState
 from robsim.servo.laws.depth_filter import DepthFilter as DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion as EstimatedMotion

@@ -24,6 +24,7 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
     `safety` is the safety of the run, which may have stopped the robot.
     """
     from robsim.engine.outcome import Outcome
+    from robsim.run.active_constraints import name_holding_constraints
     from robsim.run.end_variables import find_converged_elsewhere
 
     if "run" in result.dims:
@@ -34,6 +35,8 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
             print_text(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")
     else:
         print_text(f"outcome      {_format_outcome_message(Outcome(int(result.outcome)), safety)}")
+        if int(result.outcome) != Outcome.CONVERGED and (held := name_holding_constraints(result)):
+            print_text(f"held by      {', '.join(held)}")
         if int(result.outcome) != Outcome.CONVERGED and result.sizes["mark"]:
             print_text(f"why          robsim explain {folder}")
         print_text(f"time         {float(result.end_time):.2f} s")

@@ -127,9 +127,8 @@ class ImageStream:
             for sight, each, group in zip(self.sights, self.views, self.groups, strict=True)
         }
         placed = plant.placed if q == plant.q else None
-        return ControllerInputs(
-            self.program, plant.dt, plant.seconds, q, views, placed, age=self.age
-        )
+        age = None if self.fresh else self.age
+        return ControllerInputs(self.program, plant.dt, plant.seconds, q, views, placed, age=age)
 
     def remember(self) -> None:
         """Add the stages that store the image of the past period, before the joints move."""

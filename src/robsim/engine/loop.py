@@ -80,6 +80,7 @@ class Loop:
             *(scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights),
             len(controller.picture_cameras),
             controller.factor_count,
+            *(len(controller.constraint_labels),) * 2,
         )
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
@@ -203,7 +204,7 @@ class Steps:
         true, command = images.true[: 2 * images.N], self.command
         self.recorded_rows = [
             *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
-            *(images.hashes, command.factors),
+            *(images.hashes, command.factors, command.active, command.slack),
         ]
         loop.recorder.keep(program, row, self.alive, self.recorded_rows)
         loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)

@@ -38,6 +38,8 @@ class RecordedSeries(NamedTuple):
     weights: Array
     hashes: Array
     factors: Array
+    active: Array
+    slack: Array
 
 
 COPIES = 3  # simultaneous copies of the results: in memory, in the file, and a temporary one
@@ -61,7 +63,8 @@ class Recorder:
     """Arrays of the recorded instants and of the end of each run.
 
     Each chunk writes to its own rows. `widths` are the numbers of columns of q, qd, rates, s,
-    pixels, weights, hashes of pictures and factors of normal equations.
+    pixels, weights, hashes of pictures, factors of normal equations, and active constraints and
+    their slack.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):

@@ -34,6 +34,8 @@ INSTANTS = {
     "pixels": ("mark", "axis"),
     "picture_hash": ("picture",),
     "normal_factor": ("factor",),
+    "active": ("constraint",),
+    "slack": ("constraint",),
 }
 ENDS = {
     "pixels_goal": ("mark", "axis"),
@@ -60,11 +62,15 @@ NAMES = {
     "mark_camera": ("mark",),
     "mark_target": ("mark",),
     "picture_camera": ("picture",),
+    "constraint": ("constraint",),
 }
 FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # with an attribute `frame`
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
-OPTIONAL = {"qd_actual", "weight", "ending", "picture_hash", "picture_camera", "normal_factor"}
+OPTIONAL = {
+    *("qd_actual", "weight", "ending", "picture_hash", "picture_camera", "normal_factor"),
+    *("active", "slack", "constraint"),
+}
 MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")

@@ -41,6 +41,8 @@ UNITS = {
     "pixels_goal": "px",
     "picture_hash": "1",
     "normal_factor": "grey values per m or rad",
+    "active": "1",
+    "slack": "see constraint",
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
@@ -66,6 +68,8 @@ DESCRIPTIONS = {
     "pixels": "image coordinates of the marks, without noise",
     "pixels_goal": "image coordinates of the marks at the goal",
     "picture_hash": "52 bits of the BLAKE2b hash of the newest picture of a camera",
+    "active": "multiplier of each constraint, positive where it holds the command back",
+    "slack": "excess of the command over a constraint that gave way",
     "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
@@ -111,6 +115,7 @@ def _make_recorded_variables(
             "pixels": series.pixels.reshape(*series.q.shape[:2], -1, 2),
             **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
             **({"normal_factor": series.factors} if series.factors.shape[-1] else {}),
+            **({"active": series.active, "slack": series.slack} if series.active.shape[-1] else {}),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -198,6 +203,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
     keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
     has_pictures = loop.recorder.last.hashes.shape[-1] > 0
     cameras = loop.controller.picture_cameras if has_pictures else []
+    constraints = loop.controller.constraint_labels if loop.recorder.last.active.shape[-1] else ()
     return {
         "run": (["run"], loop.runs),
         "time": (["time"], np.arange(instants) * every * loop.dt, seconds),
@@ -210,6 +216,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
         "mark_camera": (["mark"], np.array([camera for camera, _ in keys], dtype=str)),
         "mark_target": (["mark"], np.array([target for _, target in keys], dtype=str)),
         **({"picture_camera": (["picture"], np.array(cameras, dtype=str))} if cameras else {}),
+        **({"constraint": (["constraint"], list(constraints))} if constraints else {}),
     }
 
 

@@ -78,6 +78,8 @@ class ControllerOutputs:
     basis: Callable[[Blocks], LawInput | None] = lambda blocks: None
     factors: BlockRows | None = None  # Cholesky factors of the normal equations of pictures
     step: BlockRows | None = None  # remaining step of a camera over the largest that converges
+    active: BlockRows | None = None  # (c,) multiplier of each constraint of the law
+    slack: BlockRows | None = None  # (c,) excess over each constraint of the law
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

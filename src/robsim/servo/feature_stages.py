@@ -23,6 +23,7 @@ from robsim.robot.fk_stages import FKStages, add_jacobian_stage
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.constraints.constraint import MarkView
 from robsim.servo.controller_rows import ControllerInputs, allocate_inputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
@@ -244,6 +245,20 @@ class BoundFeatureRows:
         return self.program.result(
             control_law.express_in_first_camera, "out", *rows.L.shape, **arguments
         )
+
+    def views(self) -> dict[PairKey, MarkView]:
+        """Return the rows of the marks of each pair, for constraints."""
+        return {
+            sight.key: MarkView(
+                sight,
+                self.observations[sight.key].pixels,
+                self.observations[sight.key].points,
+                self.observations[sight.key].depth,
+                self.J[sight.key],
+                self.inputs.views[sight.key].hidden,
+            )
+            for sight in self.bound_features.sights
+        }
 
     def flag_hidden(self) -> BlockRows:
         """Return the rows (k,): 1 for a component that depends on a hidden mark, else 0.

@@ -13,6 +13,8 @@ from robsim.base.arrays import Array, move_runs_first, view_runs_last
 from robsim.base.errors import InputError
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.constraints.constraint import ConstraintPlace
+from robsim.servo.constraints.constraint_stages import BoundConstraints
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.feature_stages import FACTOR
 from robsim.servo.laws.broyden_rule import Broyden
@@ -48,6 +50,18 @@ class ServoController(TaskController):
     shaping: CommandShaper
     weighting: tuple[Weighting | MarkWeighting, ...] = ()
     detector: MarkDetector | None = None
+    constraints: BoundConstraints | None = None
+
+    @property
+    def constraint_labels(self) -> tuple[str, ...]:
+        """Names of the constraints of the law."""
+        return self.constraints.labels if self.constraints else ()
+
+    @property
+    def constraint_place(self) -> ConstraintPlace:
+        """Scene in which constraints of the law act."""
+        sights = tuple(self.bound_features.sights)
+        return ConstraintPlace(sights[0].scene, sights, self.columns)
 
     @property
     def has_weights(self) -> bool:

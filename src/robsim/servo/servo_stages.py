@@ -16,6 +16,7 @@ from robsim.kernels.linear_algebra.pseudoinverse import count_solution_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.command import LawInput
+from robsim.servo.constraints.constraint_stages import ConstraintStages
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.feature_stages import BoundFeatureRows
 from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows, as_compiled_law
@@ -59,6 +60,7 @@ class ServoStages:
         self.weights: BlockRows | None = None
         self.status: BlockRows | None = None
         self.hidden: BlockRows | None = None
+        self.constrained: ConstraintStages | None = None
 
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
@@ -103,9 +105,14 @@ class ServoStages:
         else:
             qd = self.program.add_python_rows(self._call_law, self.n)
         error, A = self.weighted_by_marks
-        return self.controller.shaping.stages(
-            self.inputs, qd, error, self.feature_rows.first_jacobian, A
-        )
+        shaping, constraints = self.controller.shaping, self.controller.constraints
+        qd = shaping.stages(self.inputs, qd, error, self.feature_rows.first_jacobian, A)
+        if constraints is None:
+            return qd
+        views = self.feature_rows.views()
+        rows = self.inputs, self.feature_rows.placed, views, qd, self.A
+        self.constrained = ConstraintStages(constraints, *rows)
+        return self.constrained.qd
 
     def rate(self) -> BlockRows:
         """Return the rows of the desired rate of the error, -gain e."""
@@ -118,6 +125,7 @@ class ServoStages:
         step = self._measure_step()
         result = self.program.result
         busy = self.rows() if step is None else result(control_law.compare_step, "busy", share=step)
+        limited = self.constrained
         return ControllerOutputs(
             *(self.feature_rows.s, error, qd, A, busy),
             lambda blocks: blocks.get(self.feature_rows.first_jacobian),
@@ -127,6 +135,7 @@ class ServoStages:
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
             self.feature_rows.factors,
             step,
+            *((limited.active, limited.slack) if limited else ()),
         )
 
     def _measure_step(self) -> BlockRows | None:
@@ -158,6 +167,8 @@ class ServoStages:
     def note(self, qd: BlockRows) -> None:
         """Add the stages that store the final command."""
         c, features, k, add = self.controller, self.feature_rows, self.k, self.add
+        if self.constrained:
+            self.constrained.note(qd)
         known_motion = isinstance(c.feed_forward, KnownMotion)
         if c.bound_features.depths.filtered:
             for key, J in features.J.items():

@@ -97,6 +97,11 @@ class TaskController(ABC):
         return 0
 
     @property
+    def constraint_labels(self) -> tuple[str, ...]:
+        """Names of the constraints of the law."""
+        return ()
+
+    @property
     def picture_cameras(self) -> list[str]:
         """Names of the cameras whose pictures detectors or features use, in order."""
         return list(self.picture_sights)

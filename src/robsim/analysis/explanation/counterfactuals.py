@@ -55,12 +55,12 @@ def scale_gain(case: Experiment, factor: float) -> Experiment | None:
             new = factor * gain
         return replace(leaf, **{"gain": new})
 
-    return _change_servo_tasks(case, change)
+    return change_servo_tasks(case, change)
 
 
 def replace_task_fields(case: Experiment, **values: Any) -> Experiment | None:
     """Return the case with other fields in every servo task; None if one lacks them."""
-    return _change_servo_tasks(case, lambda leaf: replace(leaf, **values))
+    return change_servo_tasks(case, lambda leaf: replace(leaf, **values))
 
 
 def add_robust_weighting(case: Experiment) -> Experiment | None:
@@ -70,10 +70,10 @@ def add_robust_weighting(case: Experiment) -> Experiment | None:
         weighting: dict[str, Any] = {"weighting": (*leaf.weighting, "tukey")}
         return replace(leaf, **weighting)
 
-    return _change_servo_tasks(case, add)
+    return change_servo_tasks(case, add)
 
 
-def _change_servo_tasks(case: Experiment, change: TaskChange) -> Experiment | None:
+def change_servo_tasks(case: Experiment, change: TaskChange) -> Experiment | None:
     """Return the case with `change` applied to every servo task; None if that is impossible."""
     if not list_servo_tasks(case.task):
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from robsim.analysis.explanation.active_constraints import report_constraints
 from robsim.analysis.explanation.divergence import (
     report_growing_error,
     report_loop_gain,
@@ -97,6 +98,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     Outcome.CONVERGED: (report_visibility, report_retreat, report_near_border),
     Outcome.LOCAL_MINIMUM: (
         report_camera_law,
+        report_constraints,
         report_null_space,
         report_own_law,
         report_missing_motion,
@@ -104,6 +106,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
         report_visibility,
     ),
     Outcome.OUT_OF_IMAGE: (
+        report_constraints,
         *_COMMON_REASONS,
         report_border,
         report_growing_error,
@@ -138,6 +141,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     ),
     Outcome.TIME_LIMIT: (
         *(
+            report_constraints,
             report_slow_decay,
             report_steering,
             report_ascent,

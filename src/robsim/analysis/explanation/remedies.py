@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.analysis.explanation import counterfactuals
 from robsim.analysis.explanation.ablation import AblationTrial, run_trial
+from robsim.analysis.explanation.active_constraints import advise_constraints, propose_metric
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.path_changes import find_path_changes, find_trial_changes
 from robsim.analysis.explanation.run_analysis import RunAnalysis
@@ -44,6 +45,7 @@ def find_remedies(analysis: RunAnalysis) -> list[Finding]:
     advice = (
         list(propose_robust_weighting(analysis)) if analysis.outcome is Outcome.TIME_LIMIT else []
     )
+    advice += advise_constraints(analysis)
     for remedy in _REMEDIES[analysis.outcome]:
         for about, how, case in remedy(analysis):
             trial = run_trial(case) if case is not None and len(advice) < MOST_REMEDIES else None
@@ -215,7 +217,8 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.NOTHING_IN_VIEW: (propose_coarser_pictures, propose_interaction, propose_lower_gain),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (
-        *(propose_coarser_pictures, propose_interaction, propose_law, propose_scheme),
+        *(propose_coarser_pictures, propose_metric, propose_interaction, propose_law),
+        propose_scheme,
     ),
     Outcome.OUT_OF_IMAGE: (
         propose_interaction,

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from robsim.analysis.diagnosis import law_matrix
+from robsim.analysis.explanation.active_constraints import list_holding_constraints
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_list, format_number
@@ -21,7 +22,7 @@ MAIN_COMPONENT = 0.35  # least component of a unit direction for a joint to be l
 def report_null_space(analysis: RunAnalysis) -> Finding | None:
     """Report a joint law with its error in the null space of (L J)^+."""
     last = analysis.last_basis_under(JointLaw)
-    if last is None:
+    if last is None or list_holding_constraints(analysis):
         return None
     k, rank = len(last.error), int(analysis.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))

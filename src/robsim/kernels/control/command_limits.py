@@ -11,7 +11,7 @@ import math
 
 from robsim.kernels.formulas.perspective import IN_IMAGE
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 
 # bits of the row `reason`: why the command differs from the command of the law
@@ -399,3 +399,54 @@ def store_command(w, step, n="count", out="n", last="n", reason="row", busy="row
         waits = why & STOPPED == 0 and why & temporary != 0
         grows = why & STOPPED == 0 and w[share * WIDTH + b] < 1.0
         w[busy * WIDTH + b] = 1.0 if waits or grows else 0.0
+
+
+@stage
+def bound_velocities(
+    w,
+    step,
+    n="count",
+    q="nq",
+    nq="count",
+    places="each: whole",
+    last="n",
+    dt="row",
+    hold="row",
+    speeds="n",
+    accelerations="n",
+    least="n",
+    most="n",
+    low="n",
+    high="n",
+):
+    """Compute bounds [low, high] of n velocities from limits of joints.
+
+    `least` and `most` are the limits of the coordinates, `places` their indices in q (-1: without
+    limits), and `last` is the last command. A bound that cannot be reached within the acceleration
+    gives way to the acceleration, so that low <= high.
+    """
+    for b in range(WIDTH):
+        duration, held = w[dt * WIDTH + b], w[hold * WIDTH + b]
+        for j in range(n):
+            acceleration, speed = w[(accelerations + j) * WIDTH + b], w[(speeds + j) * WIDTH + b]
+            slow, fast = -speed, speed
+            if places[1 + j] >= 0:
+                x = w[(q + places[1 + j]) * WIDTH + b]
+                deceleration = acceleration * (duration / held)
+                brake = _braking_bounds(w, b, x, least + j, most + j, deceleration, held)
+                slow, fast = max(slow, brake[0]), min(fast, brake[1])
+            before, change = w[(last + j) * WIDTH + b], acceleration * duration
+            if change < math.inf:
+                slow = _clamp(slow, before - change, before + change)
+                fast = _clamp(fast, before - change, before + change)
+            w[(low + j) * WIDTH + b], w[(high + j) * WIDTH + b] = slow, fast
+
+
+@stage
+def remember_command(w, step, n="count", qd="n", past="p, n", p="count"):
+    """Store the command qd as the newest of p past commands."""
+    for i in range(p - 1, 0, -1):
+        for j in range(n):
+            put(w, past + n * i + j, get(w, past + n * (i - 1) + j))
+    for j in range(n):
+        put(w, past + j, get(w, qd + j))

@@ -35,7 +35,7 @@ WORST_STATUS, CONTINUED_STATUS, EACH_STATUS = (
 
 
 @part
-def _lens_coefficients(w, camera):
+def lens_coefficients(w, camera):
     """Return the eight lens coefficients of a camera."""
     at = camera + LENS
     return (
@@ -105,7 +105,7 @@ def project_to_pixels(
         behind, inverse = where(Z > LEAST_DEPTH, 0.0 * Z, np.nan), 1.0 / Z
         x, y = X * inverse + behind, Y * inverse + behind
         if lens == BROWN:
-            x, y = distort(x, y, _lens_coefficients(w, camera))
+            x, y = distort(x, y, lens_coefficients(w, camera))
         elif lens == FISHEYE:
             x, y = _distort_fisheye_lanes(w, camera, x, y)
         u, v = _pixel_from_camera(w, camera, x, y)
@@ -125,13 +125,13 @@ def project_to_pixels(
 def _distort_fisheye_lanes(w, camera, x, y):
     """Return the images of normalised points by fisheye lenses, lane by lane."""
     for i in range(WIDTH):
-        bent = distort_fisheye(get_lane(x, i), get_lane(y, i), _lane_coefficients(w, camera, i))
+        bent = distort_fisheye(get_lane(x, i), get_lane(y, i), lane_coefficients(w, camera, i))
         x, y = replace_lane(x, i, bent[0]), replace_lane(y, i, bent[1])
     return x, y
 
 
 @part
-def _lane_coefficients(w, camera, i):
+def lane_coefficients(w, camera, i):
     """Return the eight lens coefficients of the camera of one lane."""
     k = (camera + LENS) * WIDTH + i
     return (
@@ -173,7 +173,7 @@ def normalise_mark_pixels(
 def _undistort_lane(w, camera, lens, point, i):
     """Replace the distorted point of one lane by the undistorted point, or by NaN."""
     at, radius = point * WIDTH + i, w[(camera + RADIUS) * WIDTH + i]
-    k = _lane_coefficients(w, camera, i)
+    k = lane_coefficients(w, camera, i)
     if lens == FISHEYE:
         x, y = undistort_fisheye(w[at], w[at + WIDTH], k, radius)
     else:

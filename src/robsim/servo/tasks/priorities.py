@@ -8,10 +8,14 @@ from itertools import repeat
 from typing import Annotated, Any, cast
 
 from robsim.base.errors import InputError, format_value
-from robsim.declare import ListOf, register
+from robsim.declare import KindOf, ListOf, register
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.servo.constraints.constraint import ConstraintPlace
+from robsim.servo.constraints.constraint_stages import BoundConstraints, ConstraintStages
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.laws.constrained_law import ConstrainedLaw
 from robsim.servo.laws.inverse import RCOND_SPEC, PseudoInverse
-from robsim.servo.laws.law import JointLaw
+from robsim.servo.laws.law import LAWS, JointLaw, Law, LawLike
 from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
@@ -46,8 +50,9 @@ class Priorities(TaskListFields, RedundancyFields):
     must never fail first, such as keeping the target in the centre of the image, and the pose
     second.
 
-    Features, gain, depth and feed-forward belong to each task, and every law is "joint". `joints`,
-    `secondary`, `smooth_start` and `limit` belong to the whole. A larger `rcond` leaves weak
+    Features, gain, depth and feed-forward belong to each task, and the law of each is "joint".
+    `joints`, `secondary`, `smooth_start`, `limit` and the constraints of a `ConstrainedLaw` belong
+    to the whole. A larger `rcond` leaves weak
     motions of a task to the next task.
 
     Raises
@@ -77,11 +82,22 @@ class Priorities(TaskListFields, RedundancyFields):
     rcond: Annotated[
         float, RCOND_SPEC, "Relative size below which a singular value of a task counts as zero."
     ] = 1e-6
+    law: Annotated[
+        LawLike,
+        KindOf(LAWS, default="joint", only=("joint", "constrained"), protocol=Law),
+        "Law of the whole: joint, or constrained with the joint law.",
+    ] = "joint"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for task in self.tasks:
             _check_priority_level(task)
+        inner = self.law.law if isinstance(self.law, ConstrainedLaw) else self.law
+        if type(inner) is not JointLaw:
+            raise InputError(
+                "law: tasks in strict order need law='joint', alone or in a ConstrainedLaw, got "
+                f"{format_value(self.law)}"
+            )
 
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the indices of the velocities that any of the tasks commands."""
@@ -93,8 +109,20 @@ class Priorities(TaskListFields, RedundancyFields):
         bound = self.bound(scene, repeat(columns, len(self.tasks)))
         parts = cast(tuple[ServoController, ...], bound)
         shared = merge_controller_fields(parts) | {"rcond": self.rcond}
-        shaping = self.shaping(scene, columns)
-        return PriorityController(**shared, columns=columns, parts=parts, shaping=shaping)
+        shaping, constraints = self.shaping(scene, columns), None
+        if isinstance(self.law, ConstrainedLaw):
+            constraints = self.law.bind_constraints(_place_constraints(parts, columns))
+        return PriorityController(
+            **shared, columns=columns, parts=parts, shaping=shaping, constraints=constraints
+        )
+
+
+def _place_constraints(
+    parts: Sequence[ServoController], columns: VelocityIndices
+) -> ConstraintPlace:
+    """Return the scene of constraints on all tasks, each pair as its first task believes it."""
+    sights = {s.key: s for part in reversed(parts) for s in part.bound_features.sights}
+    return ConstraintPlace(parts[0].bound_features.sights[0].scene, (*sights.values(),), columns)
 
 
 def _check_priority_level(task: Any) -> None:
@@ -123,6 +151,12 @@ class PriorityController(CompositeController):
 
     parts: tuple[ServoController, ...]
     shaping: CommandShaper
+    constraints: BoundConstraints | None = None
+
+    @property
+    def constraint_labels(self) -> tuple[str, ...]:
+        """Names of the constraints of the law."""
+        return self.constraints.labels if self.constraints else ()
 
     def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
         """Add the stages of all tasks, each within the free motions of the tasks before it."""
@@ -134,4 +168,21 @@ class PriorityController(CompositeController):
         qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)
         outputs = self._merge_outputs(inputs, [one.outputs(qd) for one in levels], qd)
         task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
-        return replace(outputs, qd=self.shaping.stages(inputs, qd, *task))
+        outputs = replace(outputs, qd=self.shaping.stages(inputs, qd, *task))
+        return self._constrain(inputs, levels, outputs) if self.constraints else outputs
+
+    def _constrain(
+        self, inputs: ControllerInputs, levels: list[ServoStages], outputs: ControllerOutputs
+    ) -> ControllerOutputs:
+        """Return the rows with a command that satisfies the constraints."""
+        assert self.constraints is not None
+        views = {key: view for one in levels for key, view in one.feature_rows.views().items()}
+        rows = inputs, levels[0].feature_rows.placed, views, outputs.qd, outputs.task_jacobian
+        limited, note_tasks = ConstraintStages(self.constraints, *rows), outputs.note
+
+        def note(qd: BlockRows) -> None:
+            limited.note(qd)
+            note_tasks(qd)
+
+        active, slack = limited.active, limited.slack
+        return replace(outputs, qd=limited.qd, note=note, active=active, slack=slack)

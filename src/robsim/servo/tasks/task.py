@@ -334,7 +334,7 @@ class ServoTask(CommandFields):
             self.weighting,
             cast(MarkDetector | None, self.detector),
         )
-        bind = getattr(self.law, "bind", None)
+        bind = getattr(controller.law, "bind", None)
         return controller if bind is None else cast(ServoController, bind(controller))
 
     def sights(self, scene: Scene) -> BlockTargets:

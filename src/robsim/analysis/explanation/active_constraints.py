@@ -1,0 +1,114 @@
+"""Constraints of a law: as the reason of a standstill, and as advice for a lost run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from robsim.analysis.explanation import counterfactuals
+from robsim.analysis.explanation.ablation import AblationTrial, run_trial
+from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.path_changes import find_trial_changes
+from robsim.analysis.explanation.run_analysis import RunAnalysis
+from robsim.analysis.explanation.text_format import format_list, format_number
+from robsim.analysis.task_tree import list_servo_tasks
+from robsim.engine.outcome import Outcome
+from robsim.run.active_constraints import select_holding_constraints
+from robsim.run.experiment import Experiment
+from robsim.servo.laws.constrained_law import ConstrainedLaw
+
+MOST_NAMES = 4  # most constraints that a sentence names
+ANSWERS: dict[Outcome, tuple[tuple[str, ...], str]] = {  # constraints against an outcome, in words
+    Outcome.OUT_OF_IMAGE: (("field_of_view",), "the field of view"),
+    Outcome.BEHIND_CAMERA: (("field_of_view", "mark_depth"), "the field of view and the depth"),
+    Outcome.JOINT_LIMIT: (("joint_limits",), "the joint limits"),
+}
+
+
+def list_holding_constraints(analysis: RunAnalysis) -> list[str]:
+    """Return the names of the constraints that hold the command at the end of the run."""
+    labels = analysis.controller.constraint_labels
+    if not labels:
+        return []
+    return select_holding_constraints(analysis.loop.recorder.last.active[0, 0], list(labels))
+
+
+def report_constraints(analysis: RunAnalysis) -> Finding | None:
+    """Report the constraints that hold the command at the end of the run."""
+    names = list_holding_constraints(analysis)
+    if not names:
+        return None
+    shown = format_list(names[:MOST_NAMES])
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    largest = float(analysis.loop.recorder.last.active[0, 0].max())
+    slack = float(analysis.loop.recorder.last.slack[0, 0].max())
+    gives = ", of which one gives way" if slack > 0.0 else ""
+    sentence = (
+        f"The constraints of the law hold the command back: {shown}{more}{gives}. The scheme "
+        "wishes a motion that they forbid, and no permitted motion is nearer to it."
+    )
+    evidence = {"constraints": float(len(names)), "multiplier": largest, "slack": slack}
+    return Finding("constraint", sentence, evidence)
+
+
+def advise_constraints(analysis: RunAnalysis) -> Iterator[Finding]:
+    """Yield the advice of constraints within the law, with the price in path length."""
+    if analysis.outcome not in ANSWERS:
+        return
+    kinds, name = ANSWERS[analysis.outcome]
+    case = _add_constraints(analysis.extended_case, kinds)
+    trial = run_trial(case) if case is not None else None
+    if case is None or trial is None or not trial.converged:
+        return
+    sentence = f"With {name} as a constraint of the law the same start {trial.clause}"
+    evidence = {"converges_after_s": trial.end_time}
+    price = _measure_price(analysis, trial)
+    if price is not None:
+        sentence += f", on a path {format_number(100 * price)} percent longer than without borders"
+        evidence["path_price"] = price
+    yield Finding(
+        "constraint", f"{sentence}.", evidence, find_trial_changes(analysis.case, case, trial)
+    )
+
+
+def _measure_price(analysis: RunAnalysis, trial: AblationTrial) -> float | None:
+    """Return the relative growth of the path by the constraints; None if it is unknown or none.
+
+    The path is compared with that of the same law in a scene without borders and joint limits.
+    """
+    free = counterfactuals.remove_joint_limits(
+        counterfactuals.remove_border(analysis.extended_case)
+    )
+    other = run_trial(free)
+    if other is None or not other.converged:
+        return None
+    lengths = [float(each.loop.recorder.path_length[0]) for each in (trial, other)]
+    price = lengths[0] / lengths[1] - 1.0 if lengths[1] > 0.0 else 0.0
+    return price if price >= 5e-4 else None
+
+
+def propose_metric(analysis: RunAnalysis) -> Iterator[tuple[str, str, Experiment | None]]:
+    """Yield the case of a law with constraints in the other metric."""
+    for leaf in list_servo_tasks(analysis.case.task):
+        if isinstance(leaf.law, ConstrainedLaw) and list_holding_constraints(analysis):
+            other: Any = "joint" if leaf.law.metric == "error" else "error"
+            law = replace(leaf.law, metric=other)
+            case = counterfactuals.replace_task_fields(analysis.extended_case, law=law)
+            yield "metric", f"With metric='{other}' of the constraints", case
+            return
+
+
+def _add_constraints(case: Experiment, kinds: tuple[str, ...]) -> Experiment | None:
+    """Return the case with further constraints in the law of every servo task; None if it fails."""
+
+    def change(leaf: Any) -> Any:
+        law = leaf.law
+        if isinstance(law, ConstrainedLaw):
+            own = {type(each).__name__ for each in law.constraints}
+            new = ConstrainedLaw(kinds).constraints
+            added = [each for each in new if type(each).__name__ not in own]
+            return replace(leaf, law=replace(law, constraints=(*law.constraints, *added)))
+        return replace(leaf, law=ConstrainedLaw(kinds, law))
+
+    return counterfactuals.change_servo_tasks(case, change)

@@ -1,0 +1,7 @@
+"""Constraints on the command of a law: limits of joints, the field of view, space."""
+
+from robsim.servo.constraints.field_of_view import FieldOfView as FieldOfView
+from robsim.servo.constraints.joint_limits import JointLimits as JointLimits
+from robsim.servo.constraints.joint_speeds import JointAccelerations as JointAccelerations
+from robsim.servo.constraints.joint_speeds import JointSpeeds as JointSpeeds
+from robsim.servo.constraints.mark_depth import MarkDepth as MarkDepth

@@ -1,0 +1,176 @@
+"""Stages of barriers in the image: the distance of marks from the border, and their depth.
+
+A barrier h >= 0 gives the row C qdot >= bound with C = dh/dq and bound = -rate h. C follows from
+the interaction matrix of a point (Chaumette and Hutchinson 2006, eq. 4), the Jacobian of the lens
+and the Jacobian of the camera.
+"""
+
+import numpy as np
+
+from robsim.kernels.formulas.fisheye import distort_fisheye_jacobian
+from robsim.kernels.formulas.interaction import point_rates
+from robsim.kernels.formulas.perspective import BROWN, FISHEYE, distort_jacobian
+from robsim.kernels.images.projection import BORDER, lane_coefficients, lens_coefficients
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, replace_lane, where
+from robsim.kernels.machine.stages import stage
+
+
+@part
+def _lens_jacobian(w, camera, lens, x, y):
+    """Return (dx'/dx, dx'/dy, dy'/dy) of the lens at a normalised point."""
+    xx, xy, yy = 1.0 + 0.0 * x, 0.0 * x, 1.0 + 0.0 * x
+    if lens == BROWN:
+        xx, xy, yy = distort_jacobian(x, y, lens_coefficients(w, camera))
+    elif lens == FISHEYE:
+        for i in range(WIDTH):
+            k = lane_coefficients(w, camera, i)
+            each = distort_fisheye_jacobian(get_lane(x, i), get_lane(y, i), k)
+            xx, xy = replace_lane(xx, i, each[0]), replace_lane(xy, i, each[1])
+            yy = replace_lane(yy, i, each[2])
+    return xx, xy, yy
+
+
+@part
+def _pixel_rates(w, camera, lens, x, y, inverse, longer):
+    """Return both rows (6,) of the interaction matrix of a pixel, at a depth 1/inverse.
+
+    The focal lengths are those of the camera times `longer`, for the same pixel of a pinhole.
+    """
+    xx, xy, yy = _lens_jacobian(w, camera, lens, x, y)
+    fu, skew, fv = get(w, camera), get(w, camera + 1), get(w, camera + 4)
+    a, b = longer * (fu * xx + skew * xy), longer * (fu * xy + skew * yy)
+    c, d = longer * (fv * xy), longer * (fv * yy)
+    first, second = point_rates(x / longer, y / longer, inverse)
+    return (
+        (
+            a * first[0], b * second[1], a * first[2] + b * second[2], a * first[3] + b * second[3],
+            a * first[4] + b * second[4], a * first[5] + b * second[5],
+        ),
+        (
+            c * first[0], d * second[1], c * first[2] + d * second[2], c * first[3] + d * second[3],
+            c * first[4] + d * second[4], c * first[5] + d * second[5],
+        ),
+    )  # fmt: skip
+
+
+@part
+def _times_jacobian(w, row, J, n, j):
+    """Return entry j of a row (6,) times J[6, n]."""
+    total = row[0] * get(w, J + j) + row[1] * get(w, J + n + j) + row[2] * get(w, J + 2 * n + j)
+    total = total + row[3] * get(w, J + 3 * n + j) + row[4] * get(w, J + 4 * n + j)
+    return total + row[5] * get(w, J + 5 * n + j)
+
+
+@part
+def _put_side(w, sign, row, seen, distance, rate, J, n, past, p, age, C, bound):
+    """Write one row of a side of the image: C = sign row J, for a distance from this side.
+
+    The distance is first brought to the present by the last commands, the newest of which are at
+    `past` (p, n): each moved the mark for one period, as far as the image is older.
+    """
+    moved = 0.0 * distance
+    for j in range(n):
+        c = where(seen, sign * _times_jacobian(w, row, J, n, j), 0.0)
+        put(w, C + j, c)
+        for i in range(p):
+            share = age - 1.0 * i
+            share = where(share > 1.0, 1.0, where(share > 0.0, share, 0.0))
+            moved = moved + share * (c * get(w, past + i * n + j))
+    put(w, bound, where(seen, -rate * distance, -np.inf))
+    return moved
+
+
+@stage
+def compute_border_rows(
+    w,
+    step,
+    N="count",
+    pixels="N, 2",
+    points="N, 2",
+    depth="N",
+    hidden="N or none",
+    camera="22",
+    lens="whole",
+    J="6, n",
+    n="count",
+    settings="5",
+    dt="row",
+    age="row or none",
+    past="p, n",
+    p="count",
+    ends="whole",
+    C="m, n",
+    bound="m",
+    m="count",
+):
+    """Compute the rows of the distances of N marks from the four sides of the image, in pixels.
+
+    The settings are the margin, the rate, the noise, the share of the depth and the share of the
+    focal length that may be wrong. The rows hold for all combinations of their extreme values, of
+    which there are `ends`: 1 without errors, else 4. The order is left, right, top and bottom for
+    each mark, with all ends of a side together.
+    """
+    margin, rate = get(w, settings) + get(w, settings + 2), get(w, settings + 1)
+    fastest, b = 1.0 / get(w, dt), camera + BORDER
+    rate = where(rate < fastest, rate, fastest)
+    old = get(w, age) if age >= 0 else 0.0 * rate
+    for i in range(N):
+        u, v, Z = get(w, pixels + 2 * i), get(w, pixels + 2 * i + 1), get(w, depth + i)
+        x, y = get(w, points + 2 * i), get(w, points + 2 * i + 1)
+        seen = (absolute(x) < np.inf) & (absolute(y) < np.inf) & (Z > 0.0)
+        if hidden >= 0:
+            seen = seen & ~(get(w, hidden + i) > 0.0)
+        for end in range(ends):
+            nearer, longer = 1.0 + 0.0 * rate, 1.0 + 0.0 * rate
+            if ends > 1:
+                nearer = 1.0 + (2.0 * (end % 2) - 1.0) * get(w, settings + 3)
+                longer = 1.0 + (2.0 * (end // 2 % 2) - 1.0) * get(w, settings + 4)
+            rows = _pixel_rates(w, camera, lens, x, y, nearer / Z, longer)
+            at = 4 * ends * i + end
+            for side in range(4):
+                sign = 1.0 if side % 2 == 0 else -1.0
+                row, here = (rows[0], u) if side < 2 else (rows[1], v)
+                distance = sign * (here - get(w, b + side)) - margin
+                put_at = at + ends * side
+                moved = _put_side(
+                    w, sign, row, seen, distance, rate, J, n, past, p, old,
+                    C + put_at * n, bound + put_at,
+                )  # fmt: skip
+                now = get(w, bound + put_at) - rate * (get(w, dt) * moved)
+                put(w, bound + put_at, where(seen, now, -np.inf))
+
+
+@stage
+def compute_depth_rows(
+    w,
+    step,
+    N="count",
+    points="N, 2",
+    depth="N",
+    hidden="N or none",
+    J="6, n",
+    n="count",
+    settings="3",
+    dt="row",
+    C="N, n",
+    bound="N",
+):
+    """Compute the rows of the depths of N marks over a least depth.
+
+    The settings are the least depth, the rate, and the share by which the true depth may be
+    smaller than the depth in the row.
+    """
+    rate, fastest = get(w, settings + 1), 1.0 / get(w, dt)
+    rate = where(rate < fastest, rate, fastest)
+    for i in range(N):
+        x, y = get(w, points + 2 * i), get(w, points + 2 * i + 1)
+        Z = get(w, depth + i) / (1.0 + get(w, settings + 2))
+        seen = (absolute(x) < np.inf) & (absolute(y) < np.inf) & (-np.inf < Z)
+        if hidden >= 0:
+            seen = seen & ~(get(w, hidden + i) > 0.0)
+        zero = 0.0 * rate
+        row = zero, zero, zero - 1.0, -y * Z, x * Z, zero
+        for j in range(n):
+            put(w, C + n * i + j, where(seen, _times_jacobian(w, row, J, n, j), 0.0))
+        put(w, bound + i, where(seen, -rate * (Z - get(w, settings)), -np.inf))

@@ -1,0 +1,94 @@
+"""Constraint: marks stay in front of the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import DeclaredValue, Length, Number, PerRun, register
+from robsim.features.feature_rows import concatenate_rows
+from robsim.kernels.control import view_barriers
+from robsim.servo.constraints.constraint import (
+    VIEW,
+    BarrierRate,
+    ConstraintInputs,
+    ConstraintPlace,
+    ConstraintRows,
+    RowConstraint,
+    join_rows,
+)
+from robsim.servo.constraints.field_of_view import CAMERA, TARGET
+from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
+
+
+@register("constraint", "mark_depth")
+@dataclass(frozen=True)
+class MarkDepth(RowConstraint, DeclaredValue):
+    """Constraint of the depth: every mark stays in front of the camera, at `least` or farther.
+
+    The depth Z of a mark changes with Zdot = -v_z - y Z omega_x + x Z omega_y (Chaumette and
+    Hutchinson 2006, section II).
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if the task has no such camera or target.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> law = rs.laws.ConstrainedLaw([MarkDepth(0.3)])
+    """
+
+    level: ClassVar[int] = VIEW
+    least: Annotated[float, Length(above=0), PerRun(()), "Least depth of a mark, in metres."] = 0.05
+    rate: BarrierRate = 4.0
+    depth_error: Annotated[
+        float,
+        Number(least=0.0, below=1.0),
+        PerRun(()),
+        "Largest relative error of 1/Z of the belief.",
+    ] = 0.0
+    camera: Annotated[str | None, CAMERA, "Name of the camera; None: all cameras of the task."] = (
+        None
+    )
+    target: Annotated[str | None, TARGET, "Name of the object; None: all targets of the task."] = (
+        None
+    )
+
+    def label(self, place: ConstraintPlace) -> list[str]:
+        """Return the names of the rows, one for each mark.
+
+        Parameters
+        ----------
+        place : ConstraintPlace
+            Scene in which the constraint acts.
+
+        Returns
+        -------
+        list of str
+            Names such as "least depth of mark 2".
+        """
+        return [f"least depth of {mark}" for mark in name_marks(select_sights(self, place))]
+
+    def stages(self, of: ConstraintInputs) -> ConstraintRows:
+        """Add the stages of the rows; return them, in the order of `label`."""
+        program, n = of.inputs.program, of.columns.size
+        settings = [self.least, self.rate, self.depth_error]
+        numbers = concatenate_rows(program, [program.number(each).flat for each in settings])
+        each = []
+        for view in select_views(self, of):
+            rows = ConstraintRows(program.rows(view.depth.size, n), program.rows(view.depth.size))
+            program.add(
+                view_barriers.compute_depth_rows,
+                points=view.points,
+                depth=view.depth,
+                hidden=view.hidden,
+                J=view.J,
+                settings=numbers,
+                dt=of.inputs.dt,
+                C=rows.C,
+                bound=rows.bound,
+            )
+            each.append(rows)
+        return join_rows(of, each)
