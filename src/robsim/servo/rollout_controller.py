@@ -30,7 +30,7 @@ class RolloutSettings(NamedTuple):
     hysteresis: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RolloutController(ServoController):
     """Controller of a servo task that commands the best of several candidates.
 
@@ -42,8 +42,8 @@ class RolloutController(ServoController):
         Numbers of the prediction.
     """
 
-    candidates: tuple[ServoController, ...] = ()
-    settings: RolloutSettings = RolloutSettings(1.0, 0.1, 0.0, 0.0)
+    candidates: tuple[ServoController, ...]
+    settings: RolloutSettings
 
     def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
         """Add the stages of all candidates, and the prediction that selects one of them."""
@@ -62,12 +62,13 @@ class RolloutController(ServoController):
             choice=choice,
             commands=[one.qd for one in each],
         )
+        outputs = own.outputs(qd)
 
         def note(qd: BlockRows) -> None:
-            for one in each:
+            for one in (outputs, *each):
                 one.note(qd)
 
-        return replace(own.outputs(qd), note=note)
+        return replace(outputs, note=note)
 
     def _add_choice(self, inputs: ControllerInputs, choice: BlockRows) -> None:
         """Add the Python stage that selects a candidate at each predicted period."""

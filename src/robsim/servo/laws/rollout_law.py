@@ -65,7 +65,7 @@ class RolloutLaw(DeclaredValue):
 
     Examples
     --------
-    Image-based servoing retreats from a half turn; the other scheme turns the camera in place:
+    Image-based servoing retreats from a turn about the optical axis; the law finds the other scheme:
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("camera_retreat"))
@@ -73,6 +73,8 @@ class RolloutLaw(DeclaredValue):
     >>> for each in "joint", law:
     ...     run = scenario.at("task.law", each).run()
     ...     print(rs.Outcome(int(run.outcome)).name, f"{float(run.path_length):.2f} m")
+    CONVERGED 2.03 m
+    CONVERGED 0.00 m
     """
 
     laws: Annotated[

@@ -17,7 +17,10 @@ import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
+from robsim.servo.laws.rollout_law import RolloutLaw
+from robsim.servo.tasks.schemes import IBVS, PBVS
 from robsim.statistics.random_numbers import SUITES, uniform
+from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.suites.camera_poses import SIZE, interpolate_range, make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL, GOAL
 from robsim.suites.suite import Suite, square_marks
@@ -27,6 +30,7 @@ OFFSET = 0.2  # metres, along each axis
 LEAST_TURN, MOST_TILT = np.radians(90.0), np.radians(40.0)
 HALF_TURN_EVERY = 5  # one start in five is turned by exactly 180 degrees
 MARGIN = 8.0  # pixels
+LAW = RolloutLaw(["joint"], schemes=[PBVS(form="camera")])
 
 
 def suite() -> Suite:
@@ -45,6 +49,7 @@ def suite() -> Suite:
         gain=1.0,
         dt=0.02,
         duration=30.0,
+        schemes={**BUILT_IN, "IBVS, looking ahead": IBVS(law=LAW)},
     )
 
 
