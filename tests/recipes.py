@@ -583,6 +583,34 @@ OF_STUDY = {
     "vary": [{"task.gain": {**UNIFORM, "high": 3.0}}],
     "trajectories": [2],
 }
+HALF_TURN = FLYING | {  # a start from which every number of a prediction changes the choice
+    "robots": [{"model": "free_camera"}],
+    "objects": [
+        {"name": "square", "marks": [f"{x}, {y}, 0 cm" for x, y in ((-10, -10), (10, -10))]}
+    ],
+    "cameras": [{"name": "eye", "on": "free_camera.body", "focal": [502, 502], "size": [640, 480]}],
+    "motions": [],
+    "start": {"position": "95, -107, 546 mm", "rotvec": "0, 175.4, 9.6 deg"},
+}
+HALF_TURN["objects"][0]["marks"] += ["10, 10, 0 cm", "-10, 10, 0 cm"]
+ROLLOUT = {
+    "kind": "rollout",
+    "laws": ["joint"],
+    "schemes": [{"kind": "pbvs"}, {"kind": "ibvs", "interaction": "mean"}],
+    "horizon": "4 s",
+    "period": "0.1 s",
+    "margin": 4.0,
+    "hysteresis": 0.1,
+}
+OF_ROLLOUT = {
+    "laws": [[]],
+    "schemes": [[{"kind": "hybrid"}]],
+    "horizon": ["1 s"],
+    "period": ["0.2 s"],
+    "margin": [30.0],
+    "hysteresis": [0.9],
+}
+ABOVE = {"position": "0, 0, 61 cm", "rotvec": "180, 0, 0 deg"}  # faces the square
 RECIPES = {
     "feature sphere": [part("features", {"kind": "sphere", "radius": "5 cm", "marks": [0]})],
     "feature stereo_points": [part("features", {"kind": "stereo_points"}, **PAIR)],
@@ -609,6 +637,7 @@ RECIPES = {
     "constraint joint_speeds": [limited("joint_speeds", most="0.1 rad/s")],
     "constraint joint_accelerations": [limited("joint_accelerations", most="0.2 rad/s^2")],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
+    "law rollout": [(*part("law", ROLLOUT, HALF_TURN, goal=ABOVE), OF_ROLLOUT)],
     "secondary motion avoid_limits": [part("secondary", SHAPED["secondary"], ARM)],
     "secondary motion posture": [part("secondary", {"kind": "posture", "q": ["5 deg"] * 7}, ARM)],
     "projection large": [part("projection", SHAPED["projection"], ARM, **SHAPED)],
