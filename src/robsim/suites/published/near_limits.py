@@ -69,4 +69,5 @@ def _sample_coordinates(scene: Scene) -> Array:
     q = scene.home + interpolate_range(u, -SPREAD, SPREAD)
     low, high = scene.limits.T
     inside = (q > low + FROM_LIMIT) & (q < high - FROM_LIMIT)
-    return np.asarray(q[inside.all(axis=1)])
+    valid: Array = q[inside.all(axis=1)]
+    return valid
