@@ -58,9 +58,14 @@ class FieldOfView(RowConstraint, DeclaredValue):
 
     Examples
     --------
-    A camera turns half a circle about its axis, seen from aside, and marks leave the image:
+    A position-based law turns the camera, and a mark leaves the image:
 
     >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("pbvs_loses_target"))
+    >>> for law in "joint", rs.laws.ConstrainedLaw([FieldOfView(margin=8)]):
+    ...     print(rs.Outcome(int(scenario.at("task.law", law).run().outcome)).name)
+    OUT_OF_IMAGE
+    CONVERGED
     """
 
     level: ClassVar[int] = VIEW

@@ -48,9 +48,9 @@ class JointLimits(JointConstraint, DeclaredValue):
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("joint_limits"))
+    >>> plain = scenario.at({"task.secondary": None, "task.projection": None})
     >>> for law in "joint", rs.laws.ConstrainedLaw([JointLimits()]):
-    ...     task = rs.IBVS(scenario.task.goal, law=law)
-    ...     print(rs.Outcome(int(scenario.with_(task=task).run().outcome)).name)
+    ...     print(rs.Outcome(int(plain.at("task.law", law).run().outcome)).name)
     JOINT_LIMIT
     CONVERGED
     """
