@@ -634,9 +634,9 @@ RECIPES = {
             {"first": ["panda.link5"], "second": ["plate"], "first_end": ["panda.link2"]},
         ),
     ],
-    "constraint occlusion": [
+    "constraint line_of_sight": [
         (
-            *limited("occlusion", POSTED_ARM, body="post", end="plate", radius="9 cm", rate=3),
+            *limited("line_of_sight", POSTED_ARM, body="post", end="plate", radius="9 cm", rate=3),
             {"body": ["panda.link5"], "end": ["panda.link4"]},
         )
     ],

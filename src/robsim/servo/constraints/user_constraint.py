@@ -46,6 +46,14 @@ class ConstraintState:
         Scene as the controller models it.
     velocity_names : tuple of str
         Names of the n commanded velocities.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scene = rs.load_scenario(rs.examples.path("eye_in_hand")).scene
+    >>> q, wish = scene.home[:, None], np.zeros((7, 1))
+    >>> ConstraintState(q, wish, 0.0, 0.04, scene, scene.velocity_names).wish.shape
+    (1, 7)
     """
 
     q_last: Array
