@@ -3,6 +3,7 @@
 import { element } from "./view.js";
 
 const BITS = 16; // constraints in a number of an array
+const MOST_CHIPS = 8; // of a list that also shows the constraints that do not act
 const MEANINGS = { holding: "holds the command back", yielding: "gives way: no command satisfies all constraints" };
 
 export class ActingConstraints {
@@ -36,7 +37,9 @@ export class ActingConstraints {
     if (acted.size === this.chips.size) return;
     const chips = [...acted].sort((a, b) => a - b).map((i) => [i, this.chips.get(i) ?? element("li", this.entries[i].name)]);
     this.chips = new Map(chips);
+    this.key = undefined; // new chips have no state yet
     this.list.replaceChildren(...this.chips.values());
+    this.list.classList.toggle("many", acted.size > MOST_CHIPS);
   }
 
   stateAt(t, i) {
@@ -84,7 +87,7 @@ export class ActingConstraints {
 }
 
 function sentenceOf(held, given) {
-  const some = held === 1 ? "1 constraint holds the command back" : `${held || "no"} constraints hold the command back`;
-  if (!given) return held ? some : "no constraint holds the command back";
-  return `${given === 1 ? "1 constraint gives" : `${given} constraints give`} way${held ? `, ${some.replace("constraints ", "").replace("constraint ", "")}` : ""}`;
+  const holds = `${held === 1 ? "holds" : "hold"} the command back`;
+  if (given) return `${given === 1 ? "1 constraint gives" : `${given} constraints give`} way${held ? `, ${held} ${holds}` : ""}`;
+  return held ? `${held} ${held === 1 ? "constraint" : "constraints"} ${holds}` : "no constraint holds the command back";
 }

@@ -118,15 +118,20 @@ export class Picture {
     pen.setLineDash([2 * unit, 3 * unit]);
     for (const margin of margins) pen.strokeRect(margin - 0.5, margin - 0.5, width - 2 * margin, height - 2 * margin);
     pen.setLineDash([]);
-    const band = Math.max(...margins, 4 * unit);
-    const boxes = { left: [0, 0, band, height], right: [width - band, 0, band, height], top: [0, 0, width, band], bottom: [0, height - band, width, band] };
-    pen.globalAlpha = 0.75;
-    for (const [side, state] of this.held.sides) {
-      const [x, y, wide, tall] = boxes[side];
-      pen.fillStyle = HELD[state];
-      pen.fillRect(x - 0.5, y - 0.5, wide, tall);
-    }
     pen.globalAlpha = 1;
+    const [band, edge] = [5 * unit, Math.max(...margins, 0)];
+    for (const [side, state] of this.held.sides) {
+      pen.fillStyle = pen.strokeStyle = HELD[state];
+      const wide = ["left", "right"].includes(side) ? [band, height] : [width, band];
+      pen.fillRect((side === "right" ? width - band : 0) - 0.5, (side === "bottom" ? height - band : 0) - 0.5, ...wide);
+      const [x, y] = [side === "right" ? width - edge : edge, side === "bottom" ? height - edge : edge];
+      pen.lineWidth = 2 * unit;
+      pen.beginPath();
+      pen.moveTo(x - 0.5, y - 0.5);
+      if (wide[0] === band) pen.lineTo(x - 0.5, height - edge - 0.5);
+      else pen.lineTo(width - edge - 0.5, y - 0.5);
+      pen.stroke();
+    }
   }
 
   // Stroke the path of the pen, over a picture with a pale rim.

@@ -186,4 +186,4 @@ def make_velocity_limits(n: int, **limits: Any) -> VelocityLimits:
 
 
 ConstraintLike = Constraint | str  # a constraint, or its name
-CONSTRAINT_LIST = ListOf(KindOf(CONSTRAINTS, protocol=Constraint), 1, 32, alone=True)
+CONSTRAINT_LIST = ListOf(KindOf(CONSTRAINTS, protocol=Constraint), 1, 32, alone=True, growing=True)

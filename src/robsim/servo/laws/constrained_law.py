@@ -16,6 +16,7 @@ from robsim.servo.constraints.constraint import (
     ConstraintPlace,
 )
 from robsim.servo.constraints.constraint_stages import BoundConstraints
+from robsim.servo.constraints.joint_limits import JointLimits
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.law import LAWS, Law, LawLike
 from robsim.servo.servo_controller import ServoController
@@ -62,8 +63,10 @@ class ConstrainedLaw(DeclaredValue):
     """
 
     constraints: Annotated[
-        Sequence[ConstraintLike], CONSTRAINT_LIST, "Constraints that the command satisfies."
-    ]
+        Sequence[ConstraintLike],
+        CONSTRAINT_LIST,
+        "Constraints that the command satisfies; by default, of the coordinates of joints.",
+    ] = (JointLimits(),)
     law: Annotated[
         LawLike,
         KindOf(LAWS, default="joint", protocol=Law),
