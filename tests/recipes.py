@@ -54,6 +54,17 @@ for _name, _focal in (("a.xml", 800.0), ("b.xml", 700.0)):
     "1 PINHOLE 640 480 800 800 320 240\n2 PINHOLE 640 480 700 700 320 240\n"
 )
 ARM = tomllib.loads(rs.examples.path("eye_in_hand").read_text(encoding="utf-8")) | {"run": RUN}
+POSTED_ARM = ARM | {
+    "objects": [*ARM["objects"], {"name": "post", "marks": MARKS, "position": "31, -30, 24 cm"}]
+}
+BODIES = {
+    "first": "panda.flange",
+    "first_end": "panda.base",
+    "first_radius": "5 cm",
+    "second": "post",
+    "second_end": "plate",
+    "second_radius": "2 cm",
+}
 LIMITS = {"speed": "1 rad/s", "acceleration": "4 rad/s^2"}
 SHAPED = {
     "secondary": {"kind": "avoid_limits", "margin": 0.3},
@@ -119,6 +130,8 @@ OTHERS = {
     "belief": [{"cameras": [{"name": name, "focal": [700, 700]}]} for name in ("eye", "camera")],
     "broyden_start": [],
     "camera": ["second"],
+    "constraints": [[{"kind": "joint_speeds", "most": "0.05 rad/s"}]],
+    "law": ["camera"],
     "components": [[0]],
     "damping": [0.3],
     "detector": ["dots"],
@@ -160,6 +173,14 @@ def part(key, value, base=FLYING, kind="ibvs", index=None, **table):
     """Likewise with the place of a part of the task."""
     made, path = task(kind, base, **{**table, key: value})
     return made, (*path, key, *([] if index is None else [index]))
+
+
+def limited(kind, base=None, **table):
+    """The tables of an arm whose law has a constraint of this kind, and its place."""
+    law = {"kind": "constrained", "constraints": [{"kind": kind, **table}]}
+    several = {} if base is None else {"target": "plate"}
+    made, path = part("law", law, ARM if base is None else base, **several)
+    return made, (*path, "constraints", 0)
 
 
 def of_pictures(kind, extension=None, **others):
@@ -610,6 +631,42 @@ RECIPES = {
     "feed-forward estimated": [part("feed_forward", {"kind": "estimated", "lag": "0.1 s"})],
     "gain adaptive": [
         part("gain", {"kind": "adaptive", "at_zero": 4, "at_infinity": 0.4, "slope": 30})
+    ],
+    "law constrained": [
+        part(
+            "law",
+            {"kind": "constrained", "constraints": [{"kind": "joint_speeds", "most": "0.1 rad/s"}]},
+            ARM,
+            joints=FIVE,
+        ),
+    ],
+    "constraint field_of_view": [
+        limited("field_of_view", margin=200, rate=8, noise=5),
+        limited("field_of_view", margin=150, depth_error=0.3, focal_error=0.2),
+    ],
+    "constraint mark_depth": [limited("mark_depth", least="60 cm", depth_error=0.2)],
+    "constraint joint_limits": [limited("joint_limits", margin="50 deg")],
+    "constraint joint_speeds": [limited("joint_speeds", most="0.1 rad/s")],
+    "constraint joint_accelerations": [limited("joint_accelerations", most="0.2 rad/s^2")],
+    "constraint half_space": [
+        limited("half_space", frame="panda.flange", normal=[0, 0.1, -1], offset="-42 cm", rate=3)
+    ],
+    "constraint workspace_box": [
+        limited(  # the start is outside
+            "workspace_box", frame="panda.flange", low="30, -100, 0 cm", high="1, 1, 0.42 m", rate=3
+        )
+    ],
+    "constraint clearance": [
+        (
+            *limited("clearance", POSTED_ARM, **BODIES, distance="40 cm", rate=3),
+            {"first": ["panda.link5"], "second": ["plate"], "first_end": ["panda.link2"]},
+        ),
+    ],
+    "constraint line_of_sight": [
+        (
+            *limited("line_of_sight", POSTED_ARM, body="post", end="plate", radius="9 cm", rate=3),
+            {"body": ["panda.link5"], "end": ["panda.link4"]},
+        )
     ],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
     "law rollout": [(*part("law", ROLLOUT, HALF_TURN, goal=ABOVE), OF_ROLLOUT)],

@@ -19,6 +19,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.processors import count_processors
 from robsim.engine.chunk import ChunkProgress
 from robsim.engine.loop import Loop
+from robsim.servo.constraints.start_check import check_constrained_start
 
 SHORT = 2000  # runs times steps: about 10 ms of compiled steps, or 0.2 s of Python steps
 
@@ -54,6 +55,7 @@ def advance_loop(
     chunk = as_integer(chunk, "chunk", 1)
     threads = as_integer(count_processors() if threads is None else threads, "threads", 1, 1025)
     loop.controller.check_start(loop.q0)
+    check_constrained_start(loop.controller, loop.q0)
     loop.sequence  # noqa: B018 created before threads share it
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads), loop.most_runs_together)

@@ -76,7 +76,14 @@ class BoundConstraints:
         ends = "lower", "upper"
         joints = [f"{name} at its {end} limit" for end in ends for name in names]
         rows = [name for one in self.constraints for name in one.label(self.place)]
-        return _number_repeated_names([*(joints if self.joint_limits else ()), *rows])
+        return number_repeated_names([*(joints if self.joint_limits else ()), *rows])
+
+    def check(self) -> None:
+        """Raise InputError if a constraint cannot act in the scene of a run."""
+        for one in self.constraints:
+            check = getattr(one, "check", None)
+            if check is not None:
+                check(self.place)
 
     @property
     def levels(self) -> Array:
@@ -90,7 +97,7 @@ class BoundConstraints:
         return [one for one in self.constraints if isinstance(one, RowConstraint)]
 
 
-def _number_repeated_names(names: Sequence[str]) -> tuple[str, ...]:
+def number_repeated_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names of which each exists once: a repeated name gets its number."""
     counts: dict[str, int] = {}
     result = []
@@ -120,9 +127,9 @@ class ConstraintStages:
         past = program.rows(PAST_PERIODS if inputs.age is not None else 1, n)
         rows = placed, views, wish, past
         self.bound, self.of = bound, ConstraintInputs(inputs, place.scene, place.columns, *rows)
-        low, high = self._add_bounds()
-        C, b = self._add_rows()
-        m = b.size
+        self.low, self.high = self._add_bounds()
+        self.C, self.bounds = self._add_rows()
+        m = self.bounds.size
         self.qd, multipliers, slack = (
             program.rows(n),
             program.rows(2 * n + m),
@@ -133,10 +140,10 @@ class ConstraintStages:
             A=A if bound.by_error else program.constant(np.eye(n)),
             eps=program.constant(bound.joint_weight),
             wish=wish,
-            low=low,
-            high=high,
-            C=C,
-            bound=b,
+            low=self.low,
+            high=self.high,
+            C=self.C,
+            bound=self.bounds,
             levels=program.constant(bound.levels),
             price=program.constant(SLACK_PRICE),
             qd=self.qd,
