@@ -74,7 +74,7 @@ class Control:
         if self.form == "choice":
             return f'"{value}"'  # quoted: a text even if it looks like another value
         if self.form == "list":
-            places = {**dict(enumerate(self.items)), **self.starters}
+            places: dict[int | str, object] = {**dict(enumerate(self.items)), **self.starters}
             return tuple(places[each] for each in value)
         if not self.united:
             return value

@@ -55,8 +55,7 @@ def list_camera_entries(
             **_build_lens_entry(eye.camera),
             **(_build_live_pictures_entry(frames, eye) if frames.live else {}),
             **(
-                _build_pixels_entry(frames, run, eye)
-                | _build_margins_entry(eye, margins)
+                _build_pixels_entry(frames, run, eye) | _build_margins_entry(eye, margins)
                 if run is not None and eye.name in used
                 else {}
             ),

@@ -45,9 +45,7 @@ class ConstraintStates:
     owners: tuple[tuple[str, ...], ...] = ()
 
     @classmethod
-    def of(
-        cls, run: RunVariables, owners: Sequence[Sequence[str]] = ()
-    ) -> ConstraintStates | None:
+    def of(cls, run: RunVariables, owners: Sequence[Sequence[str]] = ()) -> ConstraintStates | None:
         """Return the states of a single run; None for a law without constraints.
 
         `owners` are the dotted names of the values of each row.
@@ -71,7 +69,7 @@ class ConstraintStates:
 
     def select_acting(self) -> ConstraintStates:
         """Return the states of the constraints that ever hold back or yield to the command."""
-        acts = (self.holding | self.yielding).any(axis=0)
+        acts: Flags = np.any(self.holding | self.yielding, axis=0)
         return replace(
             self,
             names=tuple(name for name, one in zip(self.names, acts, strict=True) if one),
