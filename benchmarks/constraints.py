@@ -115,7 +115,7 @@ def measure_periods(excess, experiment, run):
         measure_joints(excess, scene, inside[:, 1:].T, qd, experiment.dt)
 
 
-def run_scheme(suite, task, chunk, safety=None, looks=False):
+def run_scheme(suite, task, chunk, safety=None, counted=False, looks=False):
     """Return rows of all runs, infeasible and active instants, and the excess inside periods."""
     excess, parts, counts = Excess(), [], np.zeros(3, dtype=int)
     for first in range(0, suite.runs, chunk):
@@ -123,7 +123,7 @@ def run_scheme(suite, task, chunk, safety=None, looks=False):
         (experiment,) = Trial(part, "scheme", task, {}).experiments
         if safety is not None:
             experiment = experiment.with_(safety=safety)
-        run = experiment.with_(record="all" if looks else "summary").run(threads=2)
+        run = experiment.with_(record="all" if counted else "summary").run(threads=2)
         rows = {name: run[name].values for name in ("outcome", "path_length", "end_time")}
         rows["distance_to_goal"], rows["angle_to_goal"] = part.off_goal(run.q_end.values)
         at = part.off_goal(np.asarray(part.starts))
@@ -134,7 +134,7 @@ def run_scheme(suite, task, chunk, safety=None, looks=False):
         parts.append(rows)
         if looks:
             measure_periods(excess, experiment, run)
-        if "slack" in run:
+        if counted:
             going = np.isfinite(run.qd.values).all(axis=2)
             counts += (
                 going.sum(),
@@ -175,6 +175,7 @@ def main():
     parser.add_argument("--no-looks", action="store_true", help="skip the instants inside periods")
     parser.add_argument("--safety", action="store_true", help="with the schemes within a Safety")
     parser.add_argument("--metric", default="error")
+    parser.add_argument("--weight", type=float, default=1e-3, help="joint_weight of the law")
     parser.add_argument("--schemes", default=",".join(["PBVS"]))
     parser.add_argument("--every", type=int, default=1, help="take every so many starts")
     parser.add_argument("--chunk", type=int, default=100)
@@ -188,7 +189,9 @@ def main():
         print(f"{name}: {suite.runs} starts", flush=True)
         for scheme in options.schemes.split(";"):
             task = replace(SCHEMES[scheme], goal=suite.task_goal, gain=suite.gain)
-            law = rs.laws.ConstrainedLaw(constraints, metric=options.metric)
+            law = rs.laws.ConstrainedLaw(
+                constraints, metric=options.metric, joint_weight=options.weight
+            )
             variants = {f"{scheme}": (task, None)}
             if options.safety:
                 variants[f"{scheme}, Safety"] = (
@@ -199,8 +202,9 @@ def main():
             plain = None
             for label, (one, safety) in variants.items():
                 began = time.process_time()
-                looks = one is not task and not options.no_looks
-                rows, counts, excess = run_scheme(suite, one, options.chunk, safety, looks)
+                counted = one is not task
+                each = options.chunk, safety, counted, counted and not options.no_looks
+                rows, counts, excess = run_scheme(suite, one, *each)
                 plain = rows if plain is None else plain
                 took = time.process_time() - began
                 print(describe(label, rows, plain, counts, excess, took), flush=True)

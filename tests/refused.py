@@ -18,7 +18,7 @@ from robsim.declare.tables import Table
 from robsim.declare.texts import Name, Text, Word
 from robsim.declare.union import OneOf, _get_raw_form
 from robsim.geometry.pose_table import PoseSpec
-from robsim.robot.link_table import JointLimits
+from robsim.robot.link_table import JointLimitPair
 from robsim.robot.robot_table import OriginSpec
 from robsim.run.experiment_text import ForeignTable
 from robsim.run.phase import AttachmentTable, PhaseName
@@ -144,7 +144,7 @@ def _(spec: PoseSpec) -> list[Any]:
 
 
 @list_refused_values.register
-def _(spec: JointLimits) -> list[Any]:
+def _(spec: JointLimitPair) -> list[Any]:
     return [3, [], ["1 kg", "2 kg"]]
 
 

@@ -15,11 +15,19 @@ import robsim as rs
 from robsim.statistics.proportions import estimate_clustered_share, estimate_share
 from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.suites.camera_poses import make_flying_scene
-from robsim.suites.published import calibration, cns_150, oblique_pairs, vit_500
+from robsim.suites.published import (
+    calibration,
+    cns_150,
+    large_rolls,
+    near_limits,
+    oblique_pairs,
+    vit_500,
+)
 from robsim.suites.suite_registry import load_quick_suites, load_suite
 
 ROOT = Path(__file__).parents[2]
 CNS, OBLIQUE, VIT = cns_150.suite(), oblique_pairs.suite(), vit_500.suite()
+ROLLS, LIMITS = large_rolls.suite(), near_limits.suite()
 
 
 @functools.cache
@@ -72,6 +80,28 @@ def test_vit_500_starts_in_its_box_and_looks_at_its_circles():
     level /= np.linalg.norm(level, axis=1, keepdims=True)
     roll = np.degrees(np.arccos(np.einsum("bi,bi->b", T.rotation[:, :, 1], level)))
     assert 118 < roll.max() <= 120 and np.median(roll) == pytest.approx(60, abs=5)
+
+
+def test_starts_of_large_rolls_see_the_square_with_any_roll_from_the_whole_box():
+    starts, T = ROLLS.starts, rs.Pose.from_quaternion(*np.split(ROLLS.starts, [3], axis=1))
+    low, high = starts[:, :3].min(axis=0), starts[:, :3].max(axis=0)
+    assert (np.abs(low - [-0.8, -0.8, 0.3]) < 0.05).all() and len(starts) == 1000
+    assert (np.abs(high - [0.8, 0.8, 1.0]) < 0.05).all()
+    marks = (ROLLS.scene.object().marks - T.position[:, None]) @ T.rotation
+    pixels = vit_500.FOCAL * marks[..., :2] / marks[..., 2:]
+    assert (np.abs(pixels) < [312, 232]).all() and (marks[..., 2] > 0.1).all()
+    angle = turns(T.rotation, np.tile(vit_500.GOAL.rotation, (1000, 1, 1)))
+    assert np.histogram(angle, [0, 60, 120, 180.1])[0].min() > 150
+
+
+def test_starts_of_near_limits_are_within_the_limits_and_some_close_to_them():
+    low, high = LIMITS.scene.limits.T
+    room = np.minimum(LIMITS.starts - low, high - LIMITS.starts)
+    assert room.min() > 0.02 and (room.min(axis=1) < 0.5).sum() > 150 and LIMITS.runs == 500
+    assert np.abs(LIMITS.starts - LIMITS.scene.home).max() < 0.9
+    assert (LIMITS.scene.view(LIMITS.starts).visibility == 0).all()
+    X = LIMITS.scene.view(LIMITS.scene.home)
+    np.testing.assert_allclose(X.depth, 0.5, rtol=1e-12)
 
 
 @pytest.mark.parametrize("suite", [CNS, OBLIQUE], ids=["cns_150", "oblique_pairs"])
@@ -184,6 +214,26 @@ def test_the_poster_is_seen_as_a_whole_at_the_goal():
     assert less.sum() == 88 and (marks[less].min(), marks[less].max()) == (10, 29)
 
 
+CONSTRAINED = {
+    "large_rolls": ([998, 517, 984, 788, 1000, 997, 774], [998, 1000, 1000]),
+    "near_limits": ([471, 412, 494, 464, 500, 498, 459], [500, 500, 500]),
+}
+
+
+@pytest.mark.parametrize(
+    "name", ["near_limits", pytest.param("large_rolls", marks=pytest.mark.full)]
+)
+def test_schemes_succeed_more_often_within_constraints(name):
+    """L current, L mean and PBVS in goal form: nothing lost but a retreat without end."""
+    table = run_bench(name).table
+    alone, constrained = CONSTRAINED[name]
+    assert table["successes"].tolist() == [*alone, *constrained]
+    paths = table.set_index("scheme")["path_length"]
+    for scheme in "IBVS, L mean", "PBVS, goal form":
+        (own,) = [each for each in paths.index if each.startswith(f"{scheme}, ")]
+        assert paths[own] < 1.06 * paths[scheme]
+
+
 def test_schemes_that_succeed_on_cns_150():
     """Of the 150 pairs, L current, desired and mean reach 98.7, 71.3 and 99.3 %."""
     assert successes("cns_150") == [444, 321, 447, 420, 450, 447, 314]
@@ -191,6 +241,30 @@ def test_schemes_that_succeed_on_cns_150():
 
 def test_schemes_that_succeed_on_oblique_pairs():
     assert successes("oblique_pairs") == [321, 312, 450, 402, 450, 447, 218]
+
+
+def test_schemes_that_succeed_on_the_retreat():
+    table = run_bench("retreat").table.set_index("scheme")
+    assert {*table["runs"]} == {500}
+    assert table["successes"].tolist() == [403, 39, 422, 449, 499, 445, 278, 500]
+    rows = run_bench("retreat").data
+    ahead = rows[rows["scheme"] == "IBVS, looking ahead"]
+    assert set(ahead["outcome"]) == {"converged"} and ahead["path_length"].max() < 1.0
+
+
+def test_the_retreat_starts_turned_and_tilted_with_all_marks_in_view():
+    suite = load_suite("retreat")
+    T = rs.Pose.from_quaternion(suite.starts[:, :3], suite.starts[:, 3:])
+    goal = suite.scene.pose("eye", suite.goal)
+    relative = goal.rotation.T @ T.rotation
+    tilt = np.degrees(np.arccos(relative[:, 2, 2]))
+    assert 35 < tilt.max() <= 40 and np.abs(T.position - goal.position).max() <= 0.2
+    R = relative  # Rz(turn) exp([tilt about an axis in the image plane])
+    turn = np.degrees(np.abs(np.arctan2(R[:, 1, 0] - R[:, 0, 1], R[:, 0, 0] + R[:, 1, 1])))
+    assert turn.min() >= 90 - 1e-9 and (turn > 180 - 1e-6).sum() == 107
+    seen = suite.scene.view(suite.starts)
+    room = np.minimum(seen.pixels + 0.5, (639.5, 479.5) - seen.pixels)
+    assert not seen.visibility.any() and room.min() >= 8.0
 
 
 def test_the_rule_of_cns_150_is_the_rule_of_the_papers_code():

@@ -4,6 +4,7 @@ import dataclasses
 import math
 import tomllib
 from copy import deepcopy
+from itertools import pairwise
 
 import pytest
 from refused import list_refused_values, spec_of_key
@@ -70,6 +71,7 @@ PLACES = {
     "feed-forward": (("task", "feed_forward"), {"kind": "ibvs"}),
     "gain": (("task", "gain"), {"kind": "ibvs"}),
     "law": (("task", "law"), {"kind": "ibvs"}),
+    "constraint": (("task", "law", "constraints", 0), {"kind": "constrained"}),
     "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
     "projection": (("task", "projection"), {"kind": "ibvs", "secondary": AVOIDED}),
     "weighting": (("task", "weighting", 0), {"kind": "ibvs"}),
@@ -110,6 +112,9 @@ NEEDED = {
     "polyline": {"points": ["0, 0 m", "1, 0 m", "1, 1 m"], "radius": "10 cm"},
     "adaptive": {"at_zero": 4, "at_infinity": 0.4, "slope": 30},
     "law camera": {"length": "1 m"},
+    "constrained": {"constraints": ["joint_limits"]},
+    "joint_speeds": {"most": "1 rad/s"},
+    "joint_accelerations": {"most": "1 rad/s^2"},
     "error_below": {"value": 0.1},
     "near_border": {"margin": 20, "size": [640, 480]},
     "posture": {"q": ["0 deg", "0 deg"]},
@@ -196,9 +201,11 @@ def make_tables(kind, name, path, table, around):
         found = (link["follows"] for link in robot["links"] if "follows" in link)
         return tables, next(each for each in found if each["kind"] == name)
     inside = tables
-    for key in path[:-1]:
+    holder = inside
+    for key, following in pairwise(path):
         if isinstance(inside, dict):
-            inside.setdefault(key, [])
+            holder = inside
+            inside.setdefault(key, [] if isinstance(following, int) else {})
         elif len(inside) == key:
             inside.append({})
         inside = inside[key]
@@ -208,8 +215,8 @@ def make_tables(kind, name, path, table, around):
         return tables, tables
     if path[-1] == "task":
         inside["task"] = {}
-    if around and isinstance(inside, dict):
-        inside |= deepcopy(around)
+    if around:
+        (inside if isinstance(inside, dict) else holder).update(deepcopy(around))
     own = inside.setdefault(path[-1], {}) if isinstance(inside, dict) else inside[path[-1]]
     if not isinstance(own, dict):
         own = inside[path[-1]] = {}

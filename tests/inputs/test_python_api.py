@@ -239,10 +239,10 @@ TASK = {
         (rs.laws.Broyden(np.eye(6)), "Broyden start: expected shape (8, 6)", "got (6, 6)"),
     ],
     "law": [
-        ("joit", "no law 'joit'", "did you mean 'joint'?", "laws: joint, camera", "command(state)"),
-        (rs.laws.JointLaw, "expected a law, not the class, got <class", "laws: joint, camera"),
-        (None, "expected a law, got None", "laws: joint, camera"),
-        (["joint"], "expected a law, got ['joint']", "laws: joint, camera"),
+        ("joit", "no law 'joit'", "did you mean 'joint'?", "joint, camera", "command(state)"),
+        (rs.laws.JointLaw, "expected a law, not the class, got <class", "joint, camera"),
+        (None, "expected a law, got None", "joint, camera"),
+        (["joint"], "expected a law, got ['joint']", "joint, camera"),
     ],
     "inverse": [
         (

@@ -17,6 +17,7 @@ from robsim.robot.urdf.vocabulary import make_safe_name
 PEERS = {  # by the files of tests that take them
     "test_[!bv]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
     "test_bag*.py": ("rosbags", "mcap"),
+    "test_quadratic_*.py": ("daqp", "scipy"),
     "test_vision_*.py": ("cv2", "pyapriltags", "yaml"),
 }
 LACKING = {

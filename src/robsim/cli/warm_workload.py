@@ -21,6 +21,7 @@ CHANGES = (
     *(f"task.inverse={inverse}" for inverse in ("damped", "transpose")),
     *(f"task.interaction={matrix}" for matrix in ("mean", "desired", "broyden")),
     'task.weighting=["tukey"]',
+    'task.law={kind="constrained",constraints=["joint_limits","field_of_view"]}',
 )
 EFFECTS = {"image effect": "sensing.effects", "joint effect": "actuation.effects"}
 
@@ -38,7 +39,11 @@ def list_workload() -> list[WorkloadItem]:
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
     features = (f"task.features={name}" for name in families()["feature"].names)
-    laws = (f"task.law={name}" for name in families()["law"].names)
+    laws = (
+        f"task.law={name}"
+        for name, kind in families()["law"].kinds.items()
+        if not any(each.required for each in fields_of(kind))
+    )
     effects = (
         f'{path}=["{name}"]'
         for noun, path in EFFECTS.items()

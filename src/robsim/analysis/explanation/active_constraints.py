@@ -19,6 +19,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.laws.constrained_law import ConstrainedLaw
 
 MOST_NAMES = 4  # most constraints that a sentence names
+LEAST_PRICE = 1e-3  # relative growth of a path that is worth a word
 ANSWERS: dict[Outcome, tuple[tuple[str, ...], str]] = {  # constraints against an outcome, in words
     Outcome.OUT_OF_IMAGE: (("field_of_view",), "the field of view"),
     Outcome.BEHIND_CAMERA: (("field_of_view", "mark_depth"), "the field of view and the depth"),
@@ -85,7 +86,7 @@ def _measure_price(analysis: RunAnalysis, trial: AblationTrial) -> float | None:
         return None
     lengths = [float(each.loop.recorder.path_length[0]) for each in (trial, other)]
     price = lengths[0] / lengths[1] - 1.0 if lengths[1] > 0.0 else 0.0
-    return price if price >= 5e-4 else None
+    return price if price >= LEAST_PRICE else None
 
 
 def propose_metric(analysis: RunAnalysis) -> Iterator[tuple[str, str, Experiment | None]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robsim.analysis.equilibrium_search import is_within_bounds
 from robsim.analysis.explanation.text_format import format_count, format_list, format_quantity
+from robsim.analysis.linearisation.constraint_use import find_nearest_constraint
 from robsim.analysis.linearisation.linear_loop import LinearLoop
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
 from robsim.base.arrays import is_any_nonzero
@@ -34,6 +35,12 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
     if linear.timing.lost and not linear.gain_dependence.is_image_only:
         yield "lost images are not considered in the largest gain"
     yield from _imperfection_caveats(experiment)
+    controller = experiment.task.bind(experiment.scene)
+    nearest = find_nearest_constraint(controller, experiment.start)
+    if nearest is not None:
+        name, share = nearest
+        acts = "it acts there" if share > 1.0 else f"the law uses {100 * share:.2g} % of its bound"
+        yield f"the constraint nearest at the start is {name}: {acts}"
 
 
 def _residual_error(linear: LinearLoop) -> str:

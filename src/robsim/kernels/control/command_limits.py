@@ -168,13 +168,16 @@ def limit_command(
     law_command="n",
     scaled="n",
     last="n",
-    command="n",
+    target="n",
+    slowest="n",
+    fastest="n",
     brake="n",
     shares="row",
     reason="row",
     duration="row",
     hold="row",
     accelerations="n",
+    speeds="n",
     low="n",
     high="n",
     q="nq",
@@ -182,11 +185,13 @@ def limit_command(
     places="each: whole",
     nq="count",
 ):
-    """Compute a command that joints can follow, and the braking velocities `brake`.
+    """Compute the target of a command, its bounds, and the braking velocities `brake`.
 
     `scaled` is the command of the law after scaling to the speed limits, and `last` is the last
     command. `low` and `high` are the limits of the coordinates of n joints. `places` holds the
-    index in q of each coordinate, or -1 for a joint without limits. A held robot brakes.
+    index in q of each coordinate, or -1 for a joint without limits. Velocities between `slowest`
+    and `fastest` respect the speed, the acceleration and the limits of a joint. A held robot
+    brakes: its target is within its bounds.
     """
     for b in range(WIDTH):
         dt, share, hold_reasons = (
@@ -198,11 +203,12 @@ def limit_command(
         brake_share = remaining_share(rest, dt)
         for j in range(n):
             last_velocity, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
-            brake_velocity, target = brake_share * last_velocity, w[(scaled + j) * WIDTH + b]
-            if not hold_reasons and target != w[(law_command + j) * WIDTH + b]:
+            brake_velocity, wanted = brake_share * last_velocity, w[(scaled + j) * WIDTH + b]
+            if not hold_reasons and wanted != w[(law_command + j) * WIDTH + b]:
                 reasons |= SPEED
+            wanted, change = share * wanted, most * dt
             v, bits = _reachable_velocity(
-                brake_velocity if hold_reasons else share * target, last_velocity, most * dt
+                brake_velocity if hold_reasons else wanted, last_velocity, change
             )
             least, largest = -math.inf, math.inf
             if places[1 + j] >= 0:
@@ -214,11 +220,21 @@ def limit_command(
             is_at_limit = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
             reasons |= bits | (JOINT_LIMIT if is_at_limit else 0)
             w[(at_limit + j) * WIDTH + b] = 1.0 if is_at_limit else 0.0
-            change = most * dt
-            w[(command + j) * WIDTH + b] = _bound(v, least, largest, last_velocity, change)
             w[(brake + j) * WIDTH + b] = _bound(
                 brake_velocity, least, largest, last_velocity, change
             )
+            if hold_reasons:
+                v = _bound(v, least, largest, last_velocity, change)
+                own = v, v, v
+            else:
+                speed = max(w[(speeds + j) * WIDTH + b], abs(wanted))  # after rounding
+                least, largest = max(least, -speed), min(largest, speed)
+                slow = _bound(last_velocity - change, least, largest, last_velocity, change)
+                fast = _bound(last_velocity + change, least, largest, last_velocity, change)
+                own = wanted, slow, fast
+            w[(target + j) * WIDTH + b] = own[0]
+            w[(slowest + j) * WIDTH + b] = own[1]
+            w[(fastest + j) * WIDTH + b] = own[2]
         w[reason * WIDTH + b] = reasons
 
 

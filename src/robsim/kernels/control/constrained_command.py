@@ -15,7 +15,7 @@ the command from the half-space of a row. A command within the bounds always exi
 
 import math
 
-from robsim.kernels.control.quadratic_program import (
+from robsim.kernels.control.quadratic_layout import (
     BOUND,
     HIGH,
     HIGH_PRICE,
@@ -23,21 +23,18 @@ from robsim.kernels.control.quadratic_program import (
     LOW_PRICE,
     METRIC,
     PRICE,
-    SOLVED,
     STEP,
-    TOLERANCE,
     WISH,
     X,
     clear_quadratic_program,
+    columns_at,
     count_blocks,
     count_quadratic_rows,
-    matrix_at,
-    row_vector_at,
-    rows_at,
-    solve_quadratic_program,
-    vector_at,
+    matrices_at,
+    row_vectors_at,
 )
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.control.quadratic_program import SOLVED, TOLERANCE, solve_quadratic_program
+from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
@@ -79,11 +76,11 @@ def constrain_command(
     """Compute the command qd that is nearest to `wish` within bounds and rows.
 
     `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows. They are
-    positive where a constraint keeps the command from the wish. A row with bound = -inf never acts.
+    positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
     `slack` is the violation bound - C qd of each row that was relaxed. `unmet` is 0 if the wish
-    satisfies all constraints and is returned bit for bit, 1 if a command satisfies them, and 2, 3 or
-    4 if rows of level 2, 1 or 0 were relaxed. A wish, a row or a bound that is not a number gives
-    a command that is not a number, with unmet = 5.
+    satisfies all constraints and is returned bit for bit, 1 if another command satisfies them, and
+    2, 3 or 4 if rows of level 2, 1 or 0 were relaxed. If a number of the wish or of a
+    constraint is NaN, or the wish is infinite, the command is NaN and `unmet` is 5.
     """
     for i in range(n):
         put(w, qd + i, get(w, wish + i))
@@ -101,11 +98,11 @@ def constrain_command(
                 )  # fmt: skip
 
 
-@part
+@kernel
 def _test_wish(w, n, wish, low, high, C, m, bound, unmet):
     """Set `unmet` to 0 in the runs whose wish satisfies all constraints, else to 1."""
     size = 0.0 * get(w, unmet)
-    fits = size == size
+    fits = size >= 0.0
     for i in range(n):
         x, least, largest = get(w, wish + i), get(w, low + i), get(w, high + i)
         fits = fits & (x >= least) & (x <= largest)
@@ -130,7 +127,7 @@ def _constrain_run(
     unmet, scratch,
 ):  # fmt: skip
     """Compute the command of the run in lane b."""
-    if not _is_finite(w, b, A, k, n, wish, low, high, C, m, bound):
+    if not _is_finite(w, b, n, wish, low, high, C, m, bound):
         for i in range(n):
             w[(qd + i) * WIDTH + b] = math.nan
         w[unmet * WIDTH + b] = UNSOLVED
@@ -157,12 +154,10 @@ def _constrain_run(
     w[unmet * WIDTH + b] = code
 
 
-@part
-def _is_finite(w, b, A, k, n, wish, low, high, C, m, bound):
+@kernel
+def _is_finite(w, b, n, wish, low, high, C, m, bound):
     """Return whether all numbers of a run are usable. Bounds may be infinite on their own side."""
     total = 0.0
-    for i in range(k * n):
-        total += 0.0 * w[(A + i) * WIDTH + b]
     for i in range(n):
         total += 0.0 * w[(wish + i) * WIDTH + b]
         if not (w[(low + i) * WIDTH + b] < math.inf and w[(high + i) * WIDTH + b] > -math.inf):
@@ -175,7 +170,7 @@ def _is_finite(w, b, A, k, n, wish, low, high, C, m, bound):
     return total == 0.0
 
 
-@part
+@kernel
 def _has_level(w, b, m, levels, level):
     """Return whether a row has a level."""
     found = False
@@ -184,28 +179,32 @@ def _has_level(w, b, m, levels, level):
     return found
 
 
-@part
+@kernel
 def _write_program(
     w, b, A, k, n, eps, wish, low, high, C, m, bound, levels, price, scratch, level, unknowns
 ):
     """Write the quadratic program of a run. The rows from `level` on get a common slack."""
     clear_quadratic_program(w, scratch, unknowns, m)
     _write_metric(w, b, A, k, n, eps, scratch, unknowns)
-    own, least, largest = (
-        vector_at(scratch, unknowns, WISH) * WIDTH,
-        vector_at(scratch, unknowns, LOW) * WIDTH,
-        vector_at(scratch, unknowns, HIGH) * WIDTH,
-    )
+    wide = count_blocks(unknowns) * WIDTH
+    first = scratch * WIDTH
+    own, least, largest = first + WISH * wide, first + LOW * wide, first + HIGH * wide
     for i in range(n):
         w[own + i] = w[(wish + i) * WIDTH + b]
         w[least + i] = w[(low + i) * WIDTH + b]
         w[largest + i] = w[(high + i) * WIDTH + b]
     if unknowns > n:
         w[least + n] = 0.0
-        at = matrix_at(scratch, unknowns, METRIC) + n * count_blocks(unknowns)
-        w[at * WIDTH + n] = w[price * WIDTH + b]
-    tall, columns = count_blocks(m) * WIDTH, rows_at(scratch, unknowns, m) * WIDTH
-    bounds = row_vector_at(scratch, unknowns, m, BOUND) * WIDTH
+        metric = matrices_at(scratch, unknowns) * WIDTH + (METRIC * unknowns + n) * wide
+        w[metric + n] = w[price * WIDTH + b]
+    _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns)
+
+
+@kernel
+def _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns):
+    """Write the rows of a program."""
+    tall, columns = count_blocks(m) * WIDTH, columns_at(scratch, unknowns, m) * WIDTH
+    bounds = row_vectors_at(scratch, unknowns) * WIDTH + BOUND * tall
     for i in range(m):
         w[bounds + i] = w[(bound + i) * WIDTH + b]
         square = 0.0
@@ -217,11 +216,14 @@ def _write_program(
             w[columns + n * tall + i] = math.sqrt(square) if square > 0.0 else 1.0
 
 
-@part
+@kernel
 def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
-    """Write A'A n/trace(A'A) + eps I to the matrix of a program."""
-    H, wide = matrix_at(scratch, unknowns, METRIC), count_blocks(unknowns)
-    row = vector_at(scratch, unknowns, STEP)
+    """Write A'A n/trace(A'A) + eps I to the matrix of a program.
+
+    If A is zero or not finite, I replaces the first term.
+    """
+    wide, row = count_blocks(unknowns), scratch + STEP * count_blocks(unknowns)
+    H = matrices_at(scratch, unknowns) + METRIC * unknowns * wide
     for r in range(k):
         for j in range(n):
             w[row * WIDTH + j] = w[(A + r * n + j) * WIDTH + b]
@@ -232,31 +234,31 @@ def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
     trace = 0.0
     for i in range(n):
         trace += w[(H + i * wide) * WIDTH + i]
-    factor = n / trace if trace > 0.0 else 1.0
+    is_usable = 0.0 < trace < math.inf
     for i in range(n):
         for v in range(wide):
-            put(w, H + i * wide + v, factor * get(w, H + i * wide + v))
-        w[(H + i * wide) * WIDTH + i] += w[eps * WIDTH + b]
+            if is_usable:
+                put(w, H + i * wide + v, n / trace * get(w, H + i * wide + v))
+            else:
+                put(w, H + i * wide + v, 0.0)
+        w[(H + i * wide) * WIDTH + i] += w[eps * WIDTH + b] + (0.0 if is_usable else 1.0)
 
 
-@part
+@kernel
 def _read_solution(w, b, n, m, unknowns, scratch, qd, multipliers):
     """Copy the command and the multipliers of a solved program to their rows."""
-    x, lower, upper = (
-        vector_at(scratch, unknowns, X) * WIDTH,
-        vector_at(scratch, unknowns, LOW_PRICE) * WIDTH,
-        vector_at(scratch, unknowns, HIGH_PRICE) * WIDTH,
-    )
+    wide, tall = count_blocks(unknowns) * WIDTH, count_blocks(m) * WIDTH
+    x, lower, upper = scratch * WIDTH + X * wide, LOW_PRICE * wide, HIGH_PRICE * wide
     for i in range(n):
         w[(qd + i) * WIDTH + b] = w[x + i]
-        w[(multipliers + i) * WIDTH + b] = w[lower + i]
-        w[(multipliers + n + i) * WIDTH + b] = w[upper + i]
-    prices = row_vector_at(scratch, unknowns, m, PRICE) * WIDTH
+        w[(multipliers + i) * WIDTH + b] = w[scratch * WIDTH + lower + i]
+        w[(multipliers + n + i) * WIDTH + b] = w[scratch * WIDTH + upper + i]
+    prices = row_vectors_at(scratch, unknowns) * WIDTH + PRICE * tall
     for i in range(m):
         w[(multipliers + 2 * n + i) * WIDTH + b] = w[prices + i]
 
 
-@part
+@kernel
 def _measure_slack(w, b, n, C, m, bound, levels, level, qd, slack):
     """Compute the violation of each relaxed row; 0 within the tolerance."""
     for i in range(m):

@@ -2,484 +2,329 @@
 
 The program is: minimise (x - wish)' H (x - wish) / 2 subject to low <= x <= high and C x >= b. The
 method of Goldfarb and Idnani (Mathematical Programming 27, 1983, doi:10.1007/BF02591962) starts at
-the unconstrained minimum x = wish. It adds violated constraints one by one, and removes constraints
-with multipliers that would become negative. A wish that satisfies all constraints is therefore
-returned unchanged, without a factorisation.
+the unconstrained minimum x = wish. It adds violated constraints one by one, and removes active
+constraints with multipliers that would become negative. A wish that satisfies all constraints is
+therefore returned unchanged, without a factorisation.
 
-With H = L L' the columns of J = L^-T Q are orthonormal in the metric of H. The first q columns span
-the gradients of the q active constraints. The matrix T maps the coordinates of a gradient in these
-columns to a combination of the active gradients. Reflections update J and T: adding or removing a
-constraint costs two products of vectors. J is stored by columns and by rows, so that all products
-are sums of vectors.
-
-Rows of C are scaled to unit length. Bounds are constraints with unit vectors and need no rows of C.
-All arrays are consecutive rows of a block (see `robsim.kernels.machine.lanes`). A row holds WIDTH
-consecutive numbers of one program.
+Constraints are numbered: n lower bounds, n upper bounds, m rows. Bounds are constraints with unit
+gradients and need no rows of C. Rows of C are scaled to unit length. A row that was zero never acts
+if its bound is negative; otherwise it excludes all solutions.
 """
 
 import math
 
+from robsim.kernels.control.active_constraints import (
+    add_active,
+    factorise_metric,
+    project_gradient,
+    remove_active,
+)
+from robsim.kernels.control.quadratic_layout import (
+    ACTIVE,
+    BOUND,
+    HIGH,
+    HIGH_LIMIT,
+    HIGH_PRICE,
+    HIGH_ROOM,
+    LIMIT,
+    LOW,
+    LOW_LIMIT,
+    LOW_PRICE,
+    LOW_ROOM,
+    METRIC,
+    PLACES,
+    PRICE,
+    PRICES,
+    ROOM,
+    SCALE,
+    SHARES,
+    STEP,
+    WISH,
+    X,
+    clear_quadratic_program,
+    columns_at,
+    count_blocks,
+    matrices_at,
+    row_vectors_at,
+)
+from robsim.kernels.machine.array_views import pointer_of
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.lanes import (
+    WIDTH,
+    absolute,
+    get,
+    get_lane,
+    least_lane,
+    put,
+    sqrt,
+    where,
+)
 
 SOLVED, INFEASIBLE, ITERATION_LIMIT = 0, 1, 2
 TOLERANCE = 1e-9  # violation of a scaled constraint, relative to the size of the command
-INDEPENDENT = 1e-20  # least squared share of a gradient outside of the active gradients
-ROUNDING = 1e-26  # rounding errors of this squared share, relative to the squared size of J
-NEGLIGIBLE = 1e-11  # shares of active gradients that count as zero
-
-# vectors of n numbers, in this order
-WISH, LOW, HIGH, X, STEP, DUAL, SHARES, PRICES, ACTIVE, LOW_ROOM, HIGH_ROOM = range(11)
-LOW_LIMIT, HIGH_LIMIT, LOW_PRICE, HIGH_PRICE, PLACES = range(11, 16)
-VECTORS = 16
-# matrices (n, n) after the vectors
-METRIC, COLUMNS, ROWS, COMBINATIONS = range(4)
-MATRICES = 4
-# vectors of m numbers after the matrices, then the columns of C
-BOUND, SCALE, ROOM, LIMIT, PRICE = range(5)
-ROW_VECTORS = 5
-
-
-def count_quadratic_rows(n: int, m: int) -> int:
-    """Return the number of scratch rows that a program of n unknowns and m rows of C needs."""
-    wide, tall = -(-n // WIDTH), -(-m // WIDTH)
-    return (VECTORS + MATRICES * n) * wide + (ROW_VECTORS + n) * tall
-
-
-@part
-def count_blocks(n):
-    """Return the number of block rows that hold n numbers."""
-    return (n + WIDTH - 1) // WIDTH
-
-
-@part
-def vector_at(first, n, which):
-    """Return the first row of a vector of n numbers."""
-    return first + which * count_blocks(n)
-
-
-@part
-def matrix_at(first, n, which):
-    """Return the first row of a matrix (n, n)."""
-    return first + (VECTORS + which * n) * count_blocks(n)
-
-
-@part
-def row_vector_at(first, n, m, which):
-    """Return the first row of a vector of m numbers."""
-    return first + (VECTORS + MATRICES * n) * count_blocks(n) + which * count_blocks(m)
-
-
-@part
-def rows_at(first, n, m):
-    """Return the first row of the columns of C, each of m numbers."""
-    return row_vector_at(first, n, m, ROW_VECTORS)
-
-
-@kernel
-def clear_quadratic_program(w, first, n, m):
-    """Set a program to zeros without constraints. The caller then writes its numbers.
-
-    These are the vectors WISH, LOW and HIGH, the matrix METRIC, the vector BOUND and the columns
-    of C.
-    """
-    for i in range(row_vector_at(first, n, m, 0) - first):
-        put(w, first + i, 0.0)
-    for v in range(count_blocks(n)):
-        put(w, vector_at(first, n, LOW) + v, -math.inf)
-        put(w, vector_at(first, n, HIGH) + v, math.inf)
-    for v in range(count_blocks(m)):
-        put(w, row_vector_at(first, n, m, BOUND) + v, -math.inf)
-        for k in range(n):
-            put(w, rows_at(first, n, m) + k * count_blocks(m) + v, 0.0)
-    for i in range(WIDTH * count_blocks(n)):
-        w[vector_at(first, n, PLACES) * WIDTH + i] = i
+NEGLIGIBLE = 1e-11  # share of an active gradient that counts as zero
 
 
 @kernel
 def solve_quadratic_program(w, first, n, m):
     """Solve a program in place, and return SOLVED, INFEASIBLE or ITERATION_LIMIT.
 
-    The vector X holds the solution. The vectors LOW_PRICE, HIGH_PRICE and PRICE hold the
-    multipliers. For an infeasible program they hold a certificate y >= 0 instead: the same
+    The vector X holds the solution, within its bounds. The vectors LOW_PRICE, HIGH_PRICE and PRICE
+    hold the multipliers. For an infeasible program they hold a certificate y >= 0 instead: this
     combination of the gradients vanishes, and the same combination of the bounds is positive
-    (Farkas). It is 1, up to the scale of a row, at the constraint that cannot be met.
+    (Farkas). The certificate is positive at the constraint that cannot be met and at the active
+    constraints that exclude it.
     """
-    size = _scale_rows(w, first, n, m)
-    for v in range(count_blocks(n)):
-        put(w, vector_at(first, n, X) + v, get(w, vector_at(first, n, WISH) + v))
+    size, wide = _scale_rows(w, first, n, m), count_blocks(n)
+    for v in range(wide):
+        put(w, first + X * wide + v, get(w, first + WISH * wide + v))
     _set_limits(w, first, n, m, size)
     _compute_rooms(w, first, n, m)
     worst = _find_worst(w, first, n, m)
-    if worst < 0:
-        _clip(w, first, n)
-        return SOLVED
-    spread = _factorise(w, first, n)
-    q, exact = 0, False
-    rounds = 10 * (n + m) + 100
-    while worst >= 0:
-        state, q, rounds = _add_constraint(w, first, n, m, worst, q, rounds, size, spread)
-        if state != SOLVED:
-            _clip(w, first, n)
-            return state
+    state, q, rounds = SOLVED, 0, 10 * (n + m) + 100
+    spread = factorise_metric(w, first, n) if worst >= 0 else 0.0
+    while worst >= 0 and state == SOLVED:
+        state, q, rounds = _meet_constraint(w, first, n, m, worst, q, rounds, size, spread)
         worst = _find_worst(w, first, n, m)
-        if worst < 0:
-            _clip(w, first, n)
+        if worst < 0:  # without the rounding errors of many steps
+            _clip_solution(w, first, n)
             _compute_rooms(w, first, n, m)
             worst = _find_worst(w, first, n, m)
-    _store_prices(w, first, n, m, q)
-    return SOLVED
+    _clip_solution(w, first, n)
+    if state == SOLVED:
+        for k in range(q):
+            p = int(w[(first + ACTIVE * wide) * WIDTH + k])
+            _store_price(w, first, n, m, p, w[(first + PRICES * wide) * WIDTH + k])
+    return state
+
+
+@kernel
+def solve_arrays(H, wish, low, high, C, bound, x, multipliers, scratch):
+    """Solve the program of arrays, and return SOLVED, INFEASIBLE or ITERATION_LIMIT.
+
+    `multipliers` (2 n + m,) holds the multipliers or the certificate. `scratch` has WIDTH numbers
+    for each of `count_quadratic_rows(n, m)` rows.
+    """
+    w, n, m = pointer_of(scratch), wish.size, bound.size
+    _write_arrays(w, H, wish, low, high, C, bound)
+    state = solve_quadratic_program(w, 0, n, m)
+    wide, prices = count_blocks(n), (row_vectors_at(0, n) + PRICE * count_blocks(m)) * WIDTH
+    for i in range(n):
+        x[i] = w[X * wide * WIDTH + i]
+        multipliers[i] = w[LOW_PRICE * wide * WIDTH + i]
+        multipliers[n + i] = w[HIGH_PRICE * wide * WIDTH + i]
+    for i in range(m):
+        multipliers[2 * n + i] = w[prices + i]
+    return state
 
 
 @part
+def _write_arrays(w, H, wish, low, high, C, bound):
+    """Write the program of arrays to memory."""
+    n, m = wish.size, bound.size
+    clear_quadratic_program(w, 0, n, m)
+    wide, tall, metric = count_blocks(n), count_blocks(m), matrices_at(0, n)
+    for i in range(n):
+        w[WISH * wide * WIDTH + i] = wish[i]
+        w[LOW * wide * WIDTH + i] = low[i]
+        w[HIGH * wide * WIDTH + i] = high[i]
+        for j in range(n):
+            w[(metric + (METRIC * n + i) * wide) * WIDTH + j] = H[i, j]
+    bounds, columns = (row_vectors_at(0, n) + BOUND * tall) * WIDTH, columns_at(0, n, m) * WIDTH
+    for i in range(m):
+        w[bounds + i] = bound[i]
+        for k in range(n):
+            w[columns + k * tall * WIDTH + i] = C[i, k]
+
+
+@kernel
 def _scale_rows(w, first, n, m):
-    """Scale rows of C to unit length. Return the size of a command within the box."""
-    tall, columns = count_blocks(m), rows_at(first, n, m)
-    bound, scale = row_vector_at(first, n, m, BOUND), row_vector_at(first, n, m, SCALE)
+    """Scale rows of C to unit length. Return the size of a command within the bounds."""
+    wide, tall, columns = count_blocks(n), count_blocks(m), columns_at(first, n, m)
+    bound = row_vectors_at(first, n) + BOUND * tall
+    scale = row_vectors_at(first, n) + SCALE * tall
     for v in range(tall):
         total = 0.0 * get(w, columns + v)
-        for k in range(n):
-            total = total + get(w, columns + k * tall + v) * get(w, columns + k * tall + v)
+        for k in range(columns + v, columns + v + n * tall, tall):
+            total = total + get(w, k) * get(w, k)
         factor = 1.0 / sqrt(where(total > 0.0, total, 1.0))
         put(w, scale + v, factor)
         put(w, bound + v, get(w, bound + v) * factor)
-        for k in range(n):
-            put(w, columns + k * tall + v, get(w, columns + k * tall + v) * factor)
+        for k in range(columns + v, columns + v + n * tall, tall):
+            put(w, k, get(w, k) * factor)
     size = 0.0
-    wish, low, high = (vector_at(first, n, WISH), vector_at(first, n, LOW), vector_at(first, n, HIGH))
     for i in range(n):
-        most = max(abs(w[low * WIDTH + i]), abs(w[high * WIDTH + i]))
-        size = max(size, min(abs(w[wish * WIDTH + i]), most))
+        low, high = w[(first + LOW * wide) * WIDTH + i], w[(first + HIGH * wide) * WIDTH + i]
+        size = max(size, min(abs(w[(first + WISH * wide) * WIDTH + i]), max(abs(low), abs(high))))
     return size
 
 
-@part
+@kernel
 def _set_limits(w, first, n, m, size):
-    """Set the tolerance of each constraint, and all multipliers to zero."""
-    for v in range(count_blocks(n)):
-        put(w, vector_at(first, n, LOW_LIMIT) + v, TOLERANCE * size)
-        put(w, vector_at(first, n, HIGH_LIMIT) + v, TOLERANCE * size)
-        put(w, vector_at(first, n, LOW_PRICE) + v, 0.0)
-        put(w, vector_at(first, n, HIGH_PRICE) + v, 0.0)
-    for v in range(count_blocks(m)):
-        b = absolute(get(w, row_vector_at(first, n, m, BOUND) + v))
-        put(w, row_vector_at(first, n, m, LIMIT) + v, TOLERANCE * (size + b))
-        put(w, row_vector_at(first, n, m, PRICE) + v, 0.0)
+    """Set the tolerance of each constraint."""
+    wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
+    for v in range(wide):
+        put(w, first + LOW_LIMIT * wide + v, TOLERANCE * size)
+        put(w, first + HIGH_LIMIT * wide + v, TOLERANCE * size)
+    for v in range(tall):
+        bound = absolute(get(w, tail + BOUND * tall + v))
+        put(w, tail + LIMIT * tall + v, TOLERANCE * (size + bound))
 
 
-@part
+@kernel
 def _compute_rooms(w, first, n, m):
     """Compute the distance of x from each constraint, negative for a violated constraint."""
-    for v in range(count_blocks(n)):
-        x = get(w, vector_at(first, n, X) + v)
-        put(w, vector_at(first, n, LOW_ROOM) + v, x - get(w, vector_at(first, n, LOW) + v))
-        put(w, vector_at(first, n, HIGH_ROOM) + v, get(w, vector_at(first, n, HIGH) + v) - x)
-    tall, columns, x = count_blocks(m), rows_at(first, n, m), vector_at(first, n, X) * WIDTH
+    wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
+    for v in range(wide):
+        x = get(w, first + X * wide + v)
+        put(w, first + LOW_ROOM * wide + v, x - get(w, first + LOW * wide + v))
+        put(w, first + HIGH_ROOM * wide + v, get(w, first + HIGH * wide + v) - x)
+    columns, x_at = columns_at(first, n, m), (first + X * wide) * WIDTH
     for v in range(tall):
-        total = -get(w, row_vector_at(first, n, m, BOUND) + v)
+        total = -get(w, tail + BOUND * tall + v)
         for k in range(n):
-            total = total + w[x + k] * get(w, columns + k * tall + v)
-        put(w, row_vector_at(first, n, m, ROOM) + v, total)
+            total = total + w[x_at + k] * get(w, columns + k * tall + v)
+        put(w, tail + ROOM * tall + v, total)
 
 
-@part
+@kernel
 def _find_worst(w, first, n, m):
-    """Return the most violated constraint that is not active, or -1.
-
-    Constraints are numbered: n lower bounds, n upper bounds, m rows.
-    """
-    least, at = 0.0 * get(w, first), 0.0 * get(w, first) - 1.0
-    for side in range(2):
-        room, limit = vector_at(first, n, LOW_ROOM + side), vector_at(first, n, LOW_LIMIT + side)
-        for v in range(count_blocks(n)):
-            here = get(w, room + v) + get(w, limit + v)
-            is_less = here < least
-            least = where(is_less, here, least)
-            at = where(is_less, get(w, vector_at(first, n, PLACES)) + (side * n + WIDTH * v), at)
-    room, limit = row_vector_at(first, n, m, ROOM), row_vector_at(first, n, m, LIMIT)
-    for v in range(count_blocks(m)):
-        here = get(w, room + v) + get(w, limit + v)
-        is_less = here < least
-        least = where(is_less, here, least)
-        at = where(is_less, get(w, vector_at(first, n, PLACES)) + (2 * n + WIDTH * v), at)
-    if not any_lane(least < 0.0):
-        return -1
-    return _pick_least(w, vector_at(first, n, STEP), least, at)
+    """Return the most violated constraint that is not active, or -1."""
+    wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
+    places, least = get(w, first + PLACES * wide), 0.0 * get(w, first)
+    at = least - 1.0
+    for v in range(2 * wide):  # lower bounds, upper bounds
+        here = get(w, first + LOW_ROOM * wide + v) + get(w, first + LOW_LIMIT * wide + v)
+        first_number = WIDTH * v if v < wide else n + WIDTH * (v - wide)
+        at = where(here < least, places + first_number, at)
+        least = where(here < least, here, least)
+    for v in range(tall):
+        here = get(w, tail + ROOM * tall + v) + get(w, tail + LIMIT * tall + v)
+        at = where(here < least, places + (2 * n + WIDTH * v), at)
+        least = where(here < least, here, least)
+    return int(get_lane(at, least_lane(least)))
 
 
 @part
-def _pick_least(w, room, values, numbers):
-    """Return the number in the lane with the least value. `room` is a row for temporary values."""
-    put(w, room, values)
-    least, at = w[room * WIDTH], 0
-    for i in range(1, WIDTH):
-        if w[room * WIDTH + i] < least:
-            least, at = w[room * WIDTH + i], i
-    put(w, room, numbers)
-    return int(w[room * WIDTH + at])
-
-
-@part
-def _factorise(w, first, n):
-    """Compute J = L^-T for H = L L' by elimination. Return the squared size of J.
-
-    The elimination of [H, I] gives [D L', L^-1] with unit diagonals of L, without square roots.
-    """
-    wide, H = count_blocks(n), matrix_at(first, n, METRIC)
-    J, rows = matrix_at(first, n, COLUMNS), matrix_at(first, n, ROWS)
-    places = vector_at(first, n, PLACES)
-    for i in range(n):
-        for v in range(wide):
-            put(w, J + i * wide + v, where(get(w, places + v) == i, 1.0, 0.0 * get(w, places + v)))
-    for j in range(n):
-        inverse = 1.0 / w[(H + j * wide) * WIDTH + j]
-        for i in range(j + 1, n):
-            factor = w[(H + i * wide) * WIDTH + j] * inverse
-            for v in range(wide):
-                put(w, H + i * wide + v, get(w, H + i * wide + v) - factor * get(w, H + j * wide + v))
-                put(w, J + i * wide + v, get(w, J + i * wide + v) - factor * get(w, J + j * wide + v))
-    size = 0.0
-    for i in range(n):
-        factor = 1.0 / math.sqrt(w[(H + i * wide) * WIDTH + i])
-        for v in range(wide):
-            put(w, J + i * wide + v, get(w, J + i * wide + v) * factor)
-        for j in range(n):
-            x = w[(J + i * wide) * WIDTH + j]
-            w[(rows + j * wide) * WIDTH + i] = x
-            size += x * x
-    return size
-
-
-@part
-def _add_constraint(w, first, n, m, p, q, rounds, size, spread):
+def _meet_constraint(w, first, n, m, p, q, rounds, size, spread):
     """Make constraint p active. Return the state, the number of active constraints, and rounds."""
-    price = 0.0
-    while True:
+    price, room = 0.0, _read_room(w, first, n, m, p)
+    while rounds > 0:
         rounds -= 1
-        if rounds < 0:
-            return ITERATION_LIMIT, q, rounds
-        free, is_free = _project_gradient(w, first, n, m, p, q, spread)
-        shorter, leaving = _find_leaving(w, first, n, q)
-        room = _read_room(w, first, n, m, p)
-        full = -room / free if is_free else math.inf
+        free = project_gradient(w, first, n, m, p, q, spread)
+        shorter, leaving = _find_leaving(w, first, n)
+        full = -room / free if free > 0.0 else math.inf
         step = min(shorter, full)
-        if step == math.inf:
+        if not step < math.inf:
             _store_certificate(w, first, n, m, p, q)
             return INFEASIBLE, q, rounds
         price += step
-        _move(w, first, n, m, step, is_free)
+        room += step * free
+        _move_solution(w, first, n, m, step, free > 0.0)
         if full <= shorter:
-            _enter(w, first, n, m, p, q, price, free)
+            add_active(w, first, n, p, q, price, free)
+            _set_limit(w, first, n, m, p, math.inf)
             return SOLVED, q + 1, rounds
-        _leave(w, first, n, m, leaving, q, size)
+        left = int(w[(first + ACTIVE * count_blocks(n)) * WIDTH + leaving])
+        _set_limit(w, first, n, m, left, TOLERANCE * size)
+        remove_active(w, first, n, leaving, q)
         q -= 1
+    return ITERATION_LIMIT, q, rounds
 
 
-@part
-def _project_gradient(w, first, n, m, p, q, spread):
-    """Compute the coordinates of gradient p, the direction of x, and the shares of active gradients.
-
-    Return the squared length of the part outside of the active gradients, and whether it is
-    significant.
-    """
-    wide, dual = count_blocks(n), vector_at(first, n, DUAL)
-    J, rows = matrix_at(first, n, COLUMNS), matrix_at(first, n, ROWS)
-    T = matrix_at(first, n, COMBINATIONS)
-    tall, columns = count_blocks(m), rows_at(first, n, m)
-    for v in range(wide):
-        if p < n:
-            total = get(w, rows + p * wide + v)
-        elif p < 2 * n:
-            total = -get(w, rows + (p - n) * wide + v)
-        else:
-            total = 0.0 * get(w, rows + v)
-            for k in range(n):
-                c = w[(columns + k * tall) * WIDTH + p - 2 * n]
-                total = total + c * get(w, rows + k * wide + v)
-        put(w, dual + v, total)
-    free, whole = 0.0, 0.0
-    for k in range(q):
-        whole += w[dual * WIDTH + k] * w[dual * WIDTH + k]
-    for k in range(q, n):
-        free += w[dual * WIDTH + k] * w[dual * WIDTH + k]
-    for v in range(wide):
-        total = 0.0 * get(w, J + v)
-        for k in range(q, n):
-            total = total + w[dual * WIDTH + k] * get(w, J + k * wide + v)
-        put(w, vector_at(first, n, STEP) + v, total)
-        total = 0.0 * get(w, J + v)
-        for k in range(q):
-            total = total + w[dual * WIDTH + k] * get(w, T + k * wide + v)
-        put(w, vector_at(first, n, SHARES) + v, total)
-    return free, free > INDEPENDENT * (free + whole) + ROUNDING * spread
-
-
-@part
-def _find_leaving(w, first, n, q):
+@kernel
+def _find_leaving(w, first, n):
     """Return the longest step without negative multipliers, and the place that limits it."""
-    shares, prices = vector_at(first, n, SHARES) * WIDTH, vector_at(first, n, PRICES) * WIDTH
-    least, at, most = math.inf, -1, 1.0
-    for k in range(q):
-        most = max(most, abs(w[shares + k]))
-    for k in range(q):
-        if w[shares + k] > NEGLIGIBLE * most and w[prices + k] / w[shares + k] < least:
-            least, at = w[prices + k] / w[shares + k], k
+    wide, most, least, at = count_blocks(n), 1.0, math.inf, -1
+    for v in range(wide):
+        size = absolute(get(w, first + SHARES * wide + v))
+        most = max(most, get_lane(size, least_lane(-size)))
+    for v in range(wide):
+        share = get(w, first + SHARES * wide + v)
+        longest = get(w, first + PRICES * wide + v) / share
+        longest = where(share > NEGLIGIBLE * most, longest, math.inf)
+        lane = least_lane(longest)
+        if get_lane(longest, lane) < least:
+            least, at = get_lane(longest, lane), WIDTH * v + lane
     return least, at
 
 
 @part
 def _read_room(w, first, n, m, p):
     """Return the distance of x from constraint p."""
+    wide = count_blocks(n)
     if p < n:
-        return w[vector_at(first, n, LOW_ROOM) * WIDTH + p]
+        return w[(first + LOW_ROOM * wide) * WIDTH + p]
     if p < 2 * n:
-        return w[vector_at(first, n, HIGH_ROOM) * WIDTH + p - n]
-    return w[row_vector_at(first, n, m, ROOM) * WIDTH + p - 2 * n]
+        return w[(first + HIGH_ROOM * wide) * WIDTH + p - n]
+    return w[(row_vectors_at(first, n) + ROOM * count_blocks(m)) * WIDTH + p - 2 * n]
 
 
-@part
-def _move(w, first, n, m, step, is_free):
+@kernel
+def _move_solution(w, first, n, m, step, is_free):
     """Move the multipliers, and x with its distances if a direction is free."""
-    step_rows, prices = vector_at(first, n, STEP), vector_at(first, n, PRICES)
-    for v in range(count_blocks(n)):
-        left = get(w, prices + v) - step * get(w, vector_at(first, n, SHARES) + v)
-        put(w, prices + v, where(left > 0.0, left, 0.0))
+    wide, tall = count_blocks(n), count_blocks(m)
+    for v in range(first + PRICES * wide, first + PRICES * wide + wide):
+        left = get(w, v) - step * get(w, v + (SHARES - PRICES) * wide)
+        put(w, v, where(left > 0.0, left, 0.0))
     if not is_free:
         return
-    for v in range(count_blocks(n)):
-        move = step * get(w, step_rows + v)
-        low, high = vector_at(first, n, LOW_ROOM) + v, vector_at(first, n, HIGH_ROOM) + v
-        put(w, vector_at(first, n, X) + v, get(w, vector_at(first, n, X) + v) + move)
-        put(w, low, get(w, low) + move)
-        put(w, high, get(w, high) - move)
-    tall, columns, room = count_blocks(m), rows_at(first, n, m), row_vector_at(first, n, m, ROOM)
+    for v in range(first, first + wide):
+        move = step * get(w, v + STEP * wide)
+        put(w, v + X * wide, get(w, v + X * wide) + move)
+        put(w, v + LOW_ROOM * wide, get(w, v + LOW_ROOM * wide) + move)
+        put(w, v + HIGH_ROOM * wide, get(w, v + HIGH_ROOM * wide) - move)
+    columns, room = columns_at(first, n, m), row_vectors_at(first, n) + ROOM * tall
     for v in range(tall):
         total = 0.0 * get(w, columns + v)
         for k in range(n):
-            total = total + w[step_rows * WIDTH + k] * get(w, columns + k * tall + v)
+            along = w[(first + STEP * wide) * WIDTH + k]
+            total = total + along * get(w, columns + k * tall + v)
         put(w, room + v, get(w, room + v) + step * total)
 
 
-@part
-def _set_limit(w, first, n, m, p, size, is_active):
-    """Set the tolerance of constraint p. An active constraint counts as never violated."""
+@kernel
+def _set_limit(w, first, n, m, p, limit):
+    """Set the tolerance of constraint p; infinity for an active constraint, which stays met."""
+    wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
     if p < n:
-        w[vector_at(first, n, LOW_LIMIT) * WIDTH + p] = math.inf if is_active else TOLERANCE * size
+        w[(first + LOW_LIMIT * wide) * WIDTH + p] = limit
     elif p < 2 * n:
-        w[vector_at(first, n, HIGH_LIMIT) * WIDTH + p - n] = (
-            math.inf if is_active else TOLERANCE * size
-        )
+        w[(first + HIGH_LIMIT * wide) * WIDTH + p - n] = limit
     else:
-        b = abs(w[row_vector_at(first, n, m, BOUND) * WIDTH + p - 2 * n])
-        w[row_vector_at(first, n, m, LIMIT) * WIDTH + p - 2 * n] = (
-            math.inf if is_active else TOLERANCE * (size + b)
-        )
+        bound = abs(w[(tail + BOUND * tall) * WIDTH + p - 2 * n])
+        w[(tail + LIMIT * tall) * WIDTH + p - 2 * n] = limit + TOLERANCE * bound
 
 
-@part
-def _enter(w, first, n, m, p, q, price, free):
-    """Add constraint p as active constraint q by a reflection of the free columns of J."""
-    wide, dual, step = count_blocks(n), vector_at(first, n, DUAL), vector_at(first, n, STEP)
-    J, T = matrix_at(first, n, COLUMNS), matrix_at(first, n, COMBINATIONS)
-    length = math.copysign(math.sqrt(free), w[dual * WIDTH + q])
-    factor = 1.0 / (free + length * w[dual * WIDTH + q])
-    inverse = 1.0 / length
-    for v in range(wide):
-        place = get(w, vector_at(first, n, PLACES) + v)
-        put(w, T + q * wide + v, where(place == q, -inverse, inverse * get(w, vector_at(first, n, SHARES) + v)))
-        d = where(place < q, 0.0, get(w, dual + v))
-        put(w, dual + v, where(place == q, d + length, d))
-        put(w, step + v, factor * (get(w, step + v) + length * get(w, J + q * wide + v)))
-    _reflect(w, first, n, q, n)
-    w[vector_at(first, n, PRICES) * WIDTH + q] = price
-    w[vector_at(first, n, ACTIVE) * WIDTH + q] = p
-    _set_limit(w, first, n, m, p, 0.0, True)
-
-
-@part
-def _reflect(w, first, n, start, end):
-    """Subtract y v' from J, with y in the vector STEP and v in the vector DUAL."""
-    wide, dual, step = count_blocks(n), vector_at(first, n, DUAL), vector_at(first, n, STEP)
-    J, rows = matrix_at(first, n, COLUMNS), matrix_at(first, n, ROWS)
-    for v in range(wide):
-        y, d = get(w, step + v), get(w, dual + v)
-        for k in range(start, end):
-            put(w, J + k * wide + v, get(w, J + k * wide + v) - w[dual * WIDTH + k] * y)
-        for k in range(n):
-            put(w, rows + k * wide + v, get(w, rows + k * wide + v) - w[step * WIDTH + k] * d)
-
-
-@part
-def _leave(w, first, n, m, leaving, q, size):
-    """Remove an active constraint by a reflection of the active columns of J.
-
-    The reflection maps row `leaving` of T to a multiple of the last active column. The last active
-    constraint takes the free place.
-    """
-    wide, dual, step = count_blocks(n), vector_at(first, n, DUAL), vector_at(first, n, STEP)
-    J, T, last = matrix_at(first, n, COLUMNS), matrix_at(first, n, COMBINATIONS), q - 1
-    active, prices = vector_at(first, n, ACTIVE) * WIDTH, vector_at(first, n, PRICES) * WIDTH
-    for v in range(wide):
-        put(w, dual + v, 0.0)
-    square = 0.0
-    for k in range(q):
-        t = w[(T + k * wide) * WIDTH + leaving]
-        w[dual * WIDTH + k] = t
-        square += t * t
-    length = math.copysign(math.sqrt(square), w[dual * WIDTH + last])
-    factor = 1.0 / (square + length * w[dual * WIDTH + last])
-    w[dual * WIDTH + last] += length
-    for v in range(wide):
-        total, others = 0.0 * get(w, J + v), 0.0 * get(w, J + v)
-        for k in range(q):
-            total = total + w[dual * WIDTH + k] * get(w, J + k * wide + v)
-            others = others + w[dual * WIDTH + k] * get(w, T + k * wide + v)
-        put(w, step + v, factor * total)
-        for k in range(last):
-            put(w, T + k * wide + v, get(w, T + k * wide + v) - factor * w[dual * WIDTH + k] * others)
-    _reflect(w, first, n, 0, q)
-    for k in range(last):
-        w[(T + k * wide) * WIDTH + leaving] = w[(T + k * wide) * WIDTH + last]
-        w[(T + k * wide) * WIDTH + last] = 0.0
-    _set_limit(w, first, n, m, int(w[active + leaving]), size, False)
-    w[active + leaving], w[prices + leaving] = w[active + last], w[prices + last]
-    w[prices + last] = 0.0
-
-
-@part
-def _clip(w, first, n):
+@kernel
+def _clip_solution(w, first, n):
     """Clip x to its bounds."""
-    for v in range(count_blocks(n)):
-        x = get(w, vector_at(first, n, X) + v)
-        low, high = get(w, vector_at(first, n, LOW) + v), get(w, vector_at(first, n, HIGH) + v)
+    wide = count_blocks(n)
+    for v in range(first, first + wide):
+        x, low, high = get(w, v + X * wide), get(w, v + LOW * wide), get(w, v + HIGH * wide)
         x = where(x < low, low, x)
-        put(w, vector_at(first, n, X) + v, where(x > high, high, x))
+        put(w, v + X * wide, where(x > high, high, x))
 
 
-@part
+@kernel
 def _store_price(w, first, n, m, p, price):
     """Store the multiplier of constraint p."""
+    wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
     if p < n:
-        w[vector_at(first, n, LOW_PRICE) * WIDTH + p] = price
+        w[(first + LOW_PRICE * wide) * WIDTH + p] = price
     elif p < 2 * n:
-        w[vector_at(first, n, HIGH_PRICE) * WIDTH + p - n] = price
+        w[(first + HIGH_PRICE * wide) * WIDTH + p - n] = price
     else:
-        scale = w[row_vector_at(first, n, m, SCALE) * WIDTH + p - 2 * n]
-        w[row_vector_at(first, n, m, PRICE) * WIDTH + p - 2 * n] = price * scale
+        scale = w[(tail + SCALE * tall) * WIDTH + p - 2 * n]
+        w[(tail + PRICE * tall) * WIDTH + p - 2 * n] = price * scale
 
 
-@part
-def _store_prices(w, first, n, m, q):
-    """Store the multipliers of the active constraints."""
-    active, prices = vector_at(first, n, ACTIVE) * WIDTH, vector_at(first, n, PRICES) * WIDTH
-    for k in range(q):
-        _store_price(w, first, n, m, int(w[active + k]), w[prices + k])
-
-
-@part
+@kernel
 def _store_certificate(w, first, n, m, p, q):
     """Store the combination of constraint p and the active constraints that excludes solutions."""
-    active, shares = vector_at(first, n, ACTIVE) * WIDTH, vector_at(first, n, SHARES) * WIDTH
+    wide = count_blocks(n)
     for k in range(q):
-        _store_price(w, first, n, m, int(w[active + k]), max(-w[shares + k], 0.0))
+        share = w[(first + SHARES * wide) * WIDTH + k]
+        active = int(w[(first + ACTIVE * wide) * WIDTH + k])
+        _store_price(w, first, n, m, active, max(-share, 0.0))
     _store_price(w, first, n, m, p, 1.0)

@@ -69,7 +69,7 @@ def _put_side(w, sign, row, seen, distance, rate, J, n, past, p, age, C, bound):
     The distance is first brought to the present by the last commands, the newest of which are at
     `past` (p, n): each moved the mark for one period, as far as the image is older.
     """
-    moved = 0.0 * distance
+    moved = 0.0 * rate
     for j in range(n):
         c = where(seen, sign * _times_jacobian(w, row, J, n, j), 0.0)
         put(w, C + j, c)

@@ -9,7 +9,7 @@ import numba
 from numba import types
 from numba.extending import intrinsic
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH
 
 
@@ -39,6 +39,12 @@ def reals(address, size):
 def wholes(address, size):
     """Return the int64 array [size] at an address."""
     return numba.carray(_to_whole(address), (size,))
+
+
+@kernel
+def pointer_of(array):
+    """Return the pointer to the numbers of a float64 array."""
+    return _to_real(array.ctypes.data)
 
 
 @intrinsic

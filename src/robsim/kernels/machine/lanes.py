@@ -199,6 +199,24 @@ def any_lane(typing: Any, mask: Any) -> Any:
     return types.boolean(MASK), emit
 
 
+@intrinsic
+def least_lane(typing: Any, x: Any) -> Any:
+    """Return the index of the first lane with the least number."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kind, bits = ir.DoubleType(), ir.IntType(WIDTH)
+        symbol = f"llvm.vector.reduce.fmin.v{WIDTH}f64"
+        reduce = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(kind, [_REALS]), symbol
+        )
+        least = _broadcast(context, builder, types.float64, builder.call(reduce, [args[0]]))
+        mask = builder.bitcast(builder.fcmp_ordered("==", args[0], least), bits)
+        last = builder.or_(mask, ir.Constant(bits, 1 << (WIDTH - 1)))  # lanes may be NaN
+        return builder.zext(builder.cttz(last, ir.Constant(ir.IntType(1), 1)), ir.IntType(64))
+
+    return types.int64(x), emit
+
+
 def _row_address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
     """Return the address of a row. The block is an array or a pointer to its first number."""
     pointer = isinstance(kinds[0], types.CPointer)

@@ -31,6 +31,7 @@ from robsim.run.experiment_paths import make_command_guard
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.servo.camera_target import CameraTarget
 from robsim.servo.command import Decision
+from robsim.servo.constraints.start_check import check_constraints
 from robsim.servo.single_step import SingleStepController
 
 EMPTY = make_read_only(np.empty(0))
@@ -92,6 +93,7 @@ class Controller:
             experiment.task.bind(self.scene),
             make_command_guard(experiment, experiment.safety),
         )
+        check_constraints(bound)
         self._standalone = SingleStepController(bound, self.dt, guard)
         self._safety, self._longest_hold = guard.safety, guard.hold
         self._longest_pause = max(PAUSE, PERIODS * self.dt, guard.hold)

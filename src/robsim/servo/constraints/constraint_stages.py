@@ -79,6 +79,13 @@ class BoundConstraints:
         rows = [name for one in self.constraints for name in one.label(self.place)]
         return number_repeated_names([*(joints if self.joint_limits else ()), *rows])
 
+    def check(self) -> None:
+        """Raise InputError if a constraint cannot act in the scene of a run."""
+        for one in self.constraints:
+            check = getattr(one, "check", None)
+            if check is not None:
+                check(self.place)
+
     @property
     def owners(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the constraints of each recorded row; joint constraints share their rows."""
@@ -121,9 +128,9 @@ class ConstraintStages:
         past = program.rows(PAST_PERIODS if inputs.age is not None else 1, n)
         rows = placed, views, wish, past
         self.bound, self.of = bound, ConstraintInputs(inputs, place.scene, place.columns, *rows)
-        low, high = self._add_bounds()
-        C, b = self._add_rows()
-        m = b.size
+        self.low, self.high = self._add_bounds()
+        self.C, self.bounds = self._add_rows()
+        m = self.bounds.size
         self.qd, multipliers, slack = (
             program.rows(n),
             program.rows(2 * n + m),
@@ -134,10 +141,10 @@ class ConstraintStages:
             A=A if bound.by_error else program.constant(np.eye(n)),
             eps=program.constant(bound.joint_weight),
             wish=wish,
-            low=low,
-            high=high,
-            C=C,
-            bound=b,
+            low=self.low,
+            high=self.high,
+            C=self.C,
+            bound=self.bounds,
             levels=program.constant(bound.levels),
             price=program.constant(SLACK_PRICE),
             qd=self.qd,

@@ -58,9 +58,14 @@ class FieldOfView(RowConstraint, DeclaredValue):
 
     Examples
     --------
-    A camera turns half a circle about its axis, seen from aside, and marks leave the image:
+    A position-based law turns the camera, and a mark leaves the image:
 
     >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("pbvs_loses_target"))
+    >>> for law in "joint", rs.laws.ConstrainedLaw([FieldOfView(margin=8)]):
+    ...     print(rs.Outcome(int(scenario.at("task.law", law).run().outcome)).name)
+    OUT_OF_IMAGE
+    CONVERGED
     """
 
     level: ClassVar[int] = VIEW
@@ -122,14 +127,31 @@ class FieldOfView(RowConstraint, DeclaredValue):
     def _check_room(self, sight: CameraTarget) -> None:
         """Raise InputError unless the margin leaves room in the image."""
         size = sight.eye.camera.size
-        if size is None:
-            raise InputError(f"FieldOfView: the size of camera '{sight.eye.name}' is unknown")
+        if size is None:  # an image without a border, as in the analysis of a law
+            return
         margin = float(np.max(self.margin)) + float(np.max(self.noise))
         if 2.0 * margin >= min(size):
             raise InputError(
                 f"FieldOfView: a margin of {margin:g} px leaves no room in the image of "
                 f"'{sight.eye.name}', {size[0]} x {size[1]}"
             )
+
+    def check(self, place: ConstraintPlace) -> None:
+        """Raise InputError if the size of an image is unknown.
+
+        Parameters
+        ----------
+        place : ConstraintPlace
+            Scene in which the constraint acts.
+
+        Raises
+        ------
+        InputError
+            If a camera has no size.
+        """
+        for sight in select_sights(self, place):
+            if sight.eye.camera.size is None:
+                raise InputError(f"FieldOfView: the size of camera '{sight.eye.name}' is unknown")
 
     def stages(self, of: ConstraintInputs) -> ConstraintRows:
         """Add the stages of the rows; return them, in the order of `label`."""

@@ -46,12 +46,11 @@ class JointLimits(JointConstraint, DeclaredValue):
     --------
     A gantry starts near a joint limit, and the law alone runs into it:
 
-    >>> from dataclasses import replace
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("joint_limits"))
+    >>> plain = scenario.at({"task.secondary": None, "task.projection": None})
     >>> for law in "joint", rs.laws.ConstrainedLaw([JointLimits()]):
-    ...     task = replace(scenario.task, secondary=None, law=law)
-    ...     print(rs.Outcome(int(replace(scenario, task=task).run().outcome)).name)
+    ...     print(rs.Outcome(int(plain.at("task.law", law).run().outcome)).name)
     JOINT_LIMIT
     CONVERGED
     """

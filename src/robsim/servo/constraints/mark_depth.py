@@ -36,8 +36,14 @@ class MarkDepth(RowConstraint, DeclaredValue):
 
     Examples
     --------
+    With L at the goal the camera of this start flies through the target:
+
     >>> import robsim as rs
-    >>> law = rs.laws.ConstrainedLaw([MarkDepth(0.3)])
+    >>> scenario = rs.load_scenario(rs.examples.path("desired_through_the_target"))
+    >>> for law in "joint", rs.laws.ConstrainedLaw([MarkDepth(0.1)]):
+    ...     print(rs.Outcome(int(scenario.at("task.law", law).run().outcome)).name)
+    BEHIND_CAMERA
+    CONVERGED
     """
 
     level: ClassVar[int] = VIEW

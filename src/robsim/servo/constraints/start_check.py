@@ -21,6 +21,7 @@ def check_constrained_start(controller: TaskController, q0: Array) -> None:
     The robot is at rest at the starts q0 (B, nq), and the images are exact. Laws and constraints in
     Python are not called, and pictures are not drawn.
     """
+    check_constraints(controller)
     if not controller.constraint_labels or controller.pictured_pairs:
         return
     single = SingleStepController(controller, PERIOD)
@@ -43,6 +44,15 @@ def check_constrained_start(controller: TaskController, q0: Array) -> None:
             f"law: no command satisfies the constraints at {whole}: "
             f"{_list_names(labels, yields)}{against}"
         )
+
+
+def check_constraints(controller: TaskController) -> None:
+    """Raise InputError if a constraint of a controller cannot act in its scene."""
+    bound = getattr(controller, "constraints", None)
+    if bound is not None:
+        bound.check()
+    for part in getattr(controller, "parts", ()):
+        check_constraints(part)
 
 
 def _list_names(labels: tuple[str, ...], chosen: NDArray[np.bool_]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.kernels.control import command_limits, control_law
+from robsim.kernels.control.constrained_command import constrain_command, count_constraint_rows
 from robsim.kernels.control.velocity_scale import scale_command
 from robsim.kernels.formulas.perspective import IN_IMAGE
 from robsim.kernels.machine.block_rows import BlockRows
@@ -22,6 +23,7 @@ from robsim.servo.task_controller import TaskController
 from robsim.servo.weight_stages import scale_entries
 from robsim.world.scene import Scene
 
+JOINT_WEIGHT = 1e-4  # weight of the velocities beside the change of the error
 BRAKE_ATTEMPTS = 3  # commands that are tried before a frame near its fence is braked
 BRAKE_PLACES = 6  # checked poses of the braking motion, at equal distances
 
@@ -66,18 +68,21 @@ class SafetyStages:
         """Add the stages from the command of the law to the limited command; return its rows."""
         n, program, law_command = self.n, self.program, inner.qd
         self._add_hold(law_command, inner.status)
-        command, brake = program.rows(n), program.rows(n)
+        target, slowest, fastest, brake = (program.rows(n) for _ in range(4))
         joints = self._joint_limits()
         program.add(
             command_limits.limit_command,
             law_command=law_command,
             scaled=self._scale_to_speed(law_command),
-            command=command,
+            target=target,
+            slowest=slowest,
+            fastest=fastest,
             brake=brake,
             shares=self.scale,
+            speeds=program.constant(self._velocity_limits("speed")),
             **joints,
         )
-        qd = command
+        qd = command = self._add_program(target, slowest, fastest, inner.task_jacobian)
         if self.safety.fence is not None:
             attempts = self._add_attempts(command, brake)
             if self.safety.margin is not None:
@@ -95,6 +100,32 @@ class SafetyStages:
             share=self.scale,
         )
         return qd
+
+    def _add_program(
+        self, target: BlockRows, slowest: BlockRows, fastest: BlockRows, A: BlockRows
+    ) -> BlockRows:
+        """Add the stage of the command within bounds that changes the error as the target does."""
+        if self.safety.acceleration is None and self.safety.margin is None:
+            return target
+        program, n = self.program, self.n
+        return program.result(
+            constrain_command,
+            "qd",
+            n,
+            A=A,
+            eps=program.constant(JOINT_WEIGHT),
+            wish=target,
+            low=slowest,
+            high=fastest,
+            C=program.rows(0, n),
+            bound=program.rows(0),
+            levels=program.rows(0),
+            price=program.constant(1.0),
+            multipliers=program.rows(2 * n),
+            slack=program.rows(0),
+            unmet=program.rows(),
+            scratch=program.scratch(count_constraint_rows(n, 0)),
+        )
 
     def _add_hold(self, law_command: BlockRows, status: BlockRows | None) -> None:
         """Add the stage that holds the robot or lets it move."""

@@ -19,6 +19,7 @@ from robsim.kernels.control import control_law
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.constraints.row_names import number_repeated_names
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController
@@ -64,6 +65,11 @@ class CompositeController(TaskController):
     def factor_count(self) -> int:
         """Number of entries of the factors of normal equations, in all tasks."""
         return sum(part.factor_count for part in self.parts)
+
+    @property
+    def constraint_labels(self) -> tuple[str, ...]:
+        """Names of the constraints of all tasks."""
+        return number_repeated_names([name for one in self.parts for name in one.constraint_labels])
 
     @property
     def believed_sights(self) -> Mapping[PairKey, CameraTarget]:
@@ -123,7 +129,10 @@ class CompositeController(TaskController):
             for columns, one in pairs:
                 one.note(select_rows(program, qd, columns))
 
-        factors = [one.factors for one in each if one.factors is not None]
+        factors, active, slack = (
+            [rows for one in each if (rows := getattr(one, name)) is not None]
+            for name in ("factors", "active", "slack")
+        )
         return ControllerOutputs(
             s,
             error,
@@ -135,6 +144,8 @@ class CompositeController(TaskController):
             *self._merge_weights(program, each),
             factors=concatenate_rows(program, factors) if factors else None,
             step=add_maximum(program, [one.step for one in each]),
+            active=concatenate_rows(program, active) if active else None,
+            slack=concatenate_rows(program, slack) if slack else None,
         )
 
     def _widen_jacobian(

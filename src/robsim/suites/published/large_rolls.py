@@ -2,11 +2,13 @@
 
 A harder set than `vit_500`, with its camera, target and goal: the box of 1.6 x 1.6 x 0.7 m about
 (0, 0, 0.65) m, viewed points within 25 cm of the middle of the target, and any roll. Every start
-sees all marks, at least 8 pixels inside the image.
+sees all marks, at least 8 pixels inside the image. Beside the textbooks' schemes, three of them run
+within the constraint `FieldOfView`.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,13 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
+from robsim.servo.constraints.field_of_view import FieldOfView
+from robsim.servo.constraints.user_constraint import ConstraintLike
+from robsim.servo.laws.constrained_law import ConstrainedLaw
+from robsim.servo.tasks.task import ServoTask
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.camera_poses import (
-    SIZE,
-    interpolate_range,
-    look_at_points,
-    make_flying_scene,
-)
+from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.camera_poses import SIZE, interpolate_range, look_at_points, make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL, GOAL
 from robsim.suites.suite import Suite, square_marks
 from robsim.world.scene import Scene
@@ -50,7 +52,15 @@ def suite() -> Suite:
         gain=1.0,
         dt=0.02,
         duration=60.0,
+        schemes={**BUILT_IN, **constrain_schemes("in view", FieldOfView())},
     )
+
+
+def constrain_schemes(label: str, *constraints: ConstraintLike) -> dict[str, ServoTask]:
+    """Return three schemes of the textbooks within constraints, with a label."""
+    law = ConstrainedLaw(constraints)
+    names = "IBVS, L current", "IBVS, L mean", "PBVS, goal form"
+    return {f"{name}, {label}": replace(BUILT_IN[name], law=law) for name in names}
 
 
 def is_at_goal(rows: pd.DataFrame) -> Any:
@@ -62,8 +72,8 @@ def sees_marks(scene: Scene, q: Array) -> NDArray[np.bool_]:
     """Return at which coordinates (N, nq) all marks are well inside the image, (N,)."""
     view = scene.view(q)
     from_border = np.minimum(view.pixels + 0.5, np.array(SIZE) - 0.5 - view.pixels)
-    inside: NDArray[np.bool_] = (from_border > MARGIN).all(axis=(1, 2))
-    return inside & (view.depth > LEAST_DEPTH).all(axis=1)
+    inside = (from_border > MARGIN).all(axis=(1, 2)) & (view.depth > LEAST_DEPTH).all(axis=1)
+    return np.asarray(inside)
 
 
 def _sample_poses() -> Pose:
