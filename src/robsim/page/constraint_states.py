@@ -69,7 +69,7 @@ class ConstraintStates:
 
     def select_acting(self) -> ConstraintStates:
         """Return the states of the constraints that ever hold back or yield to the command."""
-        acts = (self.holding | self.yielding).any(axis=0)
+        acts: Flags = np.any(self.holding | self.yielding, axis=0)
         return replace(
             self,
             names=tuple(name for name, one in zip(self.names, acts, strict=True) if one),
