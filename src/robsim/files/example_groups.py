@@ -7,7 +7,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         *("visp_tutorial", "chapter_6_1", "eye_in_hand", "local_minimum", "unicycle_docking"),
     ),
     "Schemes compared": (
-        *("schemes_compared", "camera_retreat", "retreat_cures"),
+        *("schemes_compared", "camera_retreat", "retreat_cures", "looking_ahead"),
         *("pbvs_straight", "straight_image_lines"),
     ),
     "Failures and their reasons": (

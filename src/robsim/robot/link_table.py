@@ -103,7 +103,9 @@ class LinkTable:
         Pose | None, POSE, PerRun(), "Pose of the link in the moved frame of the joint."
     ] = None
     limits: Annotated[
-        tuple[float, float] | None, JointLimitPair(_find_limit_axes), "Lowest and highest coordinate."
+        tuple[float, float] | None,
+        JointLimitPair(_find_limit_axes),
+        "Lowest and highest coordinate.",
     ] = None
     shapes: Annotated[
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids of the link, for figures."

@@ -185,4 +185,6 @@ def adapt_constraint(one: Any) -> Constraint:
 
 
 ConstraintLike = RowConstraint | JointConstraint | UserConstraint | str  # or its name
-CONSTRAINT_LIST = ListOf(KindOf(CONSTRAINTS, protocol=UserConstraint), 1, 32, alone=True)
+CONSTRAINT_LIST = ListOf(
+    KindOf(CONSTRAINTS, protocol=UserConstraint), 1, 32, alone=True, growing=True
+)

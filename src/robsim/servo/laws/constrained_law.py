@@ -11,6 +11,7 @@ from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, KindOf, Number, Word, register
 from robsim.servo.constraints.constraint import ConstraintPlace
 from robsim.servo.constraints.constraint_stages import BoundConstraints
+from robsim.servo.constraints.joint_limits import JointLimits
 from robsim.servo.constraints.user_constraint import (
     CONSTRAINT_LIST,
     ConstraintLike,
@@ -62,8 +63,10 @@ class ConstrainedLaw(DeclaredValue):
     """
 
     constraints: Annotated[
-        Sequence[ConstraintLike], CONSTRAINT_LIST, "Constraints that the command satisfies."
-    ]
+        Sequence[ConstraintLike],
+        CONSTRAINT_LIST,
+        "Constraints that the command satisfies; by default, of the coordinates of joints.",
+    ] = (JointLimits(),)
     law: Annotated[
         LawLike,
         KindOf(LAWS, default="joint", protocol=Law),

@@ -65,7 +65,7 @@ class RolloutLaw(DeclaredValue):
 
     Examples
     --------
-    Image-based servoing retreats from a turn about the optical axis; the law finds the other scheme:
+    Image-based servoing retreats from a turn about the optical axis, the other scheme does not:
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("camera_retreat"))
