@@ -54,6 +54,17 @@ for _name, _focal in (("a.xml", 800.0), ("b.xml", 700.0)):
     "1 PINHOLE 640 480 800 800 320 240\n2 PINHOLE 640 480 700 700 320 240\n"
 )
 ARM = tomllib.loads(rs.examples.path("eye_in_hand").read_text(encoding="utf-8")) | {"run": RUN}
+POSTED_ARM = ARM | {
+    "objects": [*ARM["objects"], {"name": "post", "marks": MARKS, "position": "31, -30, 24 cm"}]
+}
+BODIES = {
+    "first": "panda.flange",
+    "first_end": "panda.base",
+    "first_radius": "5 cm",
+    "second": "post",
+    "second_end": "plate",
+    "second_radius": "2 cm",
+}
 LIMITS = {"speed": "1 rad/s", "acceleration": "4 rad/s^2"}
 SHAPED = {
     "secondary": {"kind": "avoid_limits", "margin": 0.3},
@@ -167,7 +178,8 @@ def part(key, value, base=FLYING, kind="ibvs", index=None, **table):
 def limited(kind, base=None, **table):
     """The tables of an arm whose law has a constraint of this kind, and its place."""
     law = {"kind": "constrained", "constraints": [{"kind": kind, **table}]}
-    made, path = part("law", law, ARM if base is None else base)
+    several = {} if base is None else {"target": "plate"}
+    made, path = part("law", law, ARM if base is None else base, **several)
     return made, (*path, "constraints", 0)
 
 
@@ -583,6 +595,34 @@ OF_STUDY = {
     "vary": [{"task.gain": {**UNIFORM, "high": 3.0}}],
     "trajectories": [2],
 }
+HALF_TURN = FLYING | {  # a start from which every number of a prediction changes the choice
+    "robots": [{"model": "free_camera"}],
+    "objects": [
+        {"name": "square", "marks": [f"{x}, {y}, 0 cm" for x, y in ((-10, -10), (10, -10))]}
+    ],
+    "cameras": [{"name": "eye", "on": "free_camera.body", "focal": [502, 502], "size": [640, 480]}],
+    "motions": [],
+    "start": {"position": "95, -107, 546 mm", "rotvec": "0, 175.4, 9.6 deg"},
+}
+HALF_TURN["objects"][0]["marks"] += ["10, 10, 0 cm", "-10, 10, 0 cm"]
+ROLLOUT = {
+    "kind": "rollout",
+    "laws": ["joint"],
+    "schemes": [{"kind": "pbvs"}, {"kind": "ibvs", "interaction": "mean"}],
+    "horizon": "4 s",
+    "period": "0.1 s",
+    "margin": 4.0,
+    "hysteresis": 0.1,
+}
+OF_ROLLOUT = {
+    "laws": [[]],
+    "schemes": [[{"kind": "hybrid"}]],
+    "horizon": ["1 s"],
+    "period": ["0.2 s"],
+    "margin": [30.0],
+    "hysteresis": [0.9],
+}
+ABOVE = {"position": "0, 0, 61 cm", "rotvec": "180, 0, 0 deg"}  # faces the square
 RECIPES = {
     "feature sphere": [part("features", {"kind": "sphere", "radius": "5 cm", "marks": [0]})],
     "feature stereo_points": [part("features", {"kind": "stereo_points"}, **PAIR)],
@@ -608,7 +648,28 @@ RECIPES = {
     "constraint joint_limits": [limited("joint_limits", margin="50 deg")],
     "constraint joint_speeds": [limited("joint_speeds", most="0.1 rad/s")],
     "constraint joint_accelerations": [limited("joint_accelerations", most="0.2 rad/s^2")],
+    "constraint half_space": [
+        limited("half_space", frame="panda.flange", normal=[0, 0.1, -1], offset="-42 cm", rate=3)
+    ],
+    "constraint workspace_box": [
+        limited(  # the start is outside
+            "workspace_box", frame="panda.flange", low="30, -100, 0 cm", high="1, 1, 0.42 m", rate=3
+        )
+    ],
+    "constraint clearance": [
+        (
+            *limited("clearance", POSTED_ARM, **BODIES, distance="40 cm", rate=3),
+            {"first": ["panda.link5"], "second": ["plate"], "first_end": ["panda.link2"]},
+        ),
+    ],
+    "constraint line_of_sight": [
+        (
+            *limited("line_of_sight", POSTED_ARM, body="post", end="plate", radius="9 cm", rate=3),
+            {"body": ["panda.link5"], "end": ["panda.link4"]},
+        )
+    ],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
+    "law rollout": [(*part("law", ROLLOUT, HALF_TURN, goal=ABOVE), OF_ROLLOUT)],
     "secondary motion avoid_limits": [part("secondary", SHAPED["secondary"], ARM)],
     "secondary motion posture": [part("secondary", {"kind": "posture", "q": ["5 deg"] * 7}, ARM)],
     "projection large": [part("projection", SHAPED["projection"], ARM, **SHAPED)],

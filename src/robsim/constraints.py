@@ -6,6 +6,8 @@ from robsim.servo.constraints.half_space import HalfSpace as HalfSpace
 from robsim.servo.constraints.joint_limits import JointLimits as JointLimits
 from robsim.servo.constraints.joint_speeds import JointAccelerations as JointAccelerations
 from robsim.servo.constraints.joint_speeds import JointSpeeds as JointSpeeds
+from robsim.servo.constraints.line_of_sight import LineOfSight as LineOfSight
 from robsim.servo.constraints.mark_depth import MarkDepth as MarkDepth
-from robsim.servo.constraints.occlusion import Occlusion as Occlusion
+from robsim.servo.constraints.user_constraint import ConstraintState as ConstraintState
+from robsim.servo.constraints.user_constraint import UserConstraint as UserConstraint
 from robsim.servo.constraints.workspace_box import WorkspaceBox as WorkspaceBox

@@ -12,6 +12,7 @@ from robsim.servo.laws.inverse import PseudoInverse as PseudoInverse
 from robsim.servo.laws.law import CameraLaw as CameraLaw
 from robsim.servo.laws.law import JointLaw as JointLaw
 from robsim.servo.laws.partitioned_law import PartitionedLaw as PartitionedLaw
+from robsim.servo.laws.rollout_law import RolloutLaw as RolloutLaw
 from robsim.servo.shaping.command_shaper import LargeProjection as LargeProjection
 from robsim.servo.shaping.redundancy import AvoidLimits as AvoidLimits
 from robsim.servo.shaping.redundancy import Posture as Posture

@@ -243,6 +243,30 @@ def test_schemes_that_succeed_on_oblique_pairs():
     assert successes("oblique_pairs") == [321, 312, 450, 402, 450, 447, 218]
 
 
+def test_schemes_that_succeed_on_the_retreat():
+    table = run_bench("retreat").table.set_index("scheme")
+    assert {*table["runs"]} == {500}
+    assert table["successes"].tolist() == [403, 39, 422, 449, 499, 445, 278, 500]
+    rows = run_bench("retreat").data
+    ahead = rows[rows["scheme"] == "IBVS, looking ahead"]
+    assert set(ahead["outcome"]) == {"converged"} and ahead["path_length"].max() < 1.0
+
+
+def test_the_retreat_starts_turned_and_tilted_with_all_marks_in_view():
+    suite = load_suite("retreat")
+    T = rs.Pose.from_quaternion(suite.starts[:, :3], suite.starts[:, 3:])
+    goal = suite.scene.pose("eye", suite.goal)
+    relative = goal.rotation.T @ T.rotation
+    tilt = np.degrees(np.arccos(relative[:, 2, 2]))
+    assert 35 < tilt.max() <= 40 and np.abs(T.position - goal.position).max() <= 0.2
+    R = relative  # Rz(turn) exp([tilt about an axis in the image plane])
+    turn = np.degrees(np.abs(np.arctan2(R[:, 1, 0] - R[:, 0, 1], R[:, 0, 0] + R[:, 1, 1])))
+    assert turn.min() >= 90 - 1e-9 and (turn > 180 - 1e-6).sum() == 107
+    seen = suite.scene.view(suite.starts)
+    room = np.minimum(seen.pixels + 0.5, (639.5, 479.5) - seen.pixels)
+    assert not seen.visibility.any() and room.min() >= 8.0
+
+
 def test_the_rule_of_cns_150_is_the_rule_of_the_papers_code():
     """Below a tenth of the distance of the goal's camera from the origin, and below 10 degrees."""
     rows = run_bench("cns_150").data

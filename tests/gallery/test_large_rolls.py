@@ -156,3 +156,27 @@ def test_beyond_the_threshold_it_ends_behind_the_camera():
     assert outcome(run_of("desired_through_the_target")) == "BEHIND_CAMERA"
     back = run_of("desired_through_the_target", "start.rotvec=0, 0, 140 deg")
     assert outcome(back) == "CONVERGED"
+
+
+# looking_ahead
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected", "farthest"),
+    [
+        ([], "CONVERGED", 0.305),
+        (["task.law=joint"], "OUT_OF_IMAGE", 23.35),
+        (["task.kind=pbvs", "task.law=joint"], "OUT_OF_IMAGE", 0.243),
+        (["task.kind=pbvs", "task.form=camera", "task.law=joint"], "OUT_OF_IMAGE", 0.264),
+    ],
+    ids=["looking ahead", "L current", "PBVS", "PBVS camera"],
+)
+def test_a_law_that_looks_ahead_arrives_where_each_of_its_schemes_fails(
+    changes, expected, farthest
+):
+    run = run_of("looking_ahead", *changes)
+    assert outcome(run) == expected
+    assert far_away(run, (0, 0, -0.61)) == pytest.approx(farthest, rel=2e-3)
+    if not changes:
+        pixels = run.pixels.dropna("time").values
+        assert np.minimum(pixels + 0.5, (639.5, 479.5) - pixels).min() > 11

@@ -85,7 +85,7 @@ def test_the_list_has_every_suite_with_its_title(robsim):
     assert status == 0 and files(".") == ["beside.py", "mine.py"]
     names = [line.split()[0] for line in out.splitlines()]
     known = "calibration", "cns_150", "gallery", "large_rolls", "near_limits", "oblique_pairs"
-    others = "photometric", "shift_lag", "vit_500", "vit_500_images", "vit_500_poster"
+    others = "photometric", "retreat", "shift_lag", "vit_500", "vit_500_images", "vit_500_poster"
     assert names == [*known, *others]
 
 

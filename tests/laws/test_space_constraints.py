@@ -12,7 +12,7 @@ from robsim.servo.camera_target import CameraTarget
 from robsim.servo.constraints.clearance import Clearance
 from robsim.servo.constraints.constraint import ConstraintInputs, ConstraintPlace, MarkView
 from robsim.servo.constraints.half_space import HalfSpace
-from robsim.servo.constraints.occlusion import Occlusion
+from robsim.servo.constraints.line_of_sight import LineOfSight
 from robsim.servo.constraints.workspace_box import WorkspaceBox
 from robsim.servo.controller_rows import ControllerInputs, add_image
 from robsim.servo.frame_rows import add_body_poses
@@ -165,7 +165,7 @@ KINDS = {
         ),
         clearance_height,
     ),
-    "occlusion": (lambda robot: Occlusion("post", 0.05), occlusion_heights),
+    "occlusion": (lambda robot: LineOfSight("post", 0.05), occlusion_heights),
 }
 
 
@@ -220,7 +220,7 @@ def test_the_bound_is_the_rate_of_decay_less_the_rate_of_the_world(kind, rate):
 def test_a_body_behind_the_mark_or_the_camera_does_not_hide_it():
     for z, far in ((-0.3, False), (1.0, True), (-2.0, True)):  # of the post, in axes of the belt
         moved = flying_scene(post=(0.1, 0, z))
-        rows = Rows(moved, Occlusion("post", 0.05))
+        rows = Rows(moved, LineOfSight("post", 0.05))
         q = moved.home.copy()
         q[:3] = 0.1, 0, -0.8
         h = -rows.at([q])[1][0] / 4.0
@@ -228,7 +228,7 @@ def test_a_body_behind_the_mark_or_the_camera_does_not_hide_it():
 
 
 def test_rows_of_a_mark_without_image_bound_nothing():
-    rows = Rows(flying_scene(), Occlusion("post", 0.05))
+    rows = Rows(flying_scene(), LineOfSight("post", 0.05))
     blocks = Blocks(rows.program, np.zeros(1, dtype=np.int64))
     blocks.put(rows.q, np.r_[0.1, 0, 0.8, 0, 0, 0, 1, 0.0][:, None])  # behind the camera
     for part in rows.program.segments():
@@ -253,8 +253,8 @@ WRONG = {
     "no second": (Clearance("panda.flange", "pots", 0.1), "no frame 'pots'; .*post"),
     "both fixed": (Clearance("plate", "post", 0.1), "no commanded joint moves 'plate' relative"),
     "on one body": (Clearance("panda.flange", "eye", 0.1), "no commanded joint moves"),
-    "no body": (Occlusion("cup", 0.1), "no frame 'cup'"),
-    "no camera": (Occlusion("post", 0.1, camera="ear"), "the task has no camera 'ear'.*eye"),
+    "no body": (LineOfSight("cup", 0.1), "no frame 'cup'"),
+    "no camera": (LineOfSight("post", 0.1, camera="ear"), "the task has no camera 'ear'.*eye"),
 }
 
 

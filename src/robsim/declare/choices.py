@@ -270,6 +270,19 @@ class KindOf(Spec):
         words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
         return tuple(dict.fromkeys([*words, *([name] if name else [])]))
 
+    def make_starters(self) -> dict[str, object]:
+        """Return a new object of each kind for which user interfaces need no values.
+
+        A kind with required fields offers their initial values as `starting_values`.
+        """
+        starters: dict[str, object] = {}
+        for name in self.names:
+            kind = self.family.find(name)
+            values = getattr(kind, "starting_values", {})
+            if values.keys() >= set(_list_required_parameters(kind)):
+                starters[name] = kind(**values)
+        return starters
+
     def list_inner_classes(self) -> Sequence[DeclaredClass]:
         return [self.family.find(name) for name in self.names]
 

@@ -1,7 +1,7 @@
 """Controls: editable values for user interfaces, derived from declarations.
 
 The method `controls` of a `Spec` returns its widgets: a slider within the bounds, a switch, a
-choice, or several sliders.
+choice, several sliders, or a list of kinds.
 """
 
 from __future__ import annotations
@@ -27,24 +27,29 @@ class Control:
     ----------
     path : str
         Dotted name of the value, for `Experiment.at`.
-    form : {"number", "whole", "flag", "choice", "numbers"}
+    form : {"number", "whole", "flag", "choice", "numbers", "list"}
         Type of the widget.
     value : object
-        Number in SI units, truth value, word, or list of numbers.
+        Number in SI units, truth value, word, list of numbers, or list of the kinds of objects.
+        A new value of a "list" has the indices of the objects that are kept, and new kinds.
     meaning : str
         Description of the value.
     unit : str
         SI unit; a sequence for "numbers".
     low, high : float
-        Lowest and highest offered value; lists for "numbers".
+        Lowest and highest offered value; lists for "numbers"; numbers of objects for "list".
     options : tuple of str
-        Words of a choice.
+        Words of a choice, or kinds that can be added to a "list".
     names : tuple of str
         Names of "numbers".
     united : bool
         Whether a text has the number with its unit.
     beside : dict
         Other dotted names with values that must change along with this one.
+    items : tuple of object
+        Objects of a "list".
+    starters : dict
+        New object of a "list" by kind.
     """
 
     path: str
@@ -58,6 +63,8 @@ class Control:
     names: tuple[str, ...] = ()
     united: bool = False
     beside: Mapping[str, Any] = field(default_factory=dict)
+    items: tuple[object, ...] = ()
+    starters: Mapping[str, object] = field(default_factory=dict, compare=False)
 
     def changes(self, value: FieldValue) -> dict[str, Raw]:
         """Return the argument of `Experiment.at` that sets the value."""
@@ -66,6 +73,10 @@ class Control:
     def _raw(self, value: FieldValue) -> Raw:
         if self.form == "choice":
             return f'"{value}"'  # quoted: a text even if it looks like another value
+        if self.form == "list":
+            return tuple(
+                self.starters[each] if isinstance(each, str) else self.items[each] for each in value
+            )
         if not self.united:
             return value
         if isinstance(self.unit, str):

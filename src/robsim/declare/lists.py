@@ -11,6 +11,7 @@ import numpy as np
 
 from robsim.base.arrays import has_items
 from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.declare.choices import KindOf
 from robsim.declare.dotted_paths import make_item_part
 from robsim.declare.fields import is_identical
 from robsim.declare.problems import UnreadableValue
@@ -52,6 +53,8 @@ class ListOf(Spec):
         Names of numbers in user interfaces.
     in_turn : bool, default False
         Whether the reading of an item depends on the previous items.
+    growing : bool, default False
+        Whether user interfaces add and remove values, which are kinds of a family.
 
     Examples
     --------
@@ -67,6 +70,7 @@ class ListOf(Spec):
     by_hand: bool = True
     names: Sequence[str] = ()
     in_turn: bool = False
+    growing: bool = False
     form: ClassVar[str] = "list"
 
     def check(self, value: FieldValue, what: str) -> tuple[FieldValue, ...]:
@@ -132,8 +136,25 @@ class ListOf(Spec):
             names = self.names or [str(i) for i in range(len(value))]
             yield place.several(value, names, unit, False)
         elif self.item.list_inner_classes() and self.by_hand:
+            if self.growing and isinstance(self.item, KindOf):
+                yield self._offer_items(value or (), place)
             for name, each in zip(self._list_labels(value or ()), value or (), strict=True):
                 yield from self.item.controls(each, place.at(name))
+
+    def _offer_items(self, value: Sequence[object], place: ControlPlace) -> Control:
+        """Return the control that adds and removes objects of a family."""
+        assert isinstance(self.item, KindOf)
+        starters = self.item.make_starters()
+        kinds = [self.item.family.name_of(each) or type(each).__name__ for each in value]
+        return place.control(
+            "list",
+            kinds,
+            options=tuple(starters),
+            low=float(self.least),
+            high=float(self.most),
+            items=tuple(value),
+            starters=starters,
+        )
 
     @property
     def si_unit(self) -> str:

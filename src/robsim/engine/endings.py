@@ -115,6 +115,10 @@ class Region(FrameBox):
 
     leaves: Annotated[bool, Flag(), "Whether a run ends outside the box, not inside."] = False
 
+    def check(self, scene: Scene) -> None:
+        """Raise FrameError unless the scene has the frame."""
+        scene.tree.find(self.frame)
+
     def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
         """Return a mask (B,) of the runs that end now."""
         at = now.position(self.frame)

@@ -11,6 +11,7 @@ from robsim.base.arrays import Array, view_runs_first
 from robsim.engine.chunk import Chunk
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
+from robsim.kernels.machine.block_rows import BlockRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,8 @@ class Instant:
         True image coordinates of all marks.
     outcome : Outcome
         Outcome of the run if it ends here, or RUNNING.
+    active, slack : ndarray of shape (c,)
+        Multiplier of each constraint of the law, and the excess over it; as in the record of a run.
     """
 
     step: int
@@ -48,6 +51,8 @@ class Instant:
     error: Array
     pixels: Array
     outcome: Outcome
+    active: Array
+    slack: Array
 
 
 def iterate_instants(loop: Loop) -> Iterator[Instant]:
@@ -63,4 +68,11 @@ def make_instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
     arrays = seen.q, seen.qd, rates, seen.command.s, seen.command.error, seen.pixels
     outcome = Outcome(int(seen.outcome[0]))
     q, qd, actual, s, error, pixels = (view_runs_first(array)[0].copy() for array in arrays)
-    return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome)
+    command = loop.sequence.command
+    held = (_copy_rows_of_run(chunk, rows) for rows in (command.active, command.slack))
+    return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome, *held)
+
+
+def _copy_rows_of_run(chunk: Chunk, rows: BlockRows | None) -> Array:
+    """Return a copy of rows (n,) of the single run of a chunk; empty if there are none."""
+    return np.empty(0) if rows is None else chunk.first(rows)

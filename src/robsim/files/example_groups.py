@@ -7,7 +7,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         *("visp_tutorial", "chapter_6_1", "eye_in_hand", "local_minimum", "unicycle_docking"),
     ),
     "Schemes compared": (
-        *("schemes_compared", "camera_retreat", "retreat_cures"),
+        *("schemes_compared", "camera_retreat", "retreat_cures", "looking_ahead"),
         *("pbvs_straight", "straight_image_lines"),
     ),
     "Failures and their reasons": (
@@ -26,6 +26,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Robot arms": (
         *("eye_to_hand", "chapter_6_2", "stereo_in_hand", "second_robot", "joint_limits"),
+    ),
+    "Constraints": (
+        *("base_in_view", "seven_joints", "limits_by_constraints", "line_of_sight"),
+        "view_without_depth",
     ),
     "Mobile robots": ("differential_drive", "holonomic", "car", "mobile_arm"),
     "Missions": ("inspection_a", "inspection_b"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,9 +35,16 @@ def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[En
 
 
 def list_camera_entries(
-    frames: RecordingFrames, depth: float, run: RunVariables | None
+    frames: RecordingFrames,
+    depth: float,
+    run: RunVariables | None,
+    margins: Sequence[tuple[str | None, float]] = (),
 ) -> list[Entry]:
-    """Return the cameras of a scene: first the cameras of the run, with their images."""
+    """Return the cameras of a scene: first the cameras of the run, with their images.
+
+    `margins` are the camera and the margin in pixels of constraints of the field of view; the
+    camera None is every camera of the run.
+    """
     used = [] if run is None else run_data.list_run_cameras(run)
     order = sorted(frames.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
@@ -47,7 +55,7 @@ def list_camera_entries(
             **_build_lens_entry(eye.camera),
             **(_build_live_pictures_entry(frames, eye) if frames.live else {}),
             **(
-                _build_pixels_entry(frames, run, eye)
+                _build_pixels_entry(frames, run, eye) | _build_margins_entry(eye, margins)
                 if run is not None and eye.name in used
                 else {}
             ),
@@ -102,6 +110,12 @@ def collect_mark_pixels(run: RunVariables, suffix: str = "") -> dict[str, Array]
         if not suffix:
             arrays[f"{eye}.goal"] = run["pixels_goal"].values[own]
     return arrays
+
+
+def _build_margins_entry(eye: MountedCamera, margins: Sequence[tuple[str | None, float]]) -> Entry:
+    """Return the margins in pixels that constraints keep in an image; empty without any."""
+    own = sorted({margin for name, margin in margins if name in (None, eye.name)})
+    return {"margins": own} if own and eye.camera.size else {}
 
 
 def _build_pixels_entry(frames: RecordingFrames, run: RunVariables, eye: MountedCamera) -> Entry:

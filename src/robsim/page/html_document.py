@@ -27,6 +27,7 @@ MODULES = (
         "layers",
         "picture",
         "charts",
+        "constraints",
         "view",
         "time",
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.page.body_shapes import BodyShapes
 from robsim.page.camera_views import collect_mark_pixels, list_camera_entries, list_mark_entries
+from robsim.page.constraint_states import ConstraintStates, list_view_margins
 from robsim.page.curves_and_texts import CurvePanel, build_curve_panels
 from robsim.page.outlines_and_trails import list_outline_entries, list_trail_entries
 from robsim.page.recording_frames import Entry, RecordingFrames, build_solid_entries
@@ -59,18 +61,25 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class RecordingInstants:
-    """Data of T instants: times (T,), motion, curves, and pixels by array name."""
+    """Data of T instants: times (T,), motion, curves, pixels by array name, and constraints."""
 
     time: Array
     motion: SceneMotion
     curves: list[CurvePanel] = field(default_factory=list)
     images: dict[str, Array] = field(default_factory=dict)
+    constraints: ConstraintStates | None = None
 
     @classmethod
     def of(
-        cls, run: RunVariables, scene: Scene, second: tuple[RunVariables, Scene] | None = None
+        cls,
+        run: RunVariables,
+        scene: Scene,
+        second: tuple[RunVariables, Scene] | None = None,
+        owners: Sequence[Sequence[str]] = (),
     ) -> RecordingInstants:
         """Return the instants of a run, and of a second run with equally many instants.
+
+        `owners` are the dotted names of the constraints that make each row of constraints.
 
         Raise InputError if the run belongs to another scene.
         """
@@ -81,14 +90,16 @@ class RecordingInstants:
             other_motion = SceneMotion.of(other_scene, other["q"].values)
             pixels |= collect_mark_pixels(other, " second")
         motion = SceneMotion.of(scene, run["q"].values, other_motion)
-        return cls(run["time"].values, motion, build_curve_panels(run, scene, other), pixels)
+        panels, states = build_curve_panels(run, scene, other), ConstraintStates.of(run, owners)
+        return cls(run["time"].values, motion, panels, pixels, states)
 
 
 class RecordingBuilder:
     """Builder of recordings: the bodies of a scene as header entries, and the motion of each.
 
     `motion` determines the moving frames. `run` provides the camera images and the goal. `belief`
-    is the scene that the task assumes. `depth` is the depth of camera frustums in metres.
+    is the scene that the task assumes. The constraints of `task` define the margins of the images.
+    `depth` is the depth of camera frustums in metres.
 
     If `live`, the motion goes on, and `former` is the builder before a change: numbers of frames,
     shapes of equal bodies, depth and reach stay, so that only the changed entries differ.
@@ -99,6 +110,7 @@ class RecordingBuilder:
         motion: SceneMotion,
         run: RunVariables | None = None,
         belief: Scene | None = None,
+        task: object = None,
         live: bool = False,
         former: RecordingBuilder | None = None,
     ) -> None:
@@ -112,7 +124,7 @@ class RecordingBuilder:
         self.entries: dict[str, list[Entry]] = {
             "parts": build_solid_entries(frames, motion.scene, depth, "true"),
             "marks": list_mark_entries(frames, first),
-            "cameras": list_camera_entries(frames, depth, run),
+            "cameras": list_camera_entries(frames, depth, run, list_view_margins(task)),
             "trails": list_trail_entries(frames),
         }
         if run is not None:
@@ -135,6 +147,7 @@ class RecordingBuilder:
             "title": title,
             **{"outcome": "", "texts": {}, "why": None, "events": [], **entries},
             "curves": [each.entry for each in instants.curves],
+            "constraints": instants.constraints.entries if instants.constraints else None,
             "reach": self.reach,
             "frames": self.frames.frame_entries,
             **self.entries,
@@ -153,6 +166,7 @@ class RecordingBuilder:
             "poses": self.frames.compute_poses(instants.motion),
             **{each.array: each.values for each in instants.curves},
             **instants.images,
+            **(instants.constraints.arrays if instants.constraints else {}),
         }
 
 

@@ -23,6 +23,11 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
   pictures, "instants", the number of the instant of each, "images", 8-bit grey PNG files as data
   URLs, and "goal", the picture at the goal, or null; "prints", whether the scene has posters, tags,
   boards or dots. A picture is shown until the instant of the next one.
+  "margins" are the distances in pixels from the border that constraints keep.
+* constraints: name of each constraint of the law that acts at some instant, and the "side" of the
+  image, the number of the "mark", the "target" and the "camera" that it concerns, if any; null for
+  a law without constraints. The arrays "constraints holding" and "constraints yielding" (T, words)
+  have a bit for each, 16 in a number: whether it holds the command back, and whether it gave way.
 * trails: frames with a drawn path, of the scene and of the second scheme, and their colours.
 * curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic.
 * events: {time, text} of each event.
@@ -101,15 +106,21 @@ def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) ->
     one = run_data.extract_single_run(run)
     source = Experiment.of(run) if experiment is None else experiment
     shown = _select_run(source, one)
-    instants = RecordingInstants.of(one, shown.scene)
+    instants = _select_acting_constraints(RecordingInstants.of(one, shown.scene))
     warn_missing_meshes(shown.scene)
-    builder = RecordingBuilder(instants.motion, one, find_task_belief(shown))
+    builder = RecordingBuilder(instants.motion, one, find_task_belief(shown), shown.task)
     entries = collect_run_entries(run, source, trials)
     entries["why"]["watch"] = list_remark_texts(source)
     entries |= {"outcome": Outcome(int(one["outcome"])).name, "events": list_run_events(one)}
     recording = builder.build_recording(source.title or "run", instants, **entries)
     cameras = add_pictures(recording.header["cameras"], PictureSource.of(one, shown.scene))
     return replace(recording, header={**recording.header, "cameras": cameras})
+
+
+def _select_acting_constraints(instants: RecordingInstants) -> RecordingInstants:
+    """Return instants without the constraints that never act."""
+    states = instants.constraints
+    return instants if states is None else replace(instants, constraints=states.select_acting())
 
 
 def _select_run(experiment: Experiment, run: xr.Dataset) -> Experiment:

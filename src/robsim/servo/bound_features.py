@@ -19,6 +19,7 @@ from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.camera_target import CameraTarget, PairKey, adjoint, compute_relative_pose
+from robsim.servo.goals.goal import GoalKind
 from robsim.servo.goals.goal_marks import locate_goal_marks
 from robsim.servo.goals.goal_pictures import draw_pictures
 from robsim.servo.laws.broyden_rule import Interaction
@@ -47,6 +48,7 @@ class GoalViews:
     truth: CameraTarget  # true first pair
     sights: tuple[CameraTarget, ...]  # believed pairs, each once
     observations: dict[PairKey, Observation]  # with the true depths
+    goal: GoalKind
 
     def compute_target_pose(self) -> Array | None:
         """Return the true T_c_o (3, 4, runs) of the first pair; None unless the goal is shown."""

@@ -71,7 +71,7 @@ def _follows_truth(name: str, texts: Mapping[str, tuple[str, str]]) -> bool:
 
 def _get_sendable(control: Control | None) -> Any:
     """Return the value of a control; None without a control, or if JSON does not have the value."""
-    value = control.value if control else None
+    value = control.value if control and control.form != "list" else None
     numbers = value if isinstance(value, list) else [value]
     finite = all(math.isfinite(x) for x in numbers if isinstance(x, int | float))
     return value if finite else None
@@ -99,6 +99,8 @@ def format_control_value(control: Control, beside: Control | None = None) -> str
         return "yes" if value else "no"
     if control.form == "choice":
         return str(value)
+    if control.form == "list":
+        return ", ".join(value).replace("_", " ")
     numbers = _list_numbers(control)
     fits = beside is not None and beside.form == control.form
     others = _list_numbers(beside) if beside and fits else numbers
@@ -158,10 +160,21 @@ def _is_number_row(control: Control, value: Any) -> bool:
     return is_list and all(map(is_json_number, value))
 
 
+def _is_item_row(control: Control, value: Any) -> bool:
+    """Return whether a value is a list of different items of the control, and of kinds to add."""
+    if not isinstance(value, list):
+        return False
+    kept = [each for each in value if is_json_integer(each)]
+    known = all(0 <= each < len(control.items) for each in kept) and len(set(kept)) == len(kept)
+    added = (each for each in value if not is_json_integer(each))
+    return known and all(is_known_name(each, control.options) for each in added)
+
+
 _FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
     "number": (lambda control, value: is_json_number(value), "a number"),
     "whole": (lambda control, value: is_json_integer(value), "a whole number"),
     "flag": (lambda control, value: isinstance(value, bool), "true or false"),
     "choice": (lambda control, value: is_known_name(value, control.options), "one of its options"),
     "numbers": (_is_number_row, "one number for each of its names"),
+    "list": (_is_item_row, "numbers of its items and kinds to add"),
 }

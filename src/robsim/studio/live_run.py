@@ -21,10 +21,12 @@ from robsim.plot.run_pictures import CameraInstants
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
 from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import compute_frame_motion, make_plain_variables
+from robsim.servo.constraints.constraint_stages import BoundConstraints
 
 if TYPE_CHECKING:
     from robsim.plot.run_data import RunVariables
 
+ROWS = "active", "slack"  # parts of an instant with a number for each row of constraints
 REST = 1.0  # seconds from convergence until a run rests
 
 
@@ -141,7 +143,10 @@ class LiveRun:
             return
         now, still = self.now, 0.0 * self.now.qd
         later = now.time + self.segment.dt
-        self.instants.append(replace(now, time=later, qd=still, qd_actual=still))
+        free = 0.0 * now.active
+        self.instants.append(
+            replace(now, time=later, qd=still, qd_actual=still, active=free, slack=free)
+        )
 
     def _advance(self) -> Chunk:
         """Simulate the next instant, store it, and return the chunk of the simulation."""
@@ -193,6 +198,11 @@ class LiveRun:
         live = LiveRun(experiment, self.instants, self._segments + 1, q)
         if live.columns != self.columns:
             live.forget()
+        elif live.constraint_labels != self.constraint_labels:
+            before = self.instants[: len(self.instants) - 1]
+            live.instants[: len(before)] = _relabel_constraints(
+                before, self.constraint_labels, live.constraint_labels
+            )
         return live
 
     def start_again(self, experiment: Experiment) -> LiveRun:
@@ -205,6 +215,18 @@ class LiveRun:
         """Delete all instants but the last ones."""
         del self.instants[:-kept]
         self.restarted = True
+
+    @property
+    def constraint_labels(self) -> tuple[str, ...]:
+        """Names of the constraints of the law."""
+        return self._loop.controller.constraint_labels
+
+    @property
+    def constraint_owners(self) -> list[list[str]]:
+        """Dotted names of the constraints that make each row of constraints."""
+        bound = getattr(self._loop.controller, "constraints", None)
+        rows = bound.owners if isinstance(bound, BoundConstraints) else ()
+        return [[f"task.law.constraints.{i}" for i in own] for own in rows]
 
     @property
     def moving_frame(self) -> str:
@@ -242,7 +264,7 @@ class LiveRun:
 
         template, instants = self.template, self.instants[start:]
         owner = "camera" if "camera_velocity" in template else "frame"
-        parts = ("q", "qd", "error", "pixels", "qd_actual")
+        parts = ("q", "qd", "error", "pixels", "qd_actual", *ROWS)
         values = {name: np.stack([getattr(each, name) for each in instants]) for name in parts}
         q, rates = values["q"], values["qd_actual"]
         frame = template[f"{owner}_velocity"].attrs["frame"]
@@ -283,6 +305,18 @@ class LiveRun:
         length, angle = self.measure_distance()
         ratio = float(np.nanmax([length / NEAR, angle / ALIGNED, 1.0]))
         return math.log(ratio) / self.gain if self.gain > 0.0 else 0.0
+
+
+def _relabel_constraints(
+    instants: Sequence[Instant], before: Sequence[str], after: Sequence[str]
+) -> list[Instant]:
+    """Return instants with the rows of other constraints; a row that they lack is free."""
+    known = {name: i for i, name in enumerate(before)}
+    own = np.array([known.get(name, len(known)) for name in after], dtype=int)
+    return [
+        replace(each, **{name: np.append(getattr(each, name), 0.0)[own] for name in ROWS})
+        for each in instants
+    ]
 
 
 def _make_template(loop: Loop, chunk: Chunk) -> RunVariables:

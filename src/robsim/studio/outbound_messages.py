@@ -147,7 +147,8 @@ class OutboundMessages:
 
 def _describe_control(control: Control) -> dict[str, Any]:
     """Return the fields of a control, with null in place of numbers that are not finite."""
-    return {name: _replace_non_finite(value) for name, value in vars(control).items()}
+    fields = {name: x for name, x in vars(control).items() if name not in ("items", "starters")}
+    return {name: _replace_non_finite(value) for name, value in fields.items()}
 
 
 def _encode_controls(controls: dict[str, DescribedControl]) -> list[str]:

@@ -84,11 +84,9 @@ class RunPair:
     def instants(self, start: int = 0) -> RecordingInstants:
         """Return the instants from number `start` on."""
         run, scene = self.live.variables(start), self.live.experiment.scene
-        if self.other is None:
-            return RecordingInstants.of(run, scene)
-        return RecordingInstants.of(
-            run, scene, (self.other.variables(start), self.other.experiment.scene)
-        )
+        other = self.other
+        second = (other.variables(start), other.experiment.scene) if other else None
+        return RecordingInstants.of(run, scene, second, self.live.constraint_owners)
 
     def create_recording_builder(self, former: RecordingBuilder | None = None) -> RecordingBuilder:
         """Return the builder of recordings of both runs; `former` is the builder before a change.
@@ -102,7 +100,9 @@ class RunPair:
             second = SceneMotion.of(self.other.experiment.scene, q_other)
         motion = SceneMotion.of(experiment.scene, q, second)
         belief = find_task_belief(experiment)
-        return RecordingBuilder(motion, self.live.template, belief, live=True, former=former)
+        return RecordingBuilder(
+            motion, self.live.template, belief, experiment.task, live=True, former=former
+        )
 
     @staticmethod
     def _look_ahead(run: LiveRun, former: RecordingBuilder | None) -> Array:

@@ -12,7 +12,6 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, Vector
 from robsim.declare.texts import FrameReference
-from robsim.world.scene import Scene
 
 Corner = Sequence[float] | Array  # x, y and z
 
@@ -34,7 +33,3 @@ class FrameBox(DeclaredValue):
                 f"{type(self).__name__.lower()}: low must be below high, got {self.low} and "
                 f"{self.high}"
             )
-
-    def check(self, scene: Scene) -> None:
-        """Raise FrameError unless the scene has the frame."""
-        scene.tree.find(self.frame)

@@ -12,7 +12,6 @@ from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.path_changes import find_trial_changes
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_list, format_number
-from robsim.analysis.task_tree import list_servo_tasks
 from robsim.engine.outcome import Outcome
 from robsim.run.active_constraints import select_holding_constraints
 from robsim.run.experiment import Experiment
@@ -87,17 +86,6 @@ def _measure_price(analysis: RunAnalysis, trial: AblationTrial) -> float | None:
     lengths = [float(each.loop.recorder.path_length[0]) for each in (trial, other)]
     price = lengths[0] / lengths[1] - 1.0 if lengths[1] > 0.0 else 0.0
     return price if price >= LEAST_PRICE else None
-
-
-def propose_metric(analysis: RunAnalysis) -> Iterator[tuple[str, str, Experiment | None]]:
-    """Yield the case of a law with constraints in the other metric."""
-    for leaf in list_servo_tasks(analysis.case.task):
-        if isinstance(leaf.law, ConstrainedLaw) and list_holding_constraints(analysis):
-            other: Any = "joint" if leaf.law.metric == "error" else "error"
-            law = replace(leaf.law, metric=other)
-            case = counterfactuals.replace_task_fields(analysis.extended_case, law=law)
-            yield "metric", f"With metric='{other}' of the constraints", case
-            return
 
 
 def _add_constraints(case: Experiment, kinds: tuple[str, ...]) -> Experiment | None:

@@ -10,7 +10,8 @@ import numpy as np
 
 from robsim.analysis.explanation import counterfactuals
 from robsim.analysis.explanation.ablation import AblationTrial, run_trial
-from robsim.analysis.explanation.active_constraints import advise_constraints, propose_metric
+from robsim.analysis.explanation.active_constraints import advise_constraints
+from robsim.analysis.explanation.deadlocks import advise_via_pose, propose_metric, propose_rollout
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.path_changes import find_path_changes, find_trial_changes
 from robsim.analysis.explanation.run_analysis import RunAnalysis
@@ -53,6 +54,8 @@ def find_remedies(analysis: RunAnalysis) -> list[Finding]:
                 advice.append(report_trial(analysis, about, how, case, trial))
                 if remedy in (propose_lower_gain, propose_higher_gain):
                     break
+    if analysis.outcome is Outcome.LOCAL_MINIMUM and len(advice) < MOST_REMEDIES:
+        advice += advise_via_pose(analysis)
     return advice
 
 
@@ -217,8 +220,8 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.NOTHING_IN_VIEW: (propose_coarser_pictures, propose_interaction, propose_lower_gain),
     Outcome.CONVERGED: (),
     Outcome.LOCAL_MINIMUM: (
-        *(propose_coarser_pictures, propose_metric, propose_interaction, propose_law),
-        propose_scheme,
+        *(propose_coarser_pictures, propose_metric, propose_rollout, propose_interaction),
+        *(propose_law, propose_scheme),
     ),
     Outcome.OUT_OF_IMAGE: (
         propose_interaction,

@@ -10,12 +10,12 @@ const OPEN = new Set(["task", "start", "start q"]);
 
 export class Controls {
   constructor(element, set) {
-    Object.assign(this, { element, set, rows: new Map(), open: new Set(OPEN) }); // open: folders
+    Object.assign(this, { element, set, rows: new Map(), open: new Set(OPEN), lights: new Map() }); // open: folders
   }
 
   // Show controls; existing controls only take their new values.
   renew(controls) {
-    const form = controls.map((c) => [c.path, c.form, c.options, c.names]);
+    const form = controls.map((c) => [c.path, c.form, c.options, c.names, c.form === "list" && c.value]);
     const key = JSON.stringify(form);
     if (key === this.key) this.echo(controls);
     else this.build(controls, key);
@@ -43,6 +43,7 @@ export class Controls {
     this.key = key;
     this.known = new Map(controls.map((c) => [c.path, c]));
     this.rows.clear();
+    this.folders = new Map(); // by path
     this.element.querySelector(".values")?.remove();
     const place = document.createElement("div");
     place.className = "values";
@@ -53,20 +54,26 @@ export class Controls {
   }
 
   // Fill a folder when it is first opened: a robot has hundreds of values.
-  folder(gui, branch, path) {
+  folder(gui, branch, path, end = () => {}) {
     let filled = false;
     const fill = () => {
       if (filled) return;
       filled = true;
+      const listed = branch.get("kind") ?? branch;
+      if (listed.form === "list") return this.growing(gui, listed, branch, path);
       for (const [name, inside] of branch) {
         const here = `${path} ${name}`;
         if (inside instanceof Map) this.folder(gui.addFolder(words(name)), inside, here);
+        else if (inside.form === "list") this.folder(gui.addFolder(words(name)), new Map([["kind", inside]]), here);
         else if (inside.form === "numbers") this.several(gui.addFolder(words(name)), inside, here);
         else this.one(gui, inside, words(name));
       }
+      end();
     };
     if (this.open.has(path)) fill();
     this.keepOpen(gui, path);
+    this.folders.set(path, gui);
+    this.showLight(path);
     gui.onOpenClose((changed) => changed === gui && fill());
   }
 
@@ -74,6 +81,37 @@ export class Controls {
   keepOpen(gui, path) {
     if (!this.open.has(path)) gui.close();
     gui.$title.addEventListener("click", () => this.open[gui._closed ? "delete" : "add"](path));
+  }
+
+  // A list of objects: a folder for each, and a choice of the kinds that can be added.
+  growing(gui, control, branch, here) {
+    const { meaning, path, value } = control;
+    value.forEach((_, i) => this.item(gui, control, i, branch.get(String(i)), `${here} ${i}`));
+    const options = { "…": "", ...Object.fromEntries(control.options.map((kind) => [words(kind), kind])) };
+    const add = (kind) => kind && this.set(path, [...value.keys(), kind]);
+    const field = new PlainField(gui, { label: "add", meaning, value: "", options }, add);
+    this.rows.set(path, adapt(field, () => ""));
+  }
+
+  // The values of an object of a list, and a button that removes it.
+  item(gui, { path, value, low }, index, inside, here) {
+    const branch = new Map(inside instanceof Map ? inside : []);
+    branch.delete("kind"); // the title has it
+    const folder = gui.addFolder(words(value[index]));
+    const remove = () => this.set(path, [...value.keys()].filter((each) => each !== index));
+    this.folder(folder, branch, here, () => folder.add({ remove }, "remove").enable(value.length > low));
+  }
+
+  // Light up the folders of values that act; `states` are the states by path.
+  light(states) {
+    this.lights = new Map([...states].map(([path, state]) => [path.replaceAll(".", " "), state]));
+    for (const path of this.folders?.keys() ?? []) this.showLight(path);
+  }
+
+  showLight(path) {
+    const own = this.lights.get(path);
+    const inside = path.includes(" ") && [...this.lights.keys()].some((each) => each.startsWith(`${path} `));
+    this.folders.get(path).$title.dataset.acts = own ?? (inside ? "holding" : "");
   }
 
   one(gui, control, name) {

@@ -4,6 +4,7 @@ import { inked } from "./charts.js";
 
 const MARGIN = 0.05; // of the image, around it
 const RIM = "rgba(255, 255, 255, 0.8)"; // of lines over a rendered picture
+const HELD = { holding: "#e69f00", yielding: "#d55e00" }; // colours of what constraints concern
 const DARK = "#1c1c1c"; // black lines over a rendered picture
 
 export class Picture {
@@ -22,6 +23,7 @@ export class Picture {
     this.canvas.addEventListener("dblclick", () => this.canvas.requestFullscreen?.());
     this.bounds = this.boundsOf();
     this.index = 0;
+    this.held = { sides: new Map(), marks: new Map() };
     this.observer = new ResizeObserver(() => this.draw());
     this.observer.observe(element);
   }
@@ -48,8 +50,9 @@ export class Picture {
     return [left - edge, top - edge, right - left + 2 * edge, bottom - top + 2 * edge];
   }
 
-  place(index) {
-    this.index = index;
+  // Show an instant; `held` are the states of sides and feature points that constraints concern.
+  place(index, held) {
+    Object.assign(this, { index, held });
     this.draw();
   }
 
@@ -73,6 +76,7 @@ export class Picture {
     this.colors = this.camera.colors.map((color) => inked(color, this.ink));
     this.pen.clearRect(left, top, width, height);
     this.drawBorder(style.getPropertyValue("--paper"));
+    this.drawMargins();
     for (let mark = 0; mark < this.count; mark++) {
       if (this.second) this.drawSecond(mark);
       this.drawWay(mark);
@@ -100,6 +104,34 @@ export class Picture {
     pen.lineTo(centre[0], centre[1] + 6 * unit);
     this.stroke();
     pen.globalAlpha = 1;
+  }
+
+  // The margins that constraints keep, and the sides where they act.
+  drawMargins() {
+    const { pen, unit } = this;
+    const { size, margins = [] } = this.camera;
+    if (!size) return;
+    const [width, height] = size;
+    pen.strokeStyle = this.ink;
+    pen.lineWidth = unit;
+    pen.globalAlpha = 0.45;
+    pen.setLineDash([2 * unit, 3 * unit]);
+    for (const margin of margins) pen.strokeRect(margin - 0.5, margin - 0.5, width - 2 * margin, height - 2 * margin);
+    pen.setLineDash([]);
+    pen.globalAlpha = 1;
+    const [band, edge] = [5 * unit, Math.max(...margins, 0)];
+    for (const [side, state] of this.held.sides) {
+      pen.fillStyle = pen.strokeStyle = HELD[state];
+      const wide = ["left", "right"].includes(side) ? [band, height] : [width, band];
+      pen.fillRect((side === "right" ? width - band : 0) - 0.5, (side === "bottom" ? height - band : 0) - 0.5, ...wide);
+      const [x, y] = [side === "right" ? width - edge : edge, side === "bottom" ? height - edge : edge];
+      pen.lineWidth = 2 * unit;
+      pen.beginPath();
+      pen.moveTo(x - 0.5, y - 0.5);
+      if (wide[0] === band) pen.lineTo(x - 0.5, height - edge - 0.5);
+      else pen.lineTo(width - edge - 0.5, y - 0.5);
+      pen.stroke();
+    }
   }
 
   // Stroke the path of the pen, over a picture with a pale rim.
@@ -188,5 +220,11 @@ export class Picture {
     pen.arc(x, y, 4.5 * unit, 0, 2 * Math.PI);
     pen.fill();
     pen.stroke();
+    if (!this.held.marks.has(mark)) return;
+    pen.strokeStyle = HELD[this.held.marks.get(mark)];
+    pen.lineWidth = 3 * unit;
+    pen.beginPath();
+    pen.arc(x, y, 9 * unit, 0, 2 * Math.PI);
+    this.stroke();
   }
 }

@@ -31,6 +31,7 @@ export class Studio {
       if (path === this.askedSecond) this.askedSecond = undefined;
       ask({ set: [path, value, this.stroke] });
     });
+    view.acting.told = (states) => this.controls.light(states);
     if (view.space.scene) this.handles = new Handles(view.space, (name, pose) => ask({ drag: [name, pose, this.stroke] }));
     view.why.ask = (request) => (this.live || !("reset" in request || "play" in request)) && ask(request); // a mission runs at once
     view.askForPicture = ask;

@@ -2,6 +2,7 @@
 
 import { GUI } from "./vendor.js";
 import { Chart } from "./charts.js";
+import { ActingConstraints } from "./constraints.js";
 import { amended, extend, shapeNamesOf, Shapes, widen } from "./growing.js";
 import { LayerChoice, LiveLayer, StoredLayer } from "./layers.js";
 import { Picture } from "./picture.js";
@@ -63,6 +64,7 @@ export class View {
     this.askForPicture = () => {}; // set by a studio
     this.charts = [];
     this.why = new WhyCard(find("why"));
+    this.acting = new ActingConstraints(find("acting"));
     this.shapes = new Shapes();
     try {
       this.space = new Space(find("space"));
@@ -89,6 +91,7 @@ export class View {
     this.forgetLayers();
     this.showPictures();
     this.charts = header.curves.map((curve) => this.chart(curve));
+    this.acting.load(header.constraints, arrays);
     this.tellTexts(header.texts, header.why);
     this.tellOutcome(header.outcome, header.events.at(-1)?.text ?? "");
     this.shown = -1;
@@ -147,7 +150,7 @@ export class View {
 
   // Add rows from an instant on; arrays without rows replace the arrays of their names.
   extend(from, arrays) {
-    const timed = new Set(["time", "poses", ...this.header.curves.map((curve) => curve.values)]);
+    const timed = new Set(["time", "poses", "constraints holding", "constraints yielding", ...this.header.curves.map((curve) => curve.values)]);
     for (const { pixels, second } of this.header.cameras) timed.add(pixels).add(second);
     for (const [name, more] of Object.entries(arrays)) {
       if (timed.has(name)) extend(this.arrays[name], from, more);
@@ -168,6 +171,7 @@ export class View {
     if (this.late === undefined) return;
     this.clock.times = this.arrays.time.values;
     this.space.extend(this.late);
+    this.acting.extend(this.late);
     this.late = undefined;
     this.shown = -1;
     this.clock.renew(this.arrays.time.values);
@@ -179,7 +183,8 @@ export class View {
     if (this.shown !== index) {
       this.shown = index;
       this.space.place(index);
-      for (const picture of this.pictures) picture.place(index);
+      this.acting.place(index);
+      for (const picture of this.pictures) picture.place(index, this.acting.statesIn(picture.camera));
     }
     for (const chart of this.charts) chart.place();
   }

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.declare import KindOf, ListOf, Number, PerRun, family
+from robsim.declare import Number, PerRun, family
 from robsim.features.feature_rows import concatenate_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.fk_stages import FKStages
@@ -183,7 +183,3 @@ def make_velocity_limits(n: int, **limits: Any) -> VelocityLimits:
     return VelocityLimits(
         **{"speeds": most, "accelerations": most, "low": -most, "high": most, **limits}
     )
-
-
-ConstraintLike = Constraint | str  # a constraint, or its name
-CONSTRAINT_LIST = ListOf(KindOf(CONSTRAINTS, protocol=Constraint), 1, 32, alone=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Any
@@ -27,6 +27,7 @@ from robsim.servo.constraints.constraint import (
     join_rows,
     make_velocity_limits,
 )
+from robsim.servo.constraints.row_names import number_repeated_names
 from robsim.servo.controller_rows import ControllerInputs
 
 PAST_PERIODS = 8  # last commands that bring an old image to the present
@@ -86,6 +87,16 @@ class BoundConstraints:
                 check(self.place)
 
     @property
+    def owners(self) -> tuple[tuple[int, ...], ...]:
+        """Indices of the constraints of each recorded row; joint constraints share their rows."""
+        joints = tuple(
+            i for i, one in enumerate(self.constraints) if isinstance(one, JointConstraint)
+        )
+        shared = [joints] * (2 * len(self.place.columns)) if self.joint_limits else []
+        rows = [(i,) for i, one in enumerate(self.constraints) for _ in one.label(self.place)]
+        return (*shared, *rows)
+
+    @property
     def levels(self) -> Array:
         """Level of each row."""
         each = [np.full(len(one.label(self.place)), one.level) for one in self.row_constraints]
@@ -95,16 +106,6 @@ class BoundConstraints:
     def row_constraints(self) -> list[RowConstraint]:
         """Constraints with rows."""
         return [one for one in self.constraints if isinstance(one, RowConstraint)]
-
-
-def number_repeated_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of which each exists once: a repeated name gets its number."""
-    counts: dict[str, int] = {}
-    result = []
-    for name in names:
-        counts[name] = counts.get(name, 0) + 1
-        result.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
-    return tuple(result)
 
 
 class ConstraintStages:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from robsim.declare import DeclaredValue, register
 from robsim.declare.joint_numbers import (
@@ -45,6 +45,7 @@ class JointSpeeds(JointConstraint, DeclaredValue):
     '0.2'
     """
 
+    starting_values: ClassVar[dict[str, float]] = {"most": 1.0}
     most: Annotated[
         float | Sequence[float],
         OneOrEach(get_velocity_axes, "/s"),
@@ -95,6 +96,7 @@ class JointAccelerations(JointConstraint, DeclaredValue):
     '2.0'
     """
 
+    starting_values: ClassVar[dict[str, float]] = {"most": 5.0}
     most: Annotated[
         float | Sequence[float],
         OneOrEach(get_velocity_axes, "/s^2"),

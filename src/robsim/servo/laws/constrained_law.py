@@ -9,13 +9,14 @@ from typing import Annotated, Literal, cast
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, KindOf, Number, Word, register
-from robsim.servo.constraints.constraint import (
-    CONSTRAINT_LIST,
-    Constraint,
-    ConstraintLike,
-    ConstraintPlace,
-)
+from robsim.servo.constraints.constraint import ConstraintPlace
 from robsim.servo.constraints.constraint_stages import BoundConstraints
+from robsim.servo.constraints.joint_limits import JointLimits
+from robsim.servo.constraints.user_constraint import (
+    CONSTRAINT_LIST,
+    ConstraintLike,
+    adapt_constraint,
+)
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.law import LAWS, Law, LawLike
 from robsim.servo.servo_controller import ServoController
@@ -62,8 +63,10 @@ class ConstrainedLaw(DeclaredValue):
     """
 
     constraints: Annotated[
-        Sequence[ConstraintLike], CONSTRAINT_LIST, "Constraints that the command satisfies."
-    ]
+        Sequence[ConstraintLike],
+        CONSTRAINT_LIST,
+        "Constraints that the command satisfies; by default, of the coordinates of joints.",
+    ] = (JointLimits(),)
     law: Annotated[
         LawLike,
         KindOf(LAWS, default="joint", protocol=Law),
@@ -152,7 +155,7 @@ class ConstrainedLaw(DeclaredValue):
         InputError
             If a constraint does not fit the scene.
         """
-        constraints = cast(tuple[Constraint, ...], tuple(self.constraints))
+        constraints = tuple(map(adapt_constraint, self.constraints))
         bound = BoundConstraints(constraints, place, self.metric == "error", self.joint_weight)
         assert bound.labels is not None  # raises InputError
         return bound

@@ -229,7 +229,6 @@ class Safety(DeclaredValue):
         with prefix_errors("fence"):
             try:
                 moves = scene.tree.flag_moves(fence.frame).any()
-                fence.check(scene)
             except FrameError as error:
                 raise InputError(str(error)) from None
             if not moves:

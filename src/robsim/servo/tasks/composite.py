@@ -19,7 +19,7 @@ from robsim.kernels.control import control_law
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.servo.constraints.constraint_stages import number_repeated_names
+from robsim.servo.constraints.row_names import number_repeated_names
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController

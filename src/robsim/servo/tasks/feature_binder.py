@@ -78,7 +78,7 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
         "current" if isinstance(task.interaction, Broyden) else task.interaction
     )
     s_goal = np.asarray(goal.s) if isinstance(goal, GoalFeatures) else None
-    views = GoalViews(q_shown, shown[0], goal_sights, goals)
+    views = GoalViews(q_shown, shown[0], goal_sights, goals, goal)
     draft = BoundFeatures(bound, sights, exact, columns, depths, which, views, s_goal, runs)
     return draft.measure_from_goal()
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
-from robsim.servo.constraints.constraint import Constraint
 from robsim.servo.constraints.field_of_view import FieldOfView
+from robsim.servo.constraints.user_constraint import ConstraintLike
 from robsim.servo.laws.constrained_law import ConstrainedLaw
 from robsim.servo.tasks.task import ServoTask
 from robsim.statistics.random_numbers import SUITES, uniform
@@ -56,7 +56,7 @@ def suite() -> Suite:
     )
 
 
-def constrain_schemes(label: str, *constraints: Constraint) -> dict[str, ServoTask]:
+def constrain_schemes(label: str, *constraints: ConstraintLike) -> dict[str, ServoTask]:
     """Return three schemes of the textbooks within constraints, with a label."""
     law = ConstrainedLaw(constraints)
     names = "IBVS, L current", "IBVS, L mean", "PBVS, goal form"
@@ -72,8 +72,8 @@ def sees_marks(scene: Scene, q: Array) -> NDArray[np.bool_]:
     """Return at which coordinates (N, nq) all marks are well inside the image, (N,)."""
     view = scene.view(q)
     from_border = np.minimum(view.pixels + 0.5, np.array(SIZE) - 0.5 - view.pixels)
-    inside: NDArray[np.bool_] = (from_border > MARGIN).all(axis=(1, 2))
-    return inside & (view.depth > LEAST_DEPTH).all(axis=1)
+    inside = (from_border > MARGIN).all(axis=(1, 2)) & (view.depth > LEAST_DEPTH).all(axis=1)
+    return np.asarray(inside)
 
 
 def _sample_poses() -> Pose:

@@ -56,7 +56,7 @@ def suite() -> Suite:
 def _make_arm_scene() -> Scene:
     """Return the arm, its camera, and a square in front of the camera at home."""
     arm = robots.load("panda")
-    K = [[FOCAL, 0, (SIZE[0] - 1) / 2], [0, FOCAL, (SIZE[1] - 1) / 2], [0, 0, 1]]
+    K: list[list[float]] = [[FOCAL, 0, (SIZE[0] - 1) / 2], [0, FOCAL, (SIZE[1] - 1) / 2], [0, 0, 1]]
     eye = MountedCamera("eye", Camera(K, size=SIZE), on=f"panda.{arm.tip}")
     T_w_c = Scene((arm,), (), (eye,)).pose("eye", arm.home)
     place = Pose(T_w_c.matrix) @ Pose.at(0, 0, DISTANCE)
@@ -69,4 +69,5 @@ def _sample_coordinates(scene: Scene) -> Array:
     q = scene.home + interpolate_range(u, -SPREAD, SPREAD)
     low, high = scene.limits.T
     inside = (q > low + FROM_LIMIT) & (q < high - FROM_LIMIT)
-    return q[inside.all(axis=1)]
+    valid: Array = q[inside.all(axis=1)]
+    return valid

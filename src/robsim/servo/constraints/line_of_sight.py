@@ -23,9 +23,9 @@ from robsim.servo.constraints.frame_motion import add_motion_in_camera, check_fr
 from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
 
 
-@register("constraint", "occlusion")
+@register("constraint", "line_of_sight")
 @dataclass(frozen=True)
-class Occlusion(RowConstraint, DeclaredValue):
+class LineOfSight(RowConstraint, DeclaredValue):
     """Constraint of the lines of sight: a body stays out of them.
 
     The body is a sphere about the origin of a frame of a robot or an object, or a capsule about
@@ -53,7 +53,7 @@ class Occlusion(RowConstraint, DeclaredValue):
     Examples
     --------
     >>> import robsim as rs
-    >>> law = rs.laws.ConstrainedLaw([Occlusion("post", radius=0.05)])
+    >>> law = rs.laws.ConstrainedLaw([LineOfSight("post", radius=0.05)])
     """
 
     level: ClassVar[int] = VIEW
@@ -83,7 +83,7 @@ class Occlusion(RowConstraint, DeclaredValue):
         list of str
             Names such as "post in the sight of mark 2".
         """
-        check_frames("Occlusion", place, [self.body, self.end or self.body])
+        check_frames("LineOfSight", place, [self.body, self.end or self.body])
         return [
             f"{self.body} in the sight of {mark}" for mark in name_marks(select_sights(self, place))
         ]
