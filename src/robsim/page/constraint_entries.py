@@ -32,12 +32,11 @@ def pack_constraint_states(states: ConstraintStates) -> dict[str, NDArray[np.uin
 
 def _pack_bits(flags: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Return flags (T, c) as numbers (T, words) of `WORD` bits, the first flag the lowest bit."""
-    words = -(-flags.shape[1] // WORD)
+    count, words = len(flags), -(-flags.shape[1] // WORD)
     padded = np.pad(flags, ((0, 0), (0, words * WORD - flags.shape[1])))
     powers = 1 << np.arange(WORD, dtype=np.uint32)
-    packed: NDArray[np.uint32] = (padded.reshape(-1, words, WORD) * powers).sum(
-        axis=-1, dtype=np.uint32
-    )
+    bits = padded.reshape(count, words, WORD) * powers
+    packed: NDArray[np.uint32] = bits.sum(axis=-1, dtype=np.uint32)
     return packed
 
 
