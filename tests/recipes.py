@@ -660,7 +660,7 @@ RECIPES = {
         (
             *limited("clearance", POSTED_ARM, **BODIES, distance="40 cm", rate=3),
             {"first": ["panda.link5"], "second": ["plate"], "first_end": ["panda.link2"]},
-        ),
+        )
     ],
     "constraint line_of_sight": [
         (
