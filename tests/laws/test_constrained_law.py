@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.analysis.explanation.deadlocks import advise_via_pose
+from robsim.analysis.explanation.run_analysis import RunAnalysis
+from robsim.analysis.resimulation import resimulate_run
 from robsim.base.errors import InputError
 from robsim.constraints import FieldOfView, JointAccelerations, JointLimits, JointSpeeds, MarkDepth
 from robsim.laws import ConstrainedLaw
@@ -104,6 +107,8 @@ def test_the_controller_gives_the_same_bits():
     for t in range(50):
         command = controller.step(run.pixels.values[t], run.q.values[t], t=t * experiment.dt)
         np.testing.assert_array_equal(command.velocities, run.qd.values[t])
+        active = run.constraint.values[run.active.values[t] > 0]
+        assert command.health.limits == tuple(active)
 
 
 def test_a_standstill_names_its_constraints_and_another_metric_helps(near_limits):
@@ -121,6 +126,19 @@ def test_a_standstill_names_its_constraints_and_another_metric_helps(near_limits
     assert explained.causes[0].about == "constraint"
     assert held[0] in explained.causes[0].sentence
     assert "With metric='error'" in str(explained)
+
+
+def test_a_via_pose_is_advice_for_a_standstill(near_limits):
+    law = ConstrainedLaw([*JOINTS, FieldOfView()], metric="joint")
+    task = task_of(near_limits, rs.IBVS, interaction="desired", law=law)
+    many = simulate(near_limits, task)
+    found = []
+    for start in near_limits.starts[many.outcome.values == int(rs.Outcome.LOCAL_MINIMUM)][:4]:
+        run = rs.simulate(near_limits.scene, task, start, dt=near_limits.dt, duration=20.0)
+        analysis = RunAnalysis(**vars(resimulate_run(run)), trials=True)
+        found += [each.evidence["via_m"] for each in advise_via_pose(analysis)]
+    assert found
+    assert all(distance in (0.25, 0.5) for distance in np.round(found, 9))
 
 
 def test_the_constraint_is_advice_for_a_lost_target_with_its_price():

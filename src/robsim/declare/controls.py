@@ -74,8 +74,9 @@ class Control:
         if self.form == "choice":
             return f'"{value}"'  # quoted: a text even if it looks like another value
         if self.form == "list":
-            places = {**dict(enumerate(self.items)), **self.starters}
-            return tuple(places[each] for each in value)
+            return tuple(
+                self.starters[each] if isinstance(each, str) else self.items[each] for each in value
+            )
         if not self.united:
             return value
         if isinstance(self.unit, str):

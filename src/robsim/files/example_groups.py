@@ -27,6 +27,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Robot arms": (
         *("eye_to_hand", "chapter_6_2", "stereo_in_hand", "second_robot", "joint_limits"),
     ),
+    "Constraints": (
+        *("base_in_view", "seven_joints", "limits_by_constraints", "line_of_sight"),
+        "view_without_depth",
+    ),
     "Mobile robots": ("differential_drive", "holonomic", "car", "mobile_arm"),
     "Missions": ("inspection_a", "inspection_b"),
 }

@@ -105,6 +105,13 @@ class SingleStepController:
         )
         return reasons, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
 
+    def name_active_constraints(self, blocks: Blocks) -> tuple[str, ...]:
+        """Return the names of the constraints that hold the command of the first run back."""
+        if self.outputs.active is None:
+            return ()
+        acts = blocks.first(self.outputs.active) > 0.0
+        return tuple(self.controller.constraint_labels[i] for i in np.flatnonzero(acts))
+
     def rest(self, blocks: Blocks) -> None:
         """Set the robot at rest; a command may grow again from there."""
         blocks.fill(self.safety_stages.last, np.zeros(self.controller.columns.size))

@@ -143,8 +143,10 @@ class LiveRun:
             return
         now, still = self.now, 0.0 * self.now.qd
         later = now.time + self.segment.dt
-        free = {"active": 0.0 * now.active, "slack": 0.0 * now.slack}
-        self.instants.append(replace(now, time=later, qd=still, qd_actual=still, **free))
+        free = 0.0 * now.active
+        self.instants.append(
+            replace(now, time=later, qd=still, qd_actual=still, active=free, slack=free)
+        )
 
     def _advance(self) -> Chunk:
         """Simulate the next instant, store it, and return the chunk of the simulation."""

@@ -85,7 +85,7 @@ class RunPair:
         """Return the instants from number `start` on."""
         run, scene = self.live.variables(start), self.live.experiment.scene
         other = self.other
-        second = other and (other.variables(start), other.experiment.scene)
+        second = (other.variables(start), other.experiment.scene) if other else None
         return RecordingInstants.of(run, scene, second, self.live.constraint_owners)
 
     def create_recording_builder(self, former: RecordingBuilder | None = None) -> RecordingBuilder:

@@ -16,13 +16,8 @@ SHAPE_BYTES = 36_000  # size of the shapes in a message; base64 takes a third mo
 ARRAY_BYTES = 120  # size of the declaration of an array
 TAIL = 48  # messages of rows; more are joined
 GOAL = ".goal"  # suffix of the names of goal arrays, which do not have a row for each instant
-PANELS = (
-    "format",
-    "version",
-    "title",
-    "curves",
-    "constraints",
-)  # keys of a header; a change needs a new page
+# keys of a header; a change needs a new page
+PANELS = ("format", "version", "title", "curves", "constraints")
 
 Arrays = Mapping[str, NDArray[Any]]
 Header = Mapping[str, Any]  # Any: JSON

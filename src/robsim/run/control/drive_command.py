@@ -41,9 +41,10 @@ class Health(NamedTuple):
         Age of the oldest image in use, in seconds. An image without marks is not used. An
         incomplete image is not used if a feature needs all marks.
     limits : tuple of str
-        Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow"; or
-        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "late
-        call", "too few marks", "not finite".
+        Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow";
+        constraints of the law that hold it back, as "left border for mark 2"; or reasons to hold
+        the robot: "watchdog", "stopped by the watchdog", "not released", "late call", "too few
+        marks", "not finite".
     unused : tuple of str
         Data of the last call that are not used: names of other or doubtful targets, images that are
         older than the last or were taken in the future.

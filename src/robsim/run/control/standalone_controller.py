@@ -370,6 +370,7 @@ class Controller:
         free = not busy and not why & command_limits.HELD
         converged = small and free and self._images.complete
         limits = list_active_limits(why, at_limit, self.velocity_names) if why else ()
+        limits += self._standalone.name_active_constraints(self._blocks)
         stale = bool(why & command_limits.OLD_IMAGE)
         health = Health(
             converged, self._images.list_lost_marks(), stale, age, limits, unused, fault

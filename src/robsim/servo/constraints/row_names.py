@@ -48,7 +48,7 @@ def name_first_row(name: str, names: Collection[str]) -> str:
 
 
 def parse_row_name(name: str) -> dict[str, int | str]:
-    """Return side of the image, mark, target and camera of the name of a row, as far as it has them.
+    """Return side, mark, target and camera of the name of a row, as far as it has them.
 
     Parameters
     ----------
