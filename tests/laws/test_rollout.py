@@ -97,8 +97,7 @@ def test_the_last_candidate_stays_unless_another_is_clearly_nearer():
 
 def test_a_law_alone_commands_as_without_prediction():
     one, other = (
-        experiment(law, STARTS[:8], duration=4.0).run()
-        for law in ("joint", RolloutLaw(["joint"], schemes=[]))
+        experiment(law, STARTS[:8], duration=4.0).run() for law in ("joint", RolloutLaw(["joint"]))
     )
     assert one.q_end.values.tobytes() == other.q_end.values.tobytes()
 
@@ -160,8 +159,24 @@ def test_a_law_in_python_is_predicted_from_its_memory():
             return 2.0 * (count % 2)[:, None] * rs.laws.JointLaw().command(state)
 
     calm = SUITE.goal + np.array([0.02, 0, 0, 0, 0, 0, 0])
-    run = experiment(RolloutLaw([Pulse()], schemes=[]), calm).run()
+    run = experiment(RolloutLaw([Pulse()]), calm).run()
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.CONVERGED
+
+
+def test_a_scheme_has_the_weighting_of_the_task():
+    """Marks that are out of the image at the start neither enter it nor make it infeasible."""
+    scenario = rs.load_scenario(rs.examples.path("marks_come_and_go"))
+    law = RolloutLaw(["joint"], schemes=[rs.PBVS()])
+    assert rs.Outcome(int(scenario.at("task.law", law).run().outcome)).name == "CONVERGED"
+    partitioned = RolloutLaw(["joint"], schemes=[rs.tasks.Partitioned()])
+    with pytest.raises(InputError, match="needs all marks"):
+        scenario.at("task.law", partitioned).run()
+
+
+def test_a_run_from_its_experiment_is_explained():
+    scenario = rs.load_scenario(rs.examples.path("looking_ahead")).at("task.law", RolloutLaw())
+    run = scenario.run()
+    assert rs.Experiment.of(run) == scenario and "left the image" in str(rs.explain(run))
 
 
 # texts and errors
@@ -179,7 +194,7 @@ def test_a_text_gives_the_same_law():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: RolloutLaw([], schemes=[]), "at least one law or scheme"),
+        (lambda: RolloutLaw([]), "laws"),
         (lambda: RolloutLaw([LAW]), "cannot be a RolloutLaw"),
         (lambda: RolloutLaw(schemes=[rs.IBVS(law=LAW)]), "cannot be a RolloutLaw"),
         (lambda: RolloutLaw(horizon=50.0, period=0.001), "more than 2000 steps"),
