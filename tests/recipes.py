@@ -638,7 +638,7 @@ RECIPES = {
             {"kind": "constrained", "constraints": [{"kind": "joint_speeds", "most": "0.1 rad/s"}]},
             ARM,
             joints=FIVE,
-        ),
+        )
     ],
     "constraint field_of_view": [
         limited("field_of_view", margin=200, rate=8, noise=5),

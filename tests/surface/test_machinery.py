@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 3880  # lines of code, without docstrings and comments
+MOST = 3920  # lines of code, without docstrings and comments; lists with controls to add items
 
 
 def count_lines():

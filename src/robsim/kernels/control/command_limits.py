@@ -169,6 +169,8 @@ def limit_command(
     scaled="n",
     last="n",
     target="n",
+    lowest="n",
+    highest="n",
     slowest="n",
     fastest="n",
     brake="n",
@@ -189,9 +191,9 @@ def limit_command(
 
     `scaled` is the command of the law after scaling to the speed limits, and `last` is the last
     command. `low` and `high` are the limits of the coordinates of n joints. `places` holds the
-    index in q of each coordinate, or -1 for a joint without limits. Velocities between `slowest`
-    and `fastest` respect the speed, the acceleration and the limits of a joint. A held robot
-    brakes: its target is within its bounds.
+    index in q of each coordinate, or -1 for a joint without limits. Velocities between `lowest` and
+    `highest` respect the speed and the limits of a joint, and velocities between `slowest` and
+    `fastest` its acceleration, too. A held robot brakes: its target is within all bounds.
     """
     for b in range(WIDTH):
         dt, share, hold_reasons = (
@@ -225,16 +227,16 @@ def limit_command(
             )
             if hold_reasons:
                 v = _bound(v, least, largest, last_velocity, change)
-                own = v, v, v
+                own = v, v, v, v, v
             else:
                 speed = max(w[(speeds + j) * WIDTH + b], abs(wanted))  # after rounding
                 least, largest = max(least, -speed), min(largest, speed)
                 slow = _bound(last_velocity - change, least, largest, last_velocity, change)
                 fast = _bound(last_velocity + change, least, largest, last_velocity, change)
-                own = wanted, slow, fast
+                own = wanted, least, largest, slow, fast
             w[(target + j) * WIDTH + b] = own[0]
-            w[(slowest + j) * WIDTH + b] = own[1]
-            w[(fastest + j) * WIDTH + b] = own[2]
+            w[(lowest + j) * WIDTH + b], w[(highest + j) * WIDTH + b] = own[1], own[2]
+            w[(slowest + j) * WIDTH + b], w[(fastest + j) * WIDTH + b] = own[3], own[4]
         w[reason * WIDTH + b] = reasons
 
 

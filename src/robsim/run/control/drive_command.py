@@ -42,8 +42,9 @@ class Health(NamedTuple):
         incomplete image is not used if a feature needs all marks.
     limits : tuple of str
         Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow";
-        constraints of the law that hold it back, as "left border for mark 2"; or reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "late
-        call", "too few marks", "not finite".
+        constraints of the law that hold it back, as "left border for mark 2"; or reasons to hold
+        the robot: "watchdog", "stopped by the watchdog", "not released", "late call", "too few
+        marks", "not finite".
     unused : tuple of str
         Data of the last call that are not used: names of other or doubtful targets, images that are
         older than the last or were taken in the future.

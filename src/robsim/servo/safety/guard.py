@@ -11,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels.control import command_limits, control_law
 from robsim.kernels.control.constrained_command import constrain_command, count_constraint_rows
+from robsim.kernels.control.scaled_target import scale_target
 from robsim.kernels.control.velocity_scale import scale_command
 from robsim.kernels.formulas.perspective import IN_IMAGE
 from robsim.kernels.machine.block_rows import BlockRows
@@ -23,7 +24,9 @@ from robsim.servo.task_controller import TaskController
 from robsim.servo.weight_stages import scale_entries
 from robsim.world.scene import Scene
 
-JOINT_WEIGHT = 1e-4  # weight of the velocities beside the change of the error
+JOINT_WEIGHT = 1e-4  # of the deviation of velocities, beside that of the change of the error
+SLOW_WEIGHT = 0.03  # of a lower speed, beside a deviation from the direction
+LEAST_WEIGHT = 1e-9  # of all unknowns, for a strictly convex problem
 BRAKE_ATTEMPTS = 3  # commands that are tried before a frame near its fence is braked
 BRAKE_PLACES = 6  # checked poses of the braking motion, at equal distances
 
@@ -68,13 +71,15 @@ class SafetyStages:
         """Add the stages from the command of the law to the limited command; return its rows."""
         n, program, law_command = self.n, self.program, inner.qd
         self._add_hold(law_command, inner.status)
-        target, slowest, fastest, brake = (program.rows(n) for _ in range(4))
+        target, lowest, highest, slowest, fastest, brake = (program.rows(n) for _ in range(6))
         joints = self._joint_limits()
         program.add(
             command_limits.limit_command,
             law_command=law_command,
             scaled=self._scale_to_speed(law_command),
             target=target,
+            lowest=lowest,
+            highest=highest,
             slowest=slowest,
             fastest=fastest,
             brake=brake,
@@ -82,7 +87,11 @@ class SafetyStages:
             speeds=program.constant(self._velocity_limits("speed")),
             **joints,
         )
-        qd = command = self._add_program(target, slowest, fastest, inner.task_jacobian)
+        if self.safety.margin is not None:
+            target = self._deflect_target(inner.task_jacobian, target, lowest, highest)
+        if self.safety.acceleration is not None:
+            target = self._slow_target(inner.task_jacobian, target, slowest, fastest)
+        qd = command = target
         if self.safety.fence is not None:
             attempts = self._add_attempts(command, brake)
             if self.safety.margin is not None:
@@ -101,22 +110,50 @@ class SafetyStages:
         )
         return qd
 
-    def _add_program(
-        self, target: BlockRows, slowest: BlockRows, fastest: BlockRows, A: BlockRows
+    def _deflect_target(
+        self, A: BlockRows, target: BlockRows, low: BlockRows, high: BlockRows
     ) -> BlockRows:
-        """Add the stage of the command within bounds that changes the error as the target does."""
-        if self.safety.acceleration is None and self.safety.margin is None:
-            return target
-        program, n = self.program, self.n
+        """Add the stage of the command within bounds that changes the error as a target does."""
+        return self._add_program(A, JOINT_WEIGHT, target, low, high)
+
+    def _slow_target(
+        self, A: BlockRows, target: BlockRows, low: BlockRows, high: BlockRows
+    ) -> BlockRows:
+        """Add the stages of the command within bounds that slows a target rather than deflects it.
+
+        The share of the target is a further unknown.
+        """
+        program, p = self.program, self.n + 1
+        rows = program.rows(A.shape[0] + p, p)
+        wish, least, most = (program.rows(p) for _ in range(3))
+        program.add(
+            scale_target,
+            A=A,
+            target=target,
+            low=low,
+            high=high,
+            weights=program.constant([JOINT_WEIGHT, SLOW_WEIGHT]),
+            rows=rows,
+            wish=wish,
+            least=least,
+            most=most,
+        )
+        return self._add_program(rows, LEAST_WEIGHT, wish, least, most)[: self.n]
+
+    def _add_program(
+        self, A: BlockRows, weight: float, wish: BlockRows, low: BlockRows, high: BlockRows
+    ) -> BlockRows:
+        """Add the stage that solves a quadratic program within bounds; return its solution."""
+        program, n = self.program, wish.size
         return program.result(
             constrain_command,
             "qd",
             n,
             A=A,
-            eps=program.constant(JOINT_WEIGHT),
-            wish=target,
-            low=slowest,
-            high=fastest,
+            eps=program.constant(weight),
+            wish=wish,
+            low=low,
+            high=high,
             C=program.rows(0, n),
             bound=program.rows(0),
             levels=program.rows(0),
