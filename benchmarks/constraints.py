@@ -2,7 +2,8 @@
 
     python benchmarks/constraints.py vit_500 large_rolls          # PBVS and IBVS, field of view
     python benchmarks/constraints.py near_limits --joints         # and limits of joints
-    python benchmarks/constraints.py near_limits --joints --schemes "PBVS" --every 5
+    python benchmarks/constraints.py near_limits --joints --schemes "PBVS;IBVS, L mean" --every 5
+    python benchmarks/constraints.py panda ur5e puma560 --joints --starts 4000   # arms
 
 Each scheme runs alone, within a `Safety` of the same numbers, and within the constraints. Every
 period is looked at in ten instants: joints move at constant velocity, a flying camera along a
@@ -21,7 +22,10 @@ import pandas as pd
 import robsim as rs
 from robsim.run.batch_numbers import BatchTemplate
 from robsim.servo.camera_target import CameraTarget
-from robsim.suites.suite_registry import load_suite
+from robsim.statistics.random_numbers import SUITES, uniform
+from robsim.suites.published import near_limits
+from robsim.suites.published.large_rolls import sees_marks
+from robsim.suites.suite_registry import list_suites, load_suite
 from robsim.suites.suite_trial import Trial
 
 C = rs.constraints
@@ -47,6 +51,27 @@ def take_runs(suite, runs):
         draws=None if suite.draws is None else np.asarray(suite.draws)[runs],
         columns={name: np.asarray(values)[runs] for name, values in suite.columns.items()},
     )
+
+
+def make_arm_suite(name, starts):
+    """Return a suite like `near_limits` with another arm of the library and more starts."""
+    arm = getattr(rs.robots, name)()
+    K = [[near_limits.FOCAL, 0, 319.5], [0, near_limits.FOCAL, 239.5], [0, 0, 1]]
+    eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on=f"{name}.{arm.tip}")
+    base = near_limits.suite()
+    T = rs.Pose(rs.Scene([arm], [], [eye]).pose("eye", arm.home).matrix)
+    pose = T @ rs.Pose.at(0, 0, near_limits.DISTANCE)
+    scene = rs.Scene(
+        [arm], [rs.Object("square", marks=base.scene.object().marks, pose=pose)], [eye]
+    )
+    low, high = np.nan_to_num(scene.limits.T, posinf=np.inf, neginf=-np.inf)
+    chosen, seed = np.empty((0, scene.nq)), 0
+    while len(chosen) < starts:
+        spread = near_limits.SPREAD * (2.0 * uniform(seed, SUITES, 20_000, scene.nq) - 1.0)
+        q = scene.home + spread
+        q = q[((q > low + 0.02) & (q < high - 0.02)).all(axis=1)]
+        chosen, seed = np.concatenate([chosen, q[sees_marks(scene, q)]]), seed + 1
+    return replace(base, name=name, scene=scene, goal=scene.home, starts=chosen[:starts])
 
 
 @dataclass
@@ -189,6 +214,7 @@ def main():
     parser.add_argument("--weight", type=float, default=1e-4, help="joint_weight of the law")
     parser.add_argument("--schemes", default="PBVS")
     parser.add_argument("--every", type=int, default=1, help="take every so many starts")
+    parser.add_argument("--starts", type=int, default=500, help="starts of an arm of the library")
     parser.add_argument("--chunk", type=int, default=100)
     parser.add_argument("--gains", default="1", help="factors of the gain, as in 0.5,1,2")
     parser.add_argument("--periods", default="1", help="factors of the control period")
@@ -200,7 +226,8 @@ def main():
     for name, gain, period in product(
         options.suites, options.gains.split(","), options.periods.split(",")
     ):
-        suite = load_suite(name)
+        is_suite = name in list_suites()
+        suite = load_suite(name) if is_suite else make_arm_suite(name, options.starts)
         suite = take_runs(suite, np.arange(0, suite.runs, options.every))
         suite = replace(suite, gain=float(gain) * suite.gain, dt=float(period) * suite.dt)
         print(f"{name}: {suite.runs} starts, gain {suite.gain:g}, {suite.dt:g} s", flush=True)
