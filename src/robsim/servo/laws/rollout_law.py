@@ -61,7 +61,8 @@ class RolloutLaw(DeclaredValue):
     Notes
     -----
     The prediction assumes exact images and joints that follow their commands at once. A law in
-    Python starts from its present memory; Broyden's estimate and a depth filter start anew.
+    Python starts from its present memory, and constraints from the last command; Broyden's estimate
+    and a depth filter start anew.
 
     Examples
     --------
