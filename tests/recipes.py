@@ -615,7 +615,7 @@ ROLLOUT = {
     "hysteresis": 0.1,
 }
 OF_ROLLOUT = {
-    "laws": [[]],
+    "laws": [[{"kind": "camera", "length": "10 cm"}]],
     "schemes": [[{"kind": "hybrid"}]],
     "horizon": ["1 s"],
     "period": ["0.2 s"],
