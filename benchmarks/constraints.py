@@ -200,7 +200,7 @@ def main():
     parser.add_argument("--no-looks", action="store_true", help="skip the instants inside periods")
     parser.add_argument("--safety", action="store_true", help="with the schemes within a Safety")
     parser.add_argument("--metric", default="error")
-    parser.add_argument("--weight", type=float, default=1e-3, help="joint_weight of the law")
+    parser.add_argument("--weight", type=float, default=1e-4, help="joint_weight of the law")
     parser.add_argument("--schemes", default=",".join(["PBVS"]))
     parser.add_argument("--every", type=int, default=1, help="take every so many starts")
     parser.add_argument("--starts", type=int, default=500, help="starts of an arm of the library")
