@@ -14,6 +14,7 @@ import argparse
 import time
 import warnings
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -82,6 +83,20 @@ class Excess:
     accelerations: float = -np.inf
     border: float = -np.inf
     margin: float = -np.inf
+    runs: int = 0
+
+    def add(self, rows, other):
+        """Add the runs of a scheme and the excess of its periods."""
+        if other is not None:
+            self.runs += len(rows)
+            limits = "joints", "speeds", "accelerations", "border", "margin"
+            self.raise_to(**{name: getattr(other, name) for name in limits})
+
+    def __str__(self):
+        return (
+            f"border {self.border:.3g} px, margin {self.margin:.3g} px, joints {self.joints:.3g}, "
+            f"speeds {self.speeds:.3g}, accelerations {self.accelerations:.3g}"
+        )
 
     def raise_to(self, **values):
         """Keep the larger of the old and the new values."""
@@ -179,11 +194,7 @@ def describe(name, rows, plain, counts, excess, seconds):
     if counts[0]:
         line += f"  infeasible {counts[1]} of {counts[0]}, active {counts[2]}"
     if np.isfinite(excess.border):
-        line += (
-            f"\n  {'':36s} excess: border {excess.border:.3g} px, margin {excess.margin:.3g} px, "
-            f"joints {excess.joints:.3g}, speeds {excess.speeds:.3g}, "
-            f"accelerations {excess.accelerations:.3g}"
-        )
+        line += f"\n  {'':36s} excess: {excess}"
     lost = rows[rows["began"] & ~rows["success"]]["outcome"]
     if len(lost):
         ends = lost.map(lambda each: rs.Outcome(int(each)).name).value_counts().to_dict()
@@ -201,19 +212,25 @@ def main():
     parser.add_argument("--safety", action="store_true", help="with the schemes within a Safety")
     parser.add_argument("--metric", default="error")
     parser.add_argument("--weight", type=float, default=1e-4, help="joint_weight of the law")
-    parser.add_argument("--schemes", default=",".join(["PBVS"]))
+    parser.add_argument("--schemes", default="PBVS")
     parser.add_argument("--every", type=int, default=1, help="take every so many starts")
     parser.add_argument("--starts", type=int, default=500, help="starts of an arm of the library")
     parser.add_argument("--chunk", type=int, default=100)
+    parser.add_argument("--gains", default="1", help="factors of the gain, as in 0.5,1,2")
+    parser.add_argument("--periods", default="1", help="factors of the control period")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     view = [] if options.no_view else [C.FieldOfView(MARGIN), C.MarkDepth()]
     constraints = [*view, *(JOINTS if options.joints else ())]
-    for name in options.suites:
+    total = Excess()
+    for name, gain, period in product(
+        options.suites, options.gains.split(","), options.periods.split(",")
+    ):
         is_suite = name in list_suites()
         suite = load_suite(name) if is_suite else make_arm_suite(name, options.starts)
         suite = take_runs(suite, np.arange(0, suite.runs, options.every))
-        print(f"{name}: {suite.runs} starts", flush=True)
+        suite = replace(suite, gain=float(gain) * suite.gain, dt=float(period) * suite.dt)
+        print(f"{name}: {suite.runs} starts, gain {suite.gain:g}, {suite.dt:g} s", flush=True)
         for scheme in options.schemes.split(";"):
             task = replace(SCHEMES[scheme], goal=suite.task_goal, gain=suite.gain)
             law = rs.laws.ConstrainedLaw(
@@ -233,8 +250,10 @@ def main():
                 each = options.chunk, safety, counted, counted and not options.no_looks
                 rows, counts, excess = run_scheme(suite, one, *each)
                 plain = rows if plain is None else plain
+                total.add(rows, excess if counted else None)
                 took = time.process_time() - began
                 print(describe(label, rows, plain, counts, excess, took), flush=True)
+    print(f"{total.runs} runs within constraints, largest excess: {total}")
 
 
 if __name__ == "__main__":

@@ -615,7 +615,7 @@ ROLLOUT = {
     "hysteresis": 0.1,
 }
 OF_ROLLOUT = {
-    "laws": [[]],
+    "laws": [[{"kind": "camera", "length": "10 cm"}]],
     "schemes": [[{"kind": "hybrid"}]],
     "horizon": ["1 s"],
     "period": ["0.2 s"],
@@ -660,7 +660,7 @@ RECIPES = {
         (
             *limited("clearance", POSTED_ARM, **BODIES, distance="40 cm", rate=3),
             {"first": ["panda.link5"], "second": ["plate"], "first_end": ["panda.link2"]},
-        ),
+        )
     ],
     "constraint line_of_sight": [
         (

@@ -243,6 +243,12 @@ def test_schemes_that_succeed_on_oblique_pairs():
     assert successes("oblique_pairs") == [321, 312, 450, 402, 450, 447, 218]
 
 
+def test_schemes_that_succeed_on_every_twentieth_start_of_the_retreat():
+    table = rs.bench(take_runs(load_suite("retreat"), range(0, 500, 20))).table
+    assert table["successes"].tolist() == [19, 2, 22, 24, 25, 24, 16, 25]
+
+
+@pytest.mark.full
 def test_schemes_that_succeed_on_the_retreat():
     table = run_bench("retreat").table.set_index("scheme")
     assert {*table["runs"]} == {500}

@@ -12,12 +12,17 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.page.body_shapes import BodyShapes
 from robsim.page.camera_views import collect_mark_pixels, list_camera_entries, list_mark_entries
-from robsim.page.constraint_states import ConstraintStates, list_view_margins
+from robsim.page.constraint_entries import (
+    build_constraint_entries,
+    list_view_margins,
+    pack_constraint_states,
+)
 from robsim.page.curves_and_texts import CurvePanel, build_curve_panels
 from robsim.page.outlines_and_trails import list_outline_entries, list_trail_entries
 from robsim.page.recording_frames import Entry, RecordingFrames, build_solid_entries
 from robsim.plot import run_data
 from robsim.plot.scene_motion import SceneMotion, choose_frustum_depth
+from robsim.run.constraint_states import ConstraintStates
 from robsim.run.experiment import Experiment
 from robsim.world.scene import Scene
 
@@ -141,13 +146,14 @@ class RecordingBuilder:
         self, title: str, instants: RecordingInstants, **entries: Any
     ) -> dict[str, Any]:  # Any: JSON
         """Return the header of a recording of the instants, as `build_recording`."""
+        states = instants.constraints
         return {
             "format": FORMAT,
             "version": VERSION,
             "title": title,
             **{"outcome": "", "texts": {}, "why": None, "events": [], **entries},
             "curves": [each.entry for each in instants.curves],
-            "constraints": instants.constraints.entries if instants.constraints else None,
+            "constraints": states and build_constraint_entries(states),
             "reach": self.reach,
             "frames": self.frames.frame_entries,
             **self.entries,
@@ -166,7 +172,7 @@ class RecordingBuilder:
             "poses": self.frames.compute_poses(instants.motion),
             **{each.array: each.values for each in instants.curves},
             **instants.images,
-            **(instants.constraints.arrays if instants.constraints else {}),
+            **(pack_constraint_states(instants.constraints) if instants.constraints else {}),
         }
 
 

@@ -1,4 +1,5 @@
 from robsim.plot.comparison_figure import comparison as comparison
+from robsim.plot.constraints_figure import constraints as constraints
 from robsim.plot.diagnosis_figure import diagnosis as diagnosis
 from robsim.plot.film.animation import save_film as save_film
 from robsim.plot.image_figure import image as image

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,6 +19,11 @@ from robsim.plot.canvas import (
     marker_of_single_point,
     prepare_panels,
     set_time_axis,
+)
+from robsim.plot.constraints_figure import (
+    draw_constraints,
+    measure_rows_height,
+    select_drawn_constraints,
 )
 
 if TYPE_CHECKING:
@@ -45,6 +50,8 @@ def velocity(
     The third panel shows the error on a logarithmic scale; an exponential decay is a straight line.
     The thick line is the norm of the error. The thin lines are the magnitudes of its components,
     with one line style for each unit.
+
+    If constraints of the law act, a new figure has a fourth panel, as in `constraints`.
 
     Parameters
     ----------
@@ -86,12 +93,20 @@ def velocity(
     """
     one = run_data.extract_single_run(run)
     with figure_style():
-        figure, panels = prepare_panels(axes, 3, size, (5.6, 6.4), sharex=True)
-        draw_velocity(panels, one, scene, frame)
+        states = select_drawn_constraints(one) if axes is None else None
+        strip = measure_rows_height(states) if states and states.names else 0.0
+        heights = {"height_ratios": (2.0, 2.0, 2.4, strip)[: 4 if strip else 3]}
+        how: dict[str, Any] = {"sharex": True, **({"gridspec_kw": heights} if strip else {})}
+        figure, panels = prepare_panels(
+            axes, 4 if strip else 3, size, (6.8 if strip else 5.6, 6.4 + strip), **how
+        )
+        draw_velocity(panels[:3], one, scene, frame)
+        if strip and states:
+            draw_constraints(panels[3], one["time"].values, states)
         if axes is None:
-            for upper in panels[:2]:
+            for upper in panels[:-1]:
                 upper.set_xlabel("")
-            figure.align_ylabels(panels)
+            figure.align_ylabels(panels[:3])
             figure.suptitle(run_data.describe_ending(one) if title is None else title)
     return figure
 

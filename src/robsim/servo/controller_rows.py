@@ -80,6 +80,7 @@ class ControllerOutputs:
     step: BlockRows | None = None  # remaining step of a camera over the largest that converges
     active: BlockRows | None = None  # (c,) multiplier of each constraint of the law
     slack: BlockRows | None = None  # (c,) excess over each constraint of the law
+    past: BlockRows | None = None  # (p, n) last commands that constraints use, the newest first
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

@@ -100,18 +100,22 @@ class Prediction:
         self.dt, self.margin = self.program.constant(times.dt), self.program.number(margin)
         self.low, self.high = (self.program.constant(each) for each in self.scene.limits.T)
         self.alive = self.program.constant(1.0)
+        self.last: list[BlockRows] = []  # last commands that constraints use
         each = [self._add_candidate(i, one) for i, one in enumerate(candidates)]
         self.q, self.counts, self.distances = zip(*each, strict=True)
 
-    def forecast(self, q: Array, blocks: Blocks, step: int) -> Forecast:
+    def forecast(self, q: Array, last: Array, blocks: Blocks, step: int) -> Forecast:
         """Return the predicted motions from coordinates q (nq, B) of the runs of some blocks.
 
-        `step` is the number of the present instant, in periods of the prediction.
+        `last` (n, B) is the last command. `step` is the number of the present instant, in
+        periods of the prediction.
         """
         future = Blocks(self.program, blocks.rows)
         future.memory = deepcopy(blocks.memory)
         for rows in self.q:
             future.put(rows, q)
+        for rows in self.last:
+            future.put(rows, last)
         for _ in range(self.times.between):
             self._advance(future, step, step + 1)
         self._advance(future, step + 1, step + 2)
@@ -168,6 +172,8 @@ class Prediction:
         )
         outputs = candidate.stages(inputs)
         outputs.note(outputs.qd)
+        if outputs.past is not None:
+            self.last.append(outputs.past[0])
         self._add_velocities(inputs, outputs.qd, v)
         return q, count, distance
 

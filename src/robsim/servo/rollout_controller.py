@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.control import rollout
+from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
@@ -49,38 +50,40 @@ class RolloutController(ServoController):
         """Add the stages of all candidates, and the prediction that selects one of them."""
         own = ServoStages(replace(self, law=JointLaw()), inputs)
         own.assess()
-        program, choice = inputs.program, inputs.program.constant(-1.0)
-        self._add_choice(inputs, choice)
+        program, n = inputs.program, self.columns.size
+        choice, last = program.constant(-1.0), program.rows(n)
+        self._add_choice(inputs, choice, last)
         each = [
             one.stages(replace(inputs, path=name_path(inputs.path, i)))
             for i, one in enumerate(self.candidates)
         ]
         qd = program.result(
-            rollout.select_command,
-            "qd",
-            self.columns.size,
-            choice=choice,
-            commands=[one.qd for one in each],
+            rollout.select_command, "qd", n, choice=choice, commands=[one.qd for one in each]
         )
         outputs = own.outputs(qd)
 
         def note(qd: BlockRows) -> None:
             for one in (outputs, *each):
                 one.note(qd)
+            program.add(copy_rows, rows=qd, to=last)
 
         return replace(outputs, note=note)
 
-    def _add_choice(self, inputs: ControllerInputs, choice: BlockRows) -> None:
-        """Add the Python stage that selects a candidate at each predicted period."""
+    def _add_choice(self, inputs: ControllerInputs, choice: BlockRows, last: BlockRows) -> None:
+        """Add the Python stage that selects a candidate at each predicted period.
+
+        `last` (n,) are the rows of the last command.
+        """
         settings = self.settings
         times = divide_horizon(settings.horizon, settings.period, inputs.seconds)
         prediction = Prediction(self, self.candidates, times, settings.margin, inputs.path)
 
         def choose(blocks: Blocks, step: int) -> None:
             if step % times.between == 0:
-                forecast = prediction.forecast(blocks.get(inputs.q), blocks, step // times.between)
-                last = blocks.get(choice).astype(np.int64)
-                best = choose_candidates(forecast, last, settings.hysteresis)
+                present = blocks.get(inputs.q), blocks.get(last)
+                forecast = prediction.forecast(*present, blocks, step // times.between)
+                before = blocks.get(choice).astype(np.int64)
+                best = choose_candidates(forecast, before, settings.hysteresis)
                 blocks.put(choice, best.astype(np.float64))
 
         inputs.program.call(choose)

@@ -135,7 +135,7 @@ class ServoStages:
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
             self.feature_rows.factors,
             step,
-            *((limited.active, limited.slack) if limited else ()),
+            *((limited.active, limited.slack, limited.of.past) if limited else ()),
         )
 
     def _measure_step(self) -> BlockRows | None:

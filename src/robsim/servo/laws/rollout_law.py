@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, cast
 
 import numpy as np
@@ -47,7 +47,7 @@ class RolloutLaw(DeclaredValue):
 
     Candidates are the `laws` with the features and the gain of the task, and other `schemes`: servo
     tasks with features, gain and law of their own, for the goal, camera, target, belief and joints
-    of the task.
+    of the task, and with its weighting unless they have one.
 
     A longer `horizon` foresees more and costs more time. A shorter `period` predicts and reacts
     more finely. `hysteresis` prevents changes between equally good candidates.
@@ -55,13 +55,14 @@ class RolloutLaw(DeclaredValue):
     Raises
     ------
     InputError
-        If there is no candidate, or too many predicted instants; by `simulate`, if a candidate does
-        not fit the scene, if the goal is given as numbers, or if a feature reads pictures.
+        If there are too many predicted instants; by `simulate`, if a candidate does not fit the
+        scene, if the goal is given as numbers, or if a feature reads pictures.
 
     Notes
     -----
     The prediction assumes exact images and joints that follow their commands at once. A law in
-    Python starts from its present memory; Broyden's estimate and a depth filter start anew.
+    Python starts from its present memory, and constraints from the last command; Broyden's estimate
+    and a depth filter start anew.
 
     Examples
     --------
@@ -79,14 +80,14 @@ class RolloutLaw(DeclaredValue):
 
     laws: Annotated[
         Sequence[LawLike],
-        ListOf(KindOf(LAWS, protocol=Law), 0, MOST_CANDIDATES),
+        ListOf(KindOf(LAWS, protocol=Law), 1, MOST_CANDIDATES),
         "Laws that are predicted with the features and the gain of the task.",
     ] = ("joint",)
     schemes: Annotated[
         Sequence[TaskLike],
         ListOf(TaskChoice(TASKS, only=SCHEMES, protocol=Task), 0, MOST_CANDIDATES),
         "Servo tasks that are predicted with their own features, gain and law.",
-    ] = ("pbvs",)
+    ] = ()
     horizon: Annotated[float, Time(above=0), "Predicted time, in seconds."] = 5.0
     period: Annotated[
         float, Time(above=0), "Step of the prediction and time between two predictions, in seconds."
@@ -105,8 +106,6 @@ class RolloutLaw(DeclaredValue):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.laws and not self.schemes:
-            raise InputError("RolloutLaw: give at least one law or scheme")
         if self.horizon / self.period > MOST_INSTANTS:
             raise InputError(
                 f"RolloutLaw: a horizon of {self.horizon:g} s in steps of {self.period:g} s has "
@@ -169,7 +168,7 @@ class RolloutLaw(DeclaredValue):
             )
         candidates = [_bind_law(cast(Law, law), controller) for law in self.laws]
         for i, scheme in enumerate(self.schemes):
-            with prefix_path("schemes", i):
+            with prefix_path("law", "schemes", i):
                 candidates.append(_bind_scheme(cast(ServoTask, scheme), controller))
         if any(each.pictured_pairs for each in (controller, *candidates)):
             raise InputError("RolloutLaw: features of pictures cannot be predicted")
@@ -198,16 +197,23 @@ def _bind_scheme(scheme: ServoTask, controller: ServoController) -> ServoControl
     """Return the controller of a scheme for the goal, pair and velocities of another controller."""
     features = controller.bound_features
     camera, target = controller.sights[0].key
+    weighted = any(each.name == "weighting" for each in fields(cast(Any, scheme)))
+    inherited = {"weighting": controller.weighting} if weighted and not scheme.weighting else {}
     task = replace(
         cast(Any, scheme),
         goal=features.goal_views.goal,
         camera=scheme.camera or camera,
         target=scheme.target or target,
         belief=None if features.exact else features.sights[0].scene,
+        **inherited,
     )
     candidate: ServoController = task.bind(controller.scene, controller.columns)
     known = [sight.key for sight in controller.sights]
     for key in (sight.key for sight in candidate.sights):
         if key not in known:
             raise InputError(f"camera '{key[0]}' and target '{key[1]}' are not those of the task")
+    if controller.optional_pairs - candidate.optional_pairs:
+        raise InputError(
+            "it needs all marks, and the weighting of the task lets marks leave the image"
+        )
     return candidate

@@ -110,6 +110,11 @@ class Safety(DeclaredValue):
     4. Each joint is slow enough to brake at a distance `margin` in front of its limit.
     5. The whole motion is slow enough for the frame of `fence` to brake inside its box.
 
+    Limits 3 and 4 are the bounds of quadratic programs with the task Jacobian A: the command
+    minimises ||A (qdot - wish)||^2 within them, so that the other joints keep the error on its path
+    if one joint is held back. A command that its accelerations cannot reach is slowed rather than
+    deflected. A command within all limits is not changed, bit for bit.
+
     A safe state stays safe, since limits 4 and 5 need no braking beyond `acceleration`. If a
     command acts longer than planned, `acceleration` still holds, and limits 4 and 5 may be
     exceeded. Without `acceleration` a velocity can change at once.
