@@ -2,7 +2,8 @@
 
     python benchmarks/constraints.py vit_500 large_rolls          # PBVS and IBVS, field of view
     python benchmarks/constraints.py near_limits --joints         # and limits of joints
-    python benchmarks/constraints.py near_limits --joints --schemes "PBVS" --every 5
+    python benchmarks/constraints.py near_limits --joints --schemes "PBVS;IBVS, L mean" --every 5
+    python benchmarks/constraints.py panda ur5e puma560 --joints --starts 4000   # arms
 
 Each scheme runs alone, within a `Safety` of the same numbers, and within the constraints. Every
 period is looked at in ten instants: joints move at constant velocity, a flying camera along a
@@ -13,6 +14,7 @@ import argparse
 import time
 import warnings
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -20,7 +22,10 @@ import pandas as pd
 import robsim as rs
 from robsim.run.batch_numbers import BatchTemplate
 from robsim.servo.camera_target import CameraTarget
-from robsim.suites.suite_registry import load_suite
+from robsim.statistics.random_numbers import SUITES, uniform
+from robsim.suites.published import near_limits
+from robsim.suites.published.large_rolls import sees_marks
+from robsim.suites.suite_registry import list_suites, load_suite
 from robsim.suites.suite_trial import Trial
 
 C = rs.constraints
@@ -48,6 +53,27 @@ def take_runs(suite, runs):
     )
 
 
+def make_arm_suite(name, starts):
+    """Return a suite like `near_limits` with another arm of the library and more starts."""
+    arm = getattr(rs.robots, name)()
+    K = [[near_limits.FOCAL, 0, 319.5], [0, near_limits.FOCAL, 239.5], [0, 0, 1]]
+    eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on=f"{name}.{arm.tip}")
+    base = near_limits.suite()
+    T = rs.Pose(rs.Scene([arm], [], [eye]).pose("eye", arm.home).matrix)
+    pose = T @ rs.Pose.at(0, 0, near_limits.DISTANCE)
+    scene = rs.Scene(
+        [arm], [rs.Object("square", marks=base.scene.object().marks, pose=pose)], [eye]
+    )
+    low, high = np.nan_to_num(scene.limits.T, posinf=np.inf, neginf=-np.inf)
+    chosen, seed = np.empty((0, scene.nq)), 0
+    while len(chosen) < starts:
+        spread = near_limits.SPREAD * (2.0 * uniform(seed, SUITES, 20_000, scene.nq) - 1.0)
+        q = scene.home + spread
+        q = q[((q > low + 0.02) & (q < high - 0.02)).all(axis=1)]
+        chosen, seed = np.concatenate([chosen, q[sees_marks(scene, q)]]), seed + 1
+    return replace(base, name=name, scene=scene, goal=scene.home, starts=chosen[:starts])
+
+
 @dataclass
 class Excess:
     """Largest excess over each limit inside all periods; negative is room."""
@@ -57,6 +83,20 @@ class Excess:
     accelerations: float = -np.inf
     border: float = -np.inf
     margin: float = -np.inf
+    runs: int = 0
+
+    def add(self, rows, other):
+        """Add the runs of a scheme and the excess of its periods."""
+        if other is not None:
+            self.runs += len(rows)
+            limits = "joints", "speeds", "accelerations", "border", "margin"
+            self.raise_to(**{name: getattr(other, name) for name in limits})
+
+    def __str__(self):
+        return (
+            f"border {self.border:.3g} px, margin {self.margin:.3g} px, joints {self.joints:.3g}, "
+            f"speeds {self.speeds:.3g}, accelerations {self.accelerations:.3g}"
+        )
 
     def raise_to(self, **values):
         """Keep the larger of the old and the new values."""
@@ -154,11 +194,7 @@ def describe(name, rows, plain, counts, excess, seconds):
     if counts[0]:
         line += f"  infeasible {counts[1]} of {counts[0]}, active {counts[2]}"
     if np.isfinite(excess.border):
-        line += (
-            f"\n  {'':36s} excess: border {excess.border:.3g} px, margin {excess.margin:.3g} px, "
-            f"joints {excess.joints:.3g}, speeds {excess.speeds:.3g}, "
-            f"accelerations {excess.accelerations:.3g}"
-        )
+        line += f"\n  {'':36s} excess: {excess}"
     lost = rows[rows["began"] & ~rows["success"]]["outcome"]
     if len(lost):
         ends = lost.map(lambda each: rs.Outcome(int(each)).name).value_counts().to_dict()
@@ -175,18 +211,26 @@ def main():
     parser.add_argument("--no-looks", action="store_true", help="skip the instants inside periods")
     parser.add_argument("--safety", action="store_true", help="with the schemes within a Safety")
     parser.add_argument("--metric", default="error")
-    parser.add_argument("--weight", type=float, default=1e-3, help="joint_weight of the law")
-    parser.add_argument("--schemes", default=",".join(["PBVS"]))
+    parser.add_argument("--weight", type=float, default=1e-4, help="joint_weight of the law")
+    parser.add_argument("--schemes", default="PBVS")
     parser.add_argument("--every", type=int, default=1, help="take every so many starts")
+    parser.add_argument("--starts", type=int, default=500, help="starts of an arm of the library")
     parser.add_argument("--chunk", type=int, default=100)
+    parser.add_argument("--gains", default="1", help="factors of the gain, as in 0.5,1,2")
+    parser.add_argument("--periods", default="1", help="factors of the control period")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     view = [] if options.no_view else [C.FieldOfView(MARGIN), C.MarkDepth()]
     constraints = [*view, *(JOINTS if options.joints else ())]
-    for name in options.suites:
-        suite = load_suite(name)
+    total = Excess()
+    for name, gain, period in product(
+        options.suites, options.gains.split(","), options.periods.split(",")
+    ):
+        is_suite = name in list_suites()
+        suite = load_suite(name) if is_suite else make_arm_suite(name, options.starts)
         suite = take_runs(suite, np.arange(0, suite.runs, options.every))
-        print(f"{name}: {suite.runs} starts", flush=True)
+        suite = replace(suite, gain=float(gain) * suite.gain, dt=float(period) * suite.dt)
+        print(f"{name}: {suite.runs} starts, gain {suite.gain:g}, {suite.dt:g} s", flush=True)
         for scheme in options.schemes.split(";"):
             task = replace(SCHEMES[scheme], goal=suite.task_goal, gain=suite.gain)
             law = rs.laws.ConstrainedLaw(
@@ -206,8 +250,10 @@ def main():
                 each = options.chunk, safety, counted, counted and not options.no_looks
                 rows, counts, excess = run_scheme(suite, one, *each)
                 plain = rows if plain is None else plain
+                total.add(rows, excess if counted else None)
                 took = time.process_time() - began
                 print(describe(label, rows, plain, counts, excess, took), flush=True)
+    print(f"{total.runs} runs within constraints, largest excess: {total}")
 
 
 if __name__ == "__main__":

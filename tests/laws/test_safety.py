@@ -6,6 +6,7 @@ import pytest
 import robsim as rs
 from robsim import examples
 from robsim.kernels.control.command_limits import braking_speed
+from robsim.suites.suite_registry import load_suite
 
 DT = 0.02
 A, SPEED, MARGIN = 2.0, 0.8, 0.05
@@ -332,3 +333,60 @@ def test_limits_that_do_no_harm_are_in_the_way_and_those_that_never_act_are_not(
         f"Also wrong or in the way in this run, and not examined: pixel noise, the fence and {ramp}"
     )
     assert unread.remarks == (f"{words}.",)
+
+
+class Constant:
+    """A law that always commands the same velocities."""
+
+    in_camera = False
+
+    def __init__(self, velocities):
+        self.velocities = np.array(velocities)
+
+    def command(self, state):
+        return np.tile(self.velocities, (state.jacobian.shape[0], 1))
+
+
+def task_jacobian(experiment, q):
+    return experiment.task.task_jacobian(experiment.scene, q).matrix
+
+
+def test_a_command_beyond_its_acceleration_is_slowed_rather_than_deflected(arm):
+    """From rest, each velocity may reach 0.04 rad/s in the first period."""
+    made = arm.with_(safety=rs.Safety(acceleration=A)).at("task.secondary", None)
+    J, rng, deflections = task_jacobian(made, arm.start), np.random.default_rng(3), []
+    for wish in 0.4 * rng.normal(size=(20, 7)):
+        qd = velocities(drive(made.at("task.law", Constant(wish)), 1)[1])[0]
+        assert np.abs(qd).max() <= A * DT
+        each = np.array([qd, np.clip(wish, -A * DT, A * DT), wish]) @ J.T
+        each /= np.linalg.norm(each, axis=1, keepdims=True)
+        deflections.append(np.arccos(each[:2] @ each[2]))
+    limited, clipped = np.mean(deflections, axis=0)
+    assert limited < 0.5 * clipped
+
+
+def test_other_joints_replace_a_joint_that_is_at_its_limit(arm):
+    """The seventh degree of freedom keeps the change of the features."""
+    low, _ = arm.scene.limits.T
+    wish = np.array([0.0, 0.05, 0.02, -0.1, 0.0, 0.03, 0.0])
+    margin = np.zeros(7)
+    margin[3] = arm.start[3] - low[3]  # no way down for this joint
+    made = arm.with_(safety=rs.Safety(margin=margin)).at("task.secondary", None)
+    qd = velocities(drive(made.at("task.law", Constant(wish)), 1)[1])[0]
+    assert abs(qd[3]) < 1e-12
+    J = task_jacobian(made, arm.start)
+    clipped = np.where(np.arange(7) == 3, 0.0, wish)
+    kept, lost = (np.linalg.norm(J @ (each - wish)) for each in (qd, clipped))
+    assert kept < 0.3 * lost
+
+
+def test_as_many_runs_arrive_with_a_safety_as_without():
+    """Panda near its joint limits, of which clamped joints lost 13 of 500."""
+    suite = load_suite("near_limits")
+    task = rs.IBVS(goal=suite.task_goal, gain=suite.gain)
+    arrived = []
+    for safety in None, rs.Safety(speed=2.0, acceleration=8.0, margin=0.01):
+        settings = {"dt": suite.dt, "duration": suite.duration, "record": "summary"}
+        run = rs.simulate(suite.scene, task, suite.starts[::5], safety=safety, **settings)
+        arrived.append(int((run.outcome.values == rs.Outcome.CONVERGED).sum()))
+    assert arrived[1] >= arrived[0] >= 90

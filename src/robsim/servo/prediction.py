@@ -107,7 +107,8 @@ class Prediction:
     def forecast(self, q: Array, last: Array, blocks: Blocks, step: int) -> Forecast:
         """Return the predicted motions from coordinates q (nq, B) of the runs of some blocks.
 
-        `last` (n, B) is the last command. `step` is the number of the present instant, in periods of the prediction.
+        `last` (n, B) is the last command. `step` is the number of the present instant, in
+        periods of the prediction.
         """
         future = Blocks(self.program, blocks.rows)
         future.memory = deepcopy(blocks.memory)

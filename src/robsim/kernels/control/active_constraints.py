@@ -26,14 +26,15 @@ from robsim.kernels.control.quadratic_layout import (
     count_blocks,
     matrices_at,
 )
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
+from robsim.kernels.machine.routine import routine
 
 INDEPENDENT = 1e-20  # least squared share of a gradient outside of the active gradients
 ROUNDING = 1e-26  # rounding errors of this squared share, relative to the squared size of J
 
 
-@kernel
+@routine
 def factorise_metric(w, first, n):
     """Compute J = L^-T for H = L L', and overwrite H. Return the squared size of J.
 
@@ -70,7 +71,7 @@ def _scale_columns(w, first, n):
     return square
 
 
-@kernel
+@routine
 def project_gradient(w, first, n, m, p, q, spread):
     """Compute the coordinates of gradient p, its free direction, and its shares.
 
@@ -116,7 +117,7 @@ def _compute_coordinates(w, first, n, m, p, q):
         put(w, first + FREE * wide + v, free)
 
 
-@kernel
+@routine
 def add_active(w, first, n, p, q, price, free):
     """Add constraint p with its multiplier as active constraint q.
 
@@ -141,7 +142,7 @@ def add_active(w, first, n, p, q, price, free):
     w[(first + ACTIVE * wide) * WIDTH + q] = p
 
 
-@kernel
+@routine
 def _reflect_columns(w, first, n):
     """Subtract y v' from J, with y in the vector STEP and v in the vector FREE."""
     wide, matrices = count_blocks(n), matrices_at(first, n)
@@ -154,7 +155,7 @@ def _reflect_columns(w, first, n):
             put(w, rows + k * wide + v, get(w, rows + k * wide + v) - w[step * WIDTH + k] * d)
 
 
-@kernel
+@routine
 def remove_active(w, first, n, leaving, q):
     """Remove one of q active constraints. The last active constraint takes its place.
 

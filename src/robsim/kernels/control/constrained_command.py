@@ -34,8 +34,8 @@ from robsim.kernels.control.quadratic_layout import (
     row_vectors_at,
 )
 from robsim.kernels.control.quadratic_program import SOLVED, TOLERANCE, solve_quadratic_program
-from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.routine import routine
 from robsim.kernels.machine.stages import stage
 
 # values of the row `unmet`: how the command was found
@@ -98,7 +98,7 @@ def constrain_command(
                 )  # fmt: skip
 
 
-@kernel
+@routine
 def _test_wish(w, n, wish, low, high, C, m, bound, unmet):
     """Set `unmet` to 0 in the runs whose wish satisfies all constraints, else to 1."""
     size = 0.0 * get(w, unmet)
@@ -121,7 +121,7 @@ def _test_wish(w, n, wish, low, high, C, m, bound, unmet):
     put(w, unmet, where(fits, 0.0, 1.0))
 
 
-@kernel
+@routine
 def _constrain_run(
     w, b, A, k, n, eps, wish, low, high, C, m, bound, levels, price, qd, multipliers, slack,
     unmet, scratch,
@@ -154,7 +154,7 @@ def _constrain_run(
     w[unmet * WIDTH + b] = code
 
 
-@kernel
+@routine
 def _is_finite(w, b, n, wish, low, high, C, m, bound):
     """Return whether all numbers of a run are usable. Bounds may be infinite on their own side."""
     total = 0.0
@@ -170,7 +170,7 @@ def _is_finite(w, b, n, wish, low, high, C, m, bound):
     return total == 0.0
 
 
-@kernel
+@routine
 def _has_level(w, b, m, levels, level):
     """Return whether a row has a level."""
     found = False
@@ -179,7 +179,7 @@ def _has_level(w, b, m, levels, level):
     return found
 
 
-@kernel
+@routine
 def _write_program(
     w, b, A, k, n, eps, wish, low, high, C, m, bound, levels, price, scratch, level, unknowns
 ):
@@ -200,7 +200,7 @@ def _write_program(
     _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns)
 
 
-@kernel
+@routine
 def _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns):
     """Write the rows of a program."""
     tall, columns = count_blocks(m) * WIDTH, columns_at(scratch, unknowns, m) * WIDTH
@@ -216,7 +216,7 @@ def _write_rows(w, b, n, C, m, bound, levels, scratch, level, unknowns):
             w[columns + n * tall + i] = math.sqrt(square) if square > 0.0 else 1.0
 
 
-@kernel
+@routine
 def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
     """Write A'A n/trace(A'A) + eps I to the matrix of a program.
 
@@ -244,7 +244,7 @@ def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
         w[(H + i * wide) * WIDTH + i] += w[eps * WIDTH + b] + (0.0 if is_usable else 1.0)
 
 
-@kernel
+@routine
 def _read_solution(w, b, n, m, unknowns, scratch, qd, multipliers):
     """Copy the command and the multipliers of a solved program to their rows."""
     wide, tall = count_blocks(unknowns) * WIDTH, count_blocks(m) * WIDTH
@@ -258,7 +258,7 @@ def _read_solution(w, b, n, m, unknowns, scratch, qd, multipliers):
         w[(multipliers + 2 * n + i) * WIDTH + b] = w[prices + i]
 
 
-@kernel
+@routine
 def _measure_slack(w, b, n, C, m, bound, levels, level, qd, slack):
     """Compute the violation of each relaxed row; 0 within the tolerance."""
     for i in range(m):

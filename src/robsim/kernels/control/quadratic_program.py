@@ -59,13 +59,14 @@ from robsim.kernels.machine.lanes import (
     sqrt,
     where,
 )
+from robsim.kernels.machine.routine import routine
 
 SOLVED, INFEASIBLE, ITERATION_LIMIT = 0, 1, 2
 TOLERANCE = 1e-9  # violation of a scaled constraint, relative to the size of the command
 NEGLIGIBLE = 1e-11  # share of an active gradient that counts as zero
 
 
-@kernel
+@routine
 def solve_quadratic_program(w, first, n, m):
     """Solve a program in place, and return SOLVED, INFEASIBLE or ITERATION_LIMIT.
 
@@ -137,7 +138,7 @@ def _write_arrays(w, H, wish, low, high, C, bound):
             w[columns + k * tall * WIDTH + i] = C[i, k]
 
 
-@kernel
+@routine
 def _scale_rows(w, first, n, m):
     """Scale rows of C to unit length. Return the size of a command within the bounds."""
     wide, tall, columns = count_blocks(n), count_blocks(m), columns_at(first, n, m)
@@ -159,7 +160,7 @@ def _scale_rows(w, first, n, m):
     return size
 
 
-@kernel
+@routine
 def _set_limits(w, first, n, m, size):
     """Set the tolerance of each constraint."""
     wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
@@ -171,7 +172,7 @@ def _set_limits(w, first, n, m, size):
         put(w, tail + LIMIT * tall + v, TOLERANCE * (size + bound))
 
 
-@kernel
+@routine
 def _compute_rooms(w, first, n, m):
     """Compute the distance of x from each constraint, negative for a violated constraint."""
     wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
@@ -187,7 +188,7 @@ def _compute_rooms(w, first, n, m):
         put(w, tail + ROOM * tall + v, total)
 
 
-@kernel
+@routine
 def _find_worst(w, first, n, m):
     """Return the most violated constraint that is not active, or -1."""
     wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
@@ -232,7 +233,7 @@ def _meet_constraint(w, first, n, m, p, q, rounds, size, spread):
     return ITERATION_LIMIT, q, rounds
 
 
-@kernel
+@routine
 def _find_leaving(w, first, n):
     """Return the longest step without negative multipliers, and the place that limits it."""
     wide, most, least, at = count_blocks(n), 1.0, math.inf, -1
@@ -260,7 +261,7 @@ def _read_room(w, first, n, m, p):
     return w[(row_vectors_at(first, n) + ROOM * count_blocks(m)) * WIDTH + p - 2 * n]
 
 
-@kernel
+@routine
 def _move_solution(w, first, n, m, step, is_free):
     """Move the multipliers, and x with its distances if a direction is free."""
     wide, tall = count_blocks(n), count_blocks(m)
@@ -283,7 +284,7 @@ def _move_solution(w, first, n, m, step, is_free):
         put(w, room + v, get(w, room + v) + step * total)
 
 
-@kernel
+@routine
 def _set_limit(w, first, n, m, p, limit):
     """Set the tolerance of constraint p; infinity for an active constraint, which stays met."""
     wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
@@ -296,7 +297,7 @@ def _set_limit(w, first, n, m, p, limit):
         w[(tail + LIMIT * tall) * WIDTH + p - 2 * n] = limit + TOLERANCE * bound
 
 
-@kernel
+@routine
 def _clip_solution(w, first, n):
     """Clip x to its bounds."""
     wide = count_blocks(n)
@@ -306,7 +307,7 @@ def _clip_solution(w, first, n):
         put(w, v + X * wide, where(x > high, high, x))
 
 
-@kernel
+@routine
 def _store_price(w, first, n, m, p, price):
     """Store the multiplier of constraint p."""
     wide, tall, tail = count_blocks(n), count_blocks(m), row_vectors_at(first, n)
@@ -319,7 +320,7 @@ def _store_price(w, first, n, m, p, price):
         w[(tail + PRICE * tall) * WIDTH + p - 2 * n] = price * scale
 
 
-@kernel
+@routine
 def _store_certificate(w, first, n, m, p, q):
     """Store the combination of constraint p and the active constraints that excludes solutions."""
     wide = count_blocks(n)

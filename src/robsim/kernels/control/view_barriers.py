@@ -15,6 +15,8 @@ from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, replace_lane, where
 from robsim.kernels.machine.stages import stage
 
+RETURN = 2.0  # rate of a mark back to its margin, over the rate towards it
+
 
 @part
 def _lens_jacobian(w, camera, lens, x, y):
@@ -63,13 +65,19 @@ def _times_jacobian(w, row, J, n, j):
 
 
 @part
-def _put_side(w, sign, row, seen, distance, rate, J, n, past, p, age, C, bound):
-    """Write one row of a side of the image: C = sign row J, for a distance from this side.
+def _limit_rate(rate, dt):
+    """Return a rate, at most the one that reaches a constraint in one period."""
+    return where(rate * dt < 1.0, rate, 1.0 / dt)
 
-    The distance is first brought to the present by the last commands, the newest of which are at
-    `past` (p, n): each moved the mark for one period, as far as the image is older.
+
+@part
+def _put_side(w, sign, row, seen, J, n, past, p, age, C):
+    """Write one row of a side of the image, C = sign row J; return the recent motion of the mark.
+
+    The last commands, the newest of which are at `past` (p, n), each moved the mark for one period,
+    as far as the image is older. The motion is in pixels per period.
     """
-    moved = 0.0 * rate
+    moved = 0.0 * age
     for j in range(n):
         c = where(seen, sign * _times_jacobian(w, row, J, n, j), 0.0)
         put(w, C + j, c)
@@ -77,7 +85,6 @@ def _put_side(w, sign, row, seen, distance, rate, J, n, past, p, age, C, bound):
             share = age - 1.0 * i
             share = where(share > 1.0, 1.0, where(share > 0.0, share, 0.0))
             moved = moved + share * (c * get(w, past + i * n + j))
-    put(w, bound, where(seen, -rate * distance, -np.inf))
     return moved
 
 
@@ -109,11 +116,11 @@ def compute_border_rows(
     The settings are the margin, the rate, the noise, the share of the depth and the share of the
     focal length that may be wrong. The rows hold for all combinations of their extreme values, of
     which there are `ends`: 1 without errors, else 4. The order is left, right, top and bottom for
-    each mark, with all ends of a side together.
+    each mark, with all ends of a side together. A mark beyond its margin returns at twice the rate.
     """
-    margin, rate = get(w, settings) + get(w, settings + 2), get(w, settings + 1)
-    fastest, b = 1.0 / get(w, dt), camera + BORDER
-    rate = where(rate < fastest, rate, fastest)
+    margin, b = get(w, settings) + get(w, settings + 2), camera + BORDER
+    rate = _limit_rate(get(w, settings + 1), get(w, dt))
+    back = _limit_rate(RETURN * get(w, settings + 1), get(w, dt))
     old = get(w, age) if age >= 0 else 0.0 * rate
     for i in range(N):
         u, v, Z = get(w, pixels + 2 * i), get(w, pixels + 2 * i + 1), get(w, depth + i)
@@ -132,13 +139,11 @@ def compute_border_rows(
                 sign = 1.0 if side % 2 == 0 else -1.0
                 row, here = (rows[0], u) if side < 2 else (rows[1], v)
                 distance = sign * (here - get(w, b + side)) - margin
-                put_at = at + ends * side
-                moved = _put_side(
-                    w, sign, row, seen, distance, rate, J, n, past, p, old,
-                    C + put_at * n, bound + put_at,
-                )  # fmt: skip
-                now = get(w, bound + put_at) - rate * (get(w, dt) * moved)
-                put(w, bound + put_at, where(seen, now, -np.inf))
+                to = at + ends * side
+                moved = _put_side(w, sign, row, seen, J, n, past, p, old, C + to * n)
+                distance = distance + get(w, dt) * moved
+                least = where(distance < 0.0, -back * distance, -rate * distance)
+                put(w, bound + to, where(seen, least, -np.inf))
 
 
 @stage
@@ -161,8 +166,7 @@ def compute_depth_rows(
     The settings are the least depth, the rate, and the share by which the true depth may be
     smaller than the depth in the row.
     """
-    rate, fastest = get(w, settings + 1), 1.0 / get(w, dt)
-    rate = where(rate < fastest, rate, fastest)
+    rate = _limit_rate(get(w, settings + 1), get(w, dt))
     for i in range(N):
         x, y = get(w, points + 2 * i), get(w, points + 2 * i + 1)
         Z = get(w, depth + i) / (1.0 + get(w, settings + 2))

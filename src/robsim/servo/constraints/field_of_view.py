@@ -35,7 +35,7 @@ class FieldOfView(RowConstraint, DeclaredValue):
 
     For each mark and each side of the image h is the distance in pixels from the side, less
     `margin`. The rate of h follows from the interaction matrix of the pixel, so the constraint
-    acts for any feature. A mark beyond the margin is brought back at `rate`.
+    acts for any feature. A mark beyond the margin is brought back at twice the `rate`.
 
     The rate depends on the depth and on the focal length that the controller believes. With
     `depth_error` and `focal_error` the constraint holds for all combinations of their extreme

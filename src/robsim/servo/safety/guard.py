@@ -25,7 +25,7 @@ from robsim.servo.weight_stages import scale_entries
 from robsim.world.scene import Scene
 
 JOINT_WEIGHT = 1e-4  # of the deviation of velocities, beside that of the change of the error
-SLOW_WEIGHT = 0.03  # of a lower speed, beside a deviation from the direction
+SLOW_WEIGHT = 0.02  # of a lower speed, beside a deviation from the direction
 LEAST_WEIGHT = 1e-9  # of all unknowns, for a strictly convex problem
 BRAKE_ATTEMPTS = 3  # commands that are tried before a frame near its fence is braked
 BRAKE_PLACES = 6  # checked poses of the braking motion, at equal distances
