@@ -23,12 +23,10 @@ Array = npt.NDArray[np.float64]
 
 
 @kernel
-def solve_batch(H, wish, low, high, C, bound, x, multipliers, scratch, states):
+def solve_batch(H, wish, box, C, bound, solutions, scratch, states):
     """Solve many programs one after the other."""
     for i in range(wish.shape[0]):
-        states[i] = solve_arrays(
-            H[i], wish[i], low[i], high[i], C[i], bound[i], x[i], multipliers[i], scratch
-        )
+        states[i] = solve_arrays(H[i], wish[i], box[i], C[i], bound[i], solutions[i], scratch)
 
 
 def draw_programs(n: int, m: int) -> tuple[Array, ...]:
@@ -38,8 +36,8 @@ def draw_programs(n: int, m: int) -> tuple[Array, ...]:
     H = np.einsum("bki,bkj->bij", A, A) + 1e-3 * np.eye(n)
     C, inner = rng.normal(size=(COUNT, m, n)), rng.uniform(-0.5, 0.5, (COUNT, n))
     bound = np.einsum("bmn,bn->bm", C, inner) - rng.uniform(0.0, 2.0, (COUNT, m))
-    box = np.ones((COUNT, n))
-    return H, 1.5 * rng.normal(size=(COUNT, n)), -box, box, C, bound
+    box = np.ones((COUNT, 2, n)) * [[-1.0], [1.0]]
+    return H, 1.5 * rng.normal(size=(COUNT, n)), box, C, bound
 
 
 def processor_time(call) -> int:
@@ -52,13 +50,13 @@ def processor_time(call) -> int:
 def measure(n: int, m: int) -> tuple[float, float, float]:
     """Microseconds for a program: by daqp, by a call of ours, and in a batch of ours."""
     programs = draw_programs(n, m)
-    H, wish, low, high, C, bound = programs
-    x, multipliers = np.zeros((COUNT, n)), np.zeros((COUNT, 2 * n + m))
+    H, wish, box, C, bound = programs
+    solutions = np.zeros((COUNT, 3 * n + m))
     scratch, states = np.zeros(count_quadratic_rows(n, m) * WIDTH), np.zeros(COUNT, dtype=np.int64)
     slope, kinds = -np.einsum("bij,bj->bi", H, wish), np.zeros(n + m, dtype=np.int32)
-    upper = np.concatenate([high, np.full((COUNT, m), FAR)], axis=1)
-    lower, peer = np.concatenate([low, bound], axis=1), np.zeros((COUNT, n))
-    single = [tuple(each[i] for each in (*programs, x, multipliers)) for i in range(COUNT)]
+    upper = np.concatenate([box[:, 1], np.full((COUNT, m), FAR)], axis=1)
+    lower, peer = np.concatenate([box[:, 0], bound], axis=1), np.zeros((COUNT, n))
+    single = [tuple(each[i] for each in (*programs, solutions)) for i in range(COUNT)]
     peer_single = [tuple(each[i] for each in (H, slope, C, upper, lower)) for i in range(COUNT)]
 
     def solve_each() -> None:
@@ -72,10 +70,10 @@ def measure(n: int, m: int) -> tuple[float, float, float]:
     calls = (
         solve_each_by_daqp,
         solve_each,
-        lambda: solve_batch(*programs, x, multipliers, scratch, states),
+        lambda: solve_batch(*programs, solutions, scratch, states),
     )
     times = np.array([[processor_time(call) for call in calls] for _ in range(TURNS)])
-    assert (states == SOLVED).all() and np.allclose(x, peer, rtol=0, atol=1e-7)
+    assert (states == SOLVED).all() and np.allclose(solutions[:, :n], peer, rtol=0, atol=1e-7)
     theirs, alone, batch = times.min(axis=0) / COUNT / 1e3
     return theirs, alone, batch
 

@@ -69,9 +69,10 @@ def add_contradiction(rng, high, C, bound):
 def solve(H, wish, low, high, C, bound):
     """State, solution and multipliers of a program."""
     n, m = len(wish), len(bound)
-    x, y = np.zeros(n), np.zeros(2 * n + m)
+    solution, box = np.zeros(3 * n + m), np.stack([low, high])
     scratch = np.full(count_quadratic_rows(n, m) * WIDTH, np.nan)
-    return solve_arrays(H, wish, low, high, C, bound, x, y, scratch), x, y
+    state = solve_arrays(H, wish, box, C, bound, solution, scratch)
+    return state, solution[:n], solution[n:]
 
 
 def violation(low, high, C, bound, x):

@@ -70,6 +70,9 @@ def cases():
         "summary": batch.with_(record="summary"),
         "varied": NOISY.vary({"task.gain": np.linspace(0.3, 0.7, 9)}),
         "a law in Python": batch.with_(task=rs.IBVS(VISP.task.goal, law=Remembering())),
+        "a law that looks ahead": batch.with_(
+            task=rs.IBVS(VISP.task.goal, law=rs.laws.RolloutLaw(schemes=[rs.PBVS()]))
+        ),
         "pictures": watch_dots().with_(start=STARTS[:5]),
         "mission": rs.Experiment.from_text(MISSION),
     }

@@ -390,3 +390,19 @@ def test_as_many_runs_arrive_with_a_safety_as_without():
         run = rs.simulate(suite.scene, task, suite.starts[::5], safety=safety, **settings)
         arrived.append(int((run.outcome.values == rs.Outcome.CONVERGED).sum()))
     assert arrived[1] >= arrived[0] >= 90
+
+
+@pytest.mark.parametrize("gain", [1.5, 6.0])
+def test_a_safety_does_not_change_commands_within_the_same_constraints(gain):
+    suite, kinds = load_suite("near_limits"), rs.constraints
+    limits = kinds.JointLimits(0.01), kinds.JointSpeeds(2.0), kinds.JointAccelerations(8.0)
+    law = rs.laws.ConstrainedLaw(limits)
+    task = rs.IBVS(goal=suite.task_goal, gain=gain, law=law)
+    safety = rs.Safety(speed=2.0, acceleration=8.0, margin=0.01)
+    settings = {"dt": suite.dt, "duration": 2.0}
+    runs = [
+        rs.simulate(suite.scene, task, suite.starts[::10], safety=each, **settings)
+        for each in (None, safety)
+    ]
+    np.testing.assert_allclose(runs[0].qd.values, runs[1].qd.values, rtol=0, atol=1e-9)
+    assert (runs[0].active.values[..., :14] > 0.0).any()

@@ -86,6 +86,19 @@ def test_instants_before_a_change_keep_the_constraints_that_acted():
     )
 
 
+def test_borders_that_cannot_be_kept_give_way():
+    bench = Workbench(make_border_case())
+    for _ in range(60):
+        bench.step()
+    assert not bench.pair.instants().constraints.yielding.any()
+    bench.set(f"{LIST}.0.margin", 170.0)
+    bench.step()
+    states, slack = bench.pair.instants().constraints, bench.pair.live.now.slack
+    assert np.array_equal(states.yielding[-1], slack > 0)
+    given = [name for name, one in zip(states.names, states.yielding[-1], strict=True) if one]
+    assert given and all("border for mark" in name for name in given)
+
+
 def test_each_row_belongs_to_its_constraint():
     bench = Workbench(make_border_case())
     by_name = {each["name"]: each for each in bench.recording().header["constraints"]}

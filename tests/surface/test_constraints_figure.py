@@ -81,11 +81,10 @@ def test_many_constraints_are_counted_in_the_last_row(run):
 def test_figures_of_a_run_have_a_further_panel(run):
     scene = rs.Experiment.of(run).scene
     free = make_border_case(rs.constraints.JointSpeeds(9.0), duration=0.4).run()
-    for draw in (plot.velocity, plot.run):
-        few, more = draw(free, scene), draw(run, scene)
-        assert len(more.axes) == len(few.axes) + 1
-        assert read_bars(more.axes[-1], palette.ORANGE)["left border for mark 1"]
-        assert more.get_figheight() > few.get_figheight() + 0.5
+    assert len(plot.velocity(free).axes) == 3
+    for figure, count in ((plot.velocity(run), 4), (plot.run(run, scene), 6)):
+        assert len(figure.axes) == count and figure.get_figheight() > 7.2
+        assert read_bars(figure.axes[-1], palette.ORANGE)["left border for mark 1"]
 
 
 def test_a_law_without_constraints_is_refused():

@@ -74,6 +74,8 @@ class Control:
         if self.form == "choice":
             return f'"{value}"'  # quoted: a text even if it looks like another value
         if self.form == "list":
+            if list(value) == self.value:
+                return self.items
             return tuple(
                 self.starters[each] if isinstance(each, str) else self.items[each] for each in value
             )

@@ -100,35 +100,35 @@ def solve_quadratic_program(w, first, n, m):
 
 
 @kernel
-def solve_arrays(H, wish, low, high, C, bound, x, multipliers, scratch):
+def solve_arrays(H, wish, box, C, bound, solution, scratch):
     """Solve the program of arrays, and return SOLVED, INFEASIBLE or ITERATION_LIMIT.
 
-    `multipliers` (2 n + m,) holds the multipliers or the certificate. `scratch` has WIDTH numbers
-    for each of `count_quadratic_rows(n, m)` rows.
+    `box` (2, n) holds low and high. `solution` (3 n + m,) receives x, and then the multipliers or
+    the certificate. `scratch` has WIDTH numbers for each of `count_quadratic_rows(n, m)` rows.
     """
     w, n, m = pointer_of(scratch), wish.size, bound.size
-    _write_arrays(w, H, wish, low, high, C, bound)
+    _write_arrays(w, H, wish, box, C, bound)
     state = solve_quadratic_program(w, 0, n, m)
     wide, prices = count_blocks(n), (row_vectors_at(0, n) + PRICE * count_blocks(m)) * WIDTH
     for i in range(n):
-        x[i] = w[X * wide * WIDTH + i]
-        multipliers[i] = w[LOW_PRICE * wide * WIDTH + i]
-        multipliers[n + i] = w[HIGH_PRICE * wide * WIDTH + i]
+        solution[i] = w[X * wide * WIDTH + i]
+        solution[n + i] = w[LOW_PRICE * wide * WIDTH + i]
+        solution[2 * n + i] = w[HIGH_PRICE * wide * WIDTH + i]
     for i in range(m):
-        multipliers[2 * n + i] = w[prices + i]
+        solution[3 * n + i] = w[prices + i]
     return state
 
 
 @part
-def _write_arrays(w, H, wish, low, high, C, bound):
+def _write_arrays(w, H, wish, box, C, bound):
     """Write the program of arrays to memory."""
     n, m = wish.size, bound.size
     clear_quadratic_program(w, 0, n, m)
     wide, tall, metric = count_blocks(n), count_blocks(m), matrices_at(0, n)
     for i in range(n):
         w[WISH * wide * WIDTH + i] = wish[i]
-        w[LOW * wide * WIDTH + i] = low[i]
-        w[HIGH * wide * WIDTH + i] = high[i]
+        w[LOW * wide * WIDTH + i] = box[0, i]
+        w[HIGH * wide * WIDTH + i] = box[1, i]
         for j in range(n):
             w[(metric + (METRIC * n + i) * wide) * WIDTH + j] = H[i, j]
     bounds, columns = (row_vectors_at(0, n) + BOUND * tall) * WIDTH, columns_at(0, n, m) * WIDTH
