@@ -53,7 +53,7 @@ def from_border(run, size):
 @pytest.mark.parametrize(
     ("name", "size", "mark", "least"),
     [
-        ("base_in_view", (800, 800), 1, 46.6),
+        ("base_in_view", (800, 800), 1, 47.1),
         ("limits_by_constraints", (640, 480), 2, 22.1),
         ("view_without_depth", (640, 480), 3, 9.9),
     ],

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from robsim.constraints import FieldOfView
 from robsim.kernels.control.view_barriers import compute_border_rows
-from robsim.kernels.machine.program import evaluate_stages
+from robsim.kernels.machine.program import Blocks, Program, evaluate_stages
 
 FOCAL, CENTRE, SIZE = 500.0, (319.5, 239.5), (640, 480)
 RATE, MARGIN, DT = 4.0, 8.0, 0.02
@@ -123,3 +123,63 @@ def test_true_marks_stay_inside_while_depth_focal_length_and_noise_are_within_th
         tested += 1
     assert tested > 200
     assert near > 20  # the bound is not idle
+
+
+def image_of(P):
+    """Return pixels (N, 2) of points P (N, 3)."""
+    return FOCAL * P[:, :2] / P[:, 2:] + CENTRE
+
+
+def distances(pixels):
+    """Return distances (4 N,) from the sides, in the order of the rows."""
+    left, top = (pixels + 0.5).T
+    right, bottom = (np.array(SIZE) - 0.5 - pixels).T
+    return np.stack([left, right, top, bottom], axis=1).ravel()
+
+
+def rows_in_sequence(images, V):
+    """Return C (m, 6) and bound (m,) at each of some images of points P, for a last command V."""
+    program, N = Program(), len(images[0])
+    camera = np.zeros(22)
+    camera[:9] = np.array([[FOCAL, 0, CENTRE[0]], [0, FOCAL, CENTRE[1]], [0, 0, 1]]).ravel()
+    camera[17:] = -0.5, SIZE[0] - 0.5, -0.5, SIZE[1] - 0.5, np.inf
+    pixels, points, depth = program.rows(N, 2), program.rows(N, 2), program.rows(N)
+    C, bound = program.rows(4 * N, 6), program.rows(4 * N)
+    program.add(
+        compute_border_rows,
+        **{"pixels": pixels, "points": points, "depth": depth, "J": program.constant(np.eye(6))},
+        **{"camera": program.constant(camera), "lens": 0, "dt": program.constant(DT), "ends": 1},
+        **{"settings": program.constant([MARGIN, RATE, 0, 0, 0]), "C": C, "bound": bound},
+        past=program.constant(V[None]),
+    )
+    blocks, found = Blocks(program, np.zeros(1, dtype=np.int64)), []
+    for step, P in enumerate(images):
+        image = (pixels, image_of(P)), (points, P[:, :2] / P[:, 2:]), (depth, P[:, 2])
+        for rows, values in image:
+            blocks.put(rows, values[..., None])
+        for part in program.segments():
+            part(blocks, step)
+        found.append((blocks.get(C)[..., 0], blocks.get(bound)[..., 0]))
+    return found
+
+
+def test_the_bound_has_the_second_order_of_a_falling_distance():
+    """Beyond C qd dt, h falls by half the fall of its rate: what remains is of the third order."""
+    rng = np.random.default_rng(5)
+    for _ in range(100):
+        P, V = draw_points(rng, 4), rng.normal(size=6) * 0.5
+        images = [move_points(P, V, t) for t in (0.0, DT)]
+        if min(each[:, 2].min() for each in images) < 0.15:
+            continue
+        (before, first), (C, bound) = rows_in_sequence(images, V)
+        d = distances(image_of(images[0])) - MARGIN
+        np.testing.assert_allclose(first, -np.where(d < 0, 2 * RATE, RATE) * d, rtol=1e-9)
+        d = distances(image_of(images[1])) - MARGIN
+        fall = np.maximum((before - C) @ V, 0.0)
+        np.testing.assert_allclose(
+            bound, -np.where(d < 0, 2 * RATE, RATE) * d + 0.5 * fall, rtol=1e-9, atol=1e-9
+        )
+        true = distances(image_of(move_points(P, V, 2 * DT))) - MARGIN - d
+        straight = true - DT * C @ V
+        falls = straight < -0.05  # pixels
+        assert (np.abs(straight + 0.5 * DT * fall)[falls] < 0.35 * np.abs(straight[falls])).all()

@@ -72,20 +72,24 @@ def _limit_rate(rate, dt):
 
 @part
 def _put_side(w, sign, row, seen, J, n, past, p, age, C):
-    """Write one row of a side of the image, C = sign row J; return the recent motion of the mark.
+    """Write one row of a side of the image, C = sign row J; return the motion and the fall of h.
 
     The last commands, the newest of which are at `past` (p, n), each moved the mark for one period,
-    as far as the image is older. The motion is in pixels per period.
+    as far as the image is older. The motion is in pixels per period. The fall is the decrease of
+    the rate of h by the last command, from the last row, which is still at C, to the present one.
     """
-    moved = 0.0 * age
+    moved, fall, was_seen = 0.0 * age, 0.0 * age, 0.0 * age
     for j in range(n):
-        c = where(seen, sign * _times_jacobian(w, row, J, n, j), 0.0)
+        c, before = where(seen, sign * _times_jacobian(w, row, J, n, j), 0.0), get(w, C + j)
         put(w, C + j, c)
+        if p > 0:
+            fall = fall + (before - c) * get(w, past + j)
+            was_seen = was_seen + absolute(before)
         for i in range(p):
             share = age - 1.0 * i
             share = where(share > 1.0, 1.0, where(share > 0.0, share, 0.0))
             moved = moved + share * (c * get(w, past + i * n + j))
-    return moved
+    return moved, where((was_seen > 0.0) & (fall > 0.0), fall, 0.0 * fall)
 
 
 @stage
@@ -117,6 +121,9 @@ def compute_border_rows(
     focal length that may be wrong. The rows hold for all combinations of their extreme values, of
     which there are `ends`: 1 without errors, else 4. The order is left, right, top and bottom for
     each mark, with all ends of a side together. A mark beyond its margin returns at twice the rate.
+
+    Over a period h changes by C qd dt + (d2h/dt2) dt^2 / 2. The last two rows, times the last
+    command, estimate (d2h/dt2) dt; half of it raises the bound where it is negative.
     """
     margin, b = get(w, settings) + get(w, settings + 2), camera + BORDER
     rate = _limit_rate(get(w, settings + 1), get(w, dt))
@@ -140,10 +147,10 @@ def compute_border_rows(
                 row, here = (rows[0], u) if side < 2 else (rows[1], v)
                 distance = sign * (here - get(w, b + side)) - margin
                 to = at + ends * side
-                moved = _put_side(w, sign, row, seen, J, n, past, p, old, C + to * n)
+                moved, fall = _put_side(w, sign, row, seen, J, n, past, p, old, C + to * n)
                 distance = distance + get(w, dt) * moved
                 least = where(distance < 0.0, -back * distance, -rate * distance)
-                put(w, bound + to, where(seen, least, -np.inf))
+                put(w, bound + to, where(seen, least + 0.5 * fall, -np.inf))
 
 
 @stage

@@ -54,7 +54,8 @@ class FieldOfView(RowConstraint, DeclaredValue):
     If true depth, focal length, lens and noise are within the declared bounds, h falls by no more
     than the rate in the first order of the period: a run can leave the margin by at most the
     curvature of the path of a mark in one period, |d2h/dt2| dt^2 / 2, and the margin is there for
-    it. Bounds on depth as a condition that belief and truth can test are from arXiv:2410.01277.
+    it. The change of the rows from the last period estimates this curvature, and raises the bound
+    where h falls faster than in the first order. Bounds on depth as a condition that belief and truth can test are from arXiv:2410.01277.
 
     Examples
     --------
@@ -175,7 +176,7 @@ class FieldOfView(RowConstraint, DeclaredValue):
                 settings=numbers,
                 dt=of.inputs.dt,
                 age=age,
-                past=of.past if age is not None else of.past[:0],
+                past=of.past,
                 ends=ends,
                 C=rows.C,
                 bound=rows.bound,
