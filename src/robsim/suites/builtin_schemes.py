@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sysconfig
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +12,8 @@ from typing import Any, cast
 
 from robsim.base.errors import InputError, RobSimError, format_value, prefix_errors
 from robsim.base.protocols import implements
+from robsim.servo.constraints.user_constraint import ConstraintLike
+from robsim.servo.laws.constrained_law import ConstrainedLaw
 from robsim.servo.tasks.schemes import IBVS, PBVS, Hybrid, Partitioned
 from robsim.servo.tasks.task import ServoTask, Task
 
@@ -24,9 +26,18 @@ BUILT_IN: Mapping[str, Any] = {
     "2 1/2 D": Hybrid(),
     "partitioned": Partitioned(),
 }
+CONSTRAINED = "IBVS, L current", "IBVS, L mean", "PBVS, goal form"
 LIBRARIES = [sysconfig.get_path(each) for each in ("stdlib", "purelib", "platlib")]
 OWN_PATHS = (*LIBRARIES, str(Path(__file__).parents[1]))  # folders without user files
 SCHEME_FORM = "a task such as rs.IBVS(), or a class or function scheme(goal, gain=2.0)"
+
+
+def constrain_schemes(
+    label: str, *constraints: ConstraintLike, names: Sequence[str] = CONSTRAINED
+) -> dict[str, ServoTask]:
+    """Return built-in schemes within constraints, with a label."""
+    law = ConstrainedLaw(constraints)
+    return {f"{name}, {label}": replace(BUILT_IN[name], law=law) for name in names}
 
 
 def check_user_schemes(schemes: Any) -> dict[str, Any]:

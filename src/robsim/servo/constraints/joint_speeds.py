@@ -1,4 +1,4 @@
-"""Constraints: speeds and accelerations of joints."""
+"""Constraint: the speed of each joint stays below a limit."""
 
 from __future__ import annotations
 
@@ -68,54 +68,3 @@ class JointSpeeds(JointConstraint, DeclaredValue):
         check_joint_count(self.most, "most", place.scene.velocity_names)
         speeds = broadcast_limits(self.most, place.scene.nv)[place.columns]
         return make_velocity_limits(len(speeds), speeds=speeds)
-
-
-@register("constraint", "joint_accelerations")
-@dataclass(frozen=True)
-class JointAccelerations(JointConstraint, DeclaredValue):
-    """Constraint of the change of each velocity per second, also when the joint brakes.
-
-    It never yields: if the bounds of another joint constraint cannot be reached within it, the
-    velocity is the nearest one that can.
-
-    Raises
-    ------
-    InputError
-        By `simulate`, if the number of limits is wrong.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> import numpy as np
-    >>> import robsim as rs
-    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    >>> law = rs.laws.ConstrainedLaw([JointAccelerations(2.0)])
-    >>> run = replace(scenario, task=replace(scenario.task, law=law)).run()
-    >>> change = np.diff(run.qd.values, axis=0) / float(run.time[1])
-    >>> f"{np.nanmax(abs(change)):.1f}"
-    '2.0'
-    """
-
-    starting_values: ClassVar[dict[str, float]] = {"most": 5.0}
-    most: Annotated[
-        float | Sequence[float],
-        OneOrEach(get_velocity_axes, "/s^2"),
-        "Largest acceleration, in rad/s^2 or m/s^2: for all velocities of the scene, or for each.",
-    ]
-
-    def limits(self, place: ConstraintPlace) -> VelocityLimits:
-        """Return the limits of the commanded velocities.
-
-        Parameters
-        ----------
-        place : ConstraintPlace
-            Scene in which the constraint acts.
-
-        Returns
-        -------
-        VelocityLimits
-            Limits of the accelerations.
-        """
-        check_joint_count(self.most, "most", place.scene.velocity_names)
-        most = broadcast_limits(self.most, place.scene.nv)[place.columns]
-        return make_velocity_limits(len(most), accelerations=most)

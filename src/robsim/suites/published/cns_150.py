@@ -17,6 +17,8 @@ import pandas as pd
 
 from robsim.geometry.pose import Pose
 from robsim.run.end_variables import compute_rotation_angle
+from robsim.servo.constraints.field_of_view import FieldOfView
+from robsim.suites.builtin_schemes import BUILT_IN, constrain_schemes
 from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.suite import Suite, square_marks
 
@@ -42,6 +44,10 @@ def suite() -> Suite:
         make_flying_scene(FOCAL, square_marks(SIDE)),
         Pose(np.eye(4)).q,
         **scale_pairs(T_w_goal.inv(), T_w_goal.inv() @ T_w_start),
+        schemes={
+            **BUILT_IN,
+            **constrain_schemes("in view", FieldOfView(), names=["PBVS, goal form"]),
+        },
     )
 
 

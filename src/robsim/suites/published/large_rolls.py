@@ -8,7 +8,6 @@ within the constraint `FieldOfView`.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.servo.constraints.field_of_view import FieldOfView
-from robsim.servo.constraints.user_constraint import ConstraintLike
-from robsim.servo.laws.constrained_law import ConstrainedLaw
-from robsim.servo.tasks.task import ServoTask
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.builtin_schemes import BUILT_IN, constrain_schemes
 from robsim.suites.camera_poses import SIZE, interpolate_range, look_at_points, make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL, GOAL
 from robsim.suites.suite import Suite, square_marks
@@ -54,13 +50,6 @@ def suite() -> Suite:
         duration=60.0,
         schemes={**BUILT_IN, **constrain_schemes("in view", FieldOfView())},
     )
-
-
-def constrain_schemes(label: str, *constraints: ConstraintLike) -> dict[str, ServoTask]:
-    """Return three schemes of the textbooks within constraints, with a label."""
-    law = ConstrainedLaw(constraints)
-    names = "IBVS, L current", "IBVS, L mean", "PBVS, goal form"
-    return {f"{name}, {label}": replace(BUILT_IN[name], law=law) for name in names}
 
 
 def is_at_goal(rows: pd.DataFrame) -> Any:

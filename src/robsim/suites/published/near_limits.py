@@ -12,12 +12,13 @@ from robsim.base.arrays import Array
 from robsim.files import robots
 from robsim.geometry.pose import Pose
 from robsim.servo.constraints.field_of_view import FieldOfView
+from robsim.servo.constraints.joint_accelerations import JointAccelerations
 from robsim.servo.constraints.joint_limits import JointLimits
-from robsim.servo.constraints.joint_speeds import JointAccelerations, JointSpeeds
+from robsim.servo.constraints.joint_speeds import JointSpeeds
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.builtin_schemes import BUILT_IN, constrain_schemes
 from robsim.suites.camera_poses import SIZE, interpolate_range
-from robsim.suites.published.large_rolls import constrain_schemes, is_at_goal, sees_marks
+from robsim.suites.published.large_rolls import is_at_goal, sees_marks
 from robsim.suites.suite import Suite, square_marks
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera

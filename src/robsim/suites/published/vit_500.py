@@ -15,7 +15,9 @@ import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
+from robsim.servo.constraints.field_of_view import FieldOfView
 from robsim.statistics.random_numbers import SUITES, uniform
+from robsim.suites.builtin_schemes import BUILT_IN, constrain_schemes
 from robsim.suites.camera_poses import interpolate_range, look_at_points, make_flying_scene
 from robsim.suites.suite import Suite, square_marks
 
@@ -42,6 +44,10 @@ def suite() -> Suite:
         gain=1.0,
         dt=0.02,
         duration=30.0,
+        schemes={
+            **BUILT_IN,
+            **constrain_schemes("in view", FieldOfView(), names=["PBVS, goal form"]),
+        },
     )
 
 
