@@ -26,6 +26,7 @@ export class ActingConstraints {
     this.list = element("ul");
     this.panel.replaceChildren(this.line, this.list);
     this.extend(0);
+    this.told(new Map());
   }
 
   // List the constraints that act at an instant from number `from` on.
