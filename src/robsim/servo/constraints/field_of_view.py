@@ -55,7 +55,8 @@ class FieldOfView(RowConstraint, DeclaredValue):
     than the rate in the first order of the period: a run can leave the margin by at most the
     curvature of the path of a mark in one period, |d2h/dt2| dt^2 / 2, and the margin is there for
     it. The change of the rows from the last period estimates this curvature, and raises the bound
-    where h falls faster than in the first order. Bounds on depth as a condition that belief and truth can test are from arXiv:2410.01277.
+    where h falls faster than in the first order. Bounds on depth as a condition that belief and
+    truth can test are from arXiv:2410.01277.
 
     Examples
     --------
