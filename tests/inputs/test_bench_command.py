@@ -58,12 +58,12 @@ def test_schemes_of_a_file_are_compared_with_the_textbooks(robsim):
     assert (status, err) == (0, "") and out.endswith("results: robsim-bench\n")
     assert files("robsim-bench") == ["bench.csv", "bench.tex", "runs.csv"]
     table = pd.read_csv("robsim-bench/bench.csv").set_index("scheme")
-    assert len(table) == 9 and table.loc["mine:Scheme", "successes"] == 412
+    assert len(table) == 10 and table.loc["mine:Scheme", "successes"] == 412
     like = {"mine:Scheme": "IBVS, L mean", "mine:function": "PBVS, goal form"}
     for own, other in like.items():
         pd.testing.assert_series_equal(table.loc[own], table.loc[other], check_names=False)
     rows = pd.read_csv("robsim-bench/runs.csv")
-    assert len(rows) == 9 * 500 and rows["success"].sum() == table["successes"].sum()
+    assert len(rows) == 10 * 500 and rows["success"].sum() == table["successes"].sum()
     assert "mine:Scheme" in out and "mine:Scheme" in Path("robsim-bench/bench.tex").read_text()
 
 
