@@ -23,6 +23,7 @@ from robsim.kernels.control.quadratic_layout import (
     LOW_PRICE,
     METRIC,
     PRICE,
+    SCALE,
     STEP,
     WISH,
     X,
@@ -74,8 +75,8 @@ def constrain_command(
 ):
     """Compute the command qd that is nearest to `wish` within bounds and rows.
 
-    `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows. They are
-    positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
+    `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows of unit length.
+    They are positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
     `slack` is the violation bound - C qd of each row that was relaxed. `unmet` is 0 if the wish
     satisfies all constraints and is returned bit for bit, 1 if another command satisfies them, and
     2, 3 or 4 if rows of level 2, 1 or 0 were relaxed. If a number of the wish or of a
@@ -245,16 +246,20 @@ def _write_metric(w, b, A, k, n, eps, scratch, unknowns):
 
 @routine
 def _read_solution(w, b, n, m, unknowns, scratch, qd, multipliers):
-    """Copy the command and the multipliers of a solved program to their rows."""
+    """Copy the command and the multipliers of a solved program to their rows.
+
+    The multipliers of rows are those of rows of unit length, which are comparable.
+    """
     wide, tall = count_blocks(unknowns) * WIDTH, count_blocks(m) * WIDTH
     x, lower, upper = scratch * WIDTH + X * wide, LOW_PRICE * wide, HIGH_PRICE * wide
     for i in range(n):
         w[(qd + i) * WIDTH + b] = w[x + i]
         w[(multipliers + i) * WIDTH + b] = w[scratch * WIDTH + lower + i]
         w[(multipliers + n + i) * WIDTH + b] = w[scratch * WIDTH + upper + i]
-    prices = row_vectors_at(scratch, unknowns) * WIDTH + PRICE * tall
+    vectors = row_vectors_at(scratch, unknowns) * WIDTH
+    prices, scales = vectors + PRICE * tall, vectors + SCALE * tall
     for i in range(m):
-        w[(multipliers + 2 * n + i) * WIDTH + b] = w[prices + i]
+        w[(multipliers + 2 * n + i) * WIDTH + b] = w[prices + i] / w[scales + i]
 
 
 @routine
