@@ -76,7 +76,8 @@ def constrain_command(
     """Compute the command qd that is nearest to `wish` within bounds and rows.
 
     `multipliers` holds the multipliers of n lower bounds, n upper bounds and m rows of unit length.
-    They are positive if a constraint keeps the command from the wish. A row with bound = -inf never acts.
+    They are positive if a constraint keeps the command from the wish. A row with bound = -inf never
+    acts.
     `slack` is the violation bound - C qd of each row that was relaxed. `unmet` is 0 if the wish
     satisfies all constraints and is returned bit for bit, 1 if another command satisfies them, and
     2, 3 or 4 if rows of level 2, 1 or 0 were relaxed. If a number of the wish or of a
