@@ -1,6 +1,15 @@
-"""Constraints on the command of a law: limits of joints, the field of view, space."""
+"""Constraints on the command of a law, for `robsim.laws.ConstrainedLaw`.
+
+Joints: `JointLimits`, `JointSpeeds`, `JointAccelerations`. View: `FieldOfView`, `MarkDepth`,
+`LineOfSight`. Space: `HalfSpace`, `WorkspaceBox`, `Clearance`. Your own: an object with `names` and
+`rows(state)`, see `UserConstraint`, or a class with compiled stages, see `RowConstraint`.
+"""
 
 from robsim.servo.constraints.clearance import Clearance as Clearance
+from robsim.servo.constraints.constraint import ConstraintInputs as ConstraintInputs
+from robsim.servo.constraints.constraint import ConstraintPlace as ConstraintPlace
+from robsim.servo.constraints.constraint import ConstraintRows as ConstraintRows
+from robsim.servo.constraints.constraint import RowConstraint as RowConstraint
 from robsim.servo.constraints.field_of_view import FieldOfView as FieldOfView
 from robsim.servo.constraints.half_space import HalfSpace as HalfSpace
 from robsim.servo.constraints.joint_accelerations import JointAccelerations as JointAccelerations

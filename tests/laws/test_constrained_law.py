@@ -8,7 +8,7 @@ from robsim.analysis.explanation.deadlocks import advise_via_pose
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.resimulation import resimulate_run
 from robsim.base.errors import InputError
-from robsim.constraints import FieldOfView, JointAccelerations, JointLimits, JointSpeeds, MarkDepth
+from robsim.constraints import FieldOfView, HalfSpace, JointAccelerations, JointLimits, JointSpeeds
 from robsim.laws import ConstrainedLaw
 from robsim.run.active_constraints import name_holding_constraints
 from robsim.suites.suite_registry import load_suite
@@ -186,7 +186,10 @@ def test_it_is_written_and_read_and_a_stored_run_keeps_the_record(tmp_path):
         ([FieldOfView(margin=240)], ("margin of 240 px leaves no room", "640 x 480")),
         ([FieldOfView(camera="eye")], ("no camera 'eye'", "cameras of the task: camera")),
         ([JointSpeeds([1.0, 2.0])], ("2 numbers of most for 6",)),
-        ([JointSpeeds(0.1), MarkDepth(5.0)], ("no command satisfies", "least depth of mark 0")),
+        (
+            [HalfSpace("camera", (0, 0, 1), 1.0), HalfSpace("camera", (0, 0, -1), 1.0)],
+            ("no command satisfies", "plane for camera"),
+        ),
     ],
 )
 def test_constraints_that_do_not_fit_are_named_before_anything_runs(constraints, parts):

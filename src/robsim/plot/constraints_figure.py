@@ -127,7 +127,7 @@ def draw_constraints(axes: Axes, time: Array, states: ConstraintStates) -> None:
         )
     set_time_axis(axes, time)
     axes.set_yticks(range(rows), states.names)
-    axes.set_ylim(rows - 0.5, -0.5)
+    axes.set_ylim(max(rows, 1) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.set_axisbelow(True)
     if not rows:

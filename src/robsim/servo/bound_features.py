@@ -263,6 +263,12 @@ class BoundFeatures:
         """Camera-target pairs with a feature of whole pictures."""
         return frozenset(part.sights[0].key for part in self.parts if part.uses_pictures)
 
+    @property
+    def marked_sights(self) -> tuple[CameraTarget, ...]:
+        """Camera-target pairs with a feature of marks."""
+        keys = {s.key for part in self.parts if not part.uses_pictures for s in part.sights}
+        return tuple(sight for sight in self.sights if sight.key in keys)
+
     def draw_pictures(self, q: Array) -> dict[str, TakenPictures]:
         """Return the pictures at q (nq, B) of the cameras of features, in the believed scene."""
         runs = np.arange(q.shape[1])

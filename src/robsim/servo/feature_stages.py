@@ -247,7 +247,7 @@ class BoundFeatureRows:
         )
 
     def views(self) -> dict[PairKey, MarkView]:
-        """Return the rows of the marks of each pair, for constraints."""
+        """Return the rows of the marks of each pair with a feature of marks, for constraints."""
         return {
             sight.key: MarkView(
                 sight,
@@ -257,7 +257,7 @@ class BoundFeatureRows:
                 self.J[sight.key],
                 self.inputs.views[sight.key].hidden,
             )
-            for sight in self.bound_features.sights
+            for sight in self.bound_features.marked_sights
         }
 
     def flag_hidden(self) -> BlockRows:

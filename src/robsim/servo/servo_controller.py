@@ -60,8 +60,8 @@ class ServoController(TaskController):
     @property
     def constraint_place(self) -> ConstraintPlace:
         """Scene in which constraints of the law act."""
-        sights = tuple(self.bound_features.sights)
-        return ConstraintPlace(sights[0].scene, sights, self.columns)
+        bound = self.bound_features
+        return ConstraintPlace(bound.sights[0].scene, bound.marked_sights, self.columns)
 
     @property
     def has_weights(self) -> bool:
@@ -88,8 +88,7 @@ class ServoController(TaskController):
     @property
     def _marked_pairs(self) -> frozenset[PairKey]:
         """Camera-target pairs with a feature of marks."""
-        parts = (part for part in self.bound_features.parts if not part.uses_pictures)
-        return frozenset(sight.key for part in parts for sight in part.sights)
+        return frozenset(sight.key for sight in self.bound_features.marked_sights)
 
     @property
     def detectors(self) -> Mapping[PairKey, MarkDetector]:

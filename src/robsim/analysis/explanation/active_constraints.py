@@ -21,7 +21,7 @@ MOST_NAMES = 4  # most constraints that a sentence names
 LEAST_PRICE = 1e-3  # relative growth of a path that is worth a word
 ANSWERS: dict[Outcome, tuple[tuple[str, ...], str]] = {  # constraints against an outcome, in words
     Outcome.OUT_OF_IMAGE: (("field_of_view",), "the field of view"),
-    Outcome.BEHIND_CAMERA: (("field_of_view", "mark_depth"), "the field of view and the depth"),
+    Outcome.BEHIND_CAMERA: (("mark_depth",), "the depth of the marks"),
     Outcome.JOINT_LIMIT: (("joint_limits",), "the joint limits"),
 }
 
@@ -43,11 +43,12 @@ def report_constraints(analysis: RunAnalysis) -> Finding | None:
     more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
     largest = float(analysis.loop.recorder.last.active[0, 0].max())
     slack = float(analysis.loop.recorder.last.slack[0, 0].max())
-    gives = ", of which one gives way" if slack > 0.0 else ""
-    sentence = (
-        f"The constraints of the law hold the command back: {shown}{more}{gives}. The scheme "
-        "wishes a motion that they forbid, and no permitted motion is nearer to it."
+    reason = (
+        "No command satisfies all of them, so that one gives way"
+        if slack > 0.0
+        else "The scheme wishes a motion that they forbid, and no permitted motion is nearer to it"
     )
+    sentence = f"The constraints of the law hold the command back: {shown}{more}. {reason}."
     evidence = {"constraints": float(len(names)), "multiplier": largest, "slack": slack}
     return Finding("constraint", sentence, evidence)
 
@@ -57,6 +58,8 @@ def advise_constraints(analysis: RunAnalysis) -> Iterator[Finding]:
     if analysis.outcome not in ANSWERS:
         return
     kinds, name = ANSWERS[analysis.outcome]
+    if analysis.controller.constraint_labels and analysis.outcome is not Outcome.JOINT_LIMIT:
+        kinds, name = ("joint_speeds",), "the speed of joints, at most 1 rad/s or 1 m/s,"
     case = _add_constraints(analysis.extended_case, kinds)
     trial = run_trial(case) if case is not None else None
     if case is None or trial is None or not trial.converged:
@@ -93,6 +96,12 @@ def _add_constraints(case: Experiment, kinds: tuple[str, ...]) -> Experiment | N
 
     def change(leaf: Any) -> Any:
         law = leaf.law
+        if hasattr(law, "laws"):  # candidates of a law that looks ahead
+            within = [
+                each if isinstance(each, ConstrainedLaw) else ConstrainedLaw(kinds, each)
+                for each in law.laws
+            ]
+            return replace(leaf, law=replace(law, laws=within))
         if isinstance(law, ConstrainedLaw):
             own = {type(each).__name__ for each in law.constraints}
             new = ConstrainedLaw(kinds).constraints

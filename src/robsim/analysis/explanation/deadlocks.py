@@ -20,6 +20,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
 from robsim.servo.laws.constrained_law import ConstrainedLaw
 from robsim.servo.laws.rollout_law import RolloutLaw
+from robsim.servo.tasks.schemes import PBVS
 
 RETREATS = 0.5, 1.0  # distances of a via pose behind the goal, in depths of the goal
 
@@ -39,7 +40,7 @@ def propose_rollout(analysis: RunAnalysis) -> Iterator[tuple[str, str, Experimen
     """Yield the case of a law with constraints that looks ahead, with PBVS as another scheme."""
     for leaf in list_servo_tasks(analysis.case.task):
         if isinstance(leaf.law, ConstrainedLaw) and list_holding_constraints(analysis):
-            law = RolloutLaw([leaf.law], schemes=["pbvs"])
+            law = RolloutLaw([leaf.law], schemes=[PBVS(law=leaf.law)])
             case = counterfactuals.replace_task_fields(analysis.extended_case, law=law)
             yield "rollout", "With a law that looks ahead, and PBVS as another scheme,", case
             return

@@ -24,6 +24,7 @@ from robsim.engine.outcome import Outcome
 from robsim.features.images.luminance import Luminance
 from robsim.run import end_variables
 from robsim.run.experiment import Experiment
+from robsim.servo.laws.constrained_law import ConstrainedLaw
 from robsim.servo.laws.inverse import INVERSES
 from robsim.servo.laws.law import LAWS
 from robsim.servo.shaping.redundancy import AvoidLimits
@@ -87,8 +88,10 @@ def propose_law(analysis: RunAnalysis) -> Iterator[Proposal]:
     servo = analysis.servo
     used = LAWS.name_of(servo.law) if servo else None
     for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
+        own = getattr(analysis.case.task, "law", None)
+        law = replace(own, law=which) if isinstance(own, ConstrainedLaw) else which
         case = counterfactuals.replace_task_fields(
-            analysis.case if analysis.is_falling else analysis.extended_case, law=which
+            analysis.case if analysis.is_falling else analysis.extended_case, law=law
         )
         yield "law", f"With law '{which}'", case
 
@@ -100,7 +103,9 @@ def propose_scheme(analysis: RunAnalysis) -> Iterator[Proposal]:
     """
     task = analysis.case.task
     others: dict[type, tuple[type[ServoTask], ...]] = {IBVS: (PBVS, Docking), PBVS: (IBVS, Docking)}
-    names = ("goal", "camera", "target", "gain", "belief", "joints")
+    names = ["goal", "camera", "target", "gain", "belief", "joints"]
+    if isinstance(getattr(task, "law", None), ConstrainedLaw):
+        names.append("law")
     for other in others.get(type(task), ()):
         shared = {name: getattr(task, name) for name in names}
         with suppress(InputError):  # such as a goal that this scheme does not support

@@ -36,7 +36,7 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
         yield "lost images are not considered in the largest gain"
     yield from _imperfection_caveats(experiment)
     controller = experiment.task.bind(experiment.scene)
-    nearest = find_nearest_constraint(controller, experiment.start)
+    nearest = find_nearest_constraint(controller, experiment.start, experiment.dt)
     if nearest is not None:
         name, share = nearest
         acts = "it acts there" if share > 1.0 else f"the law uses {100 * share:.2g} % of its bound"

@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.servo.constraints.joint_accelerations import JointAccelerations
 from robsim.servo.controller_rows import allocate_inputs
 from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.task_controller import TaskController
 
-PERIOD = 1.0  # seconds: long, so that the acceleration from rest is no constraint
-
 
 def find_nearest_constraint(
-    controller: TaskController, q: Array | None
+    controller: TaskController, q: Array | None, dt: float
 ) -> tuple[str, float] | None:
     """Return the constraint that the wish of the law uses most at coordinates q (nq,).
 
     The share is the rate of the wish towards the constraint over the largest permitted rate, above
-    1 if the constraint acts. The result is None without constraints, and if none is approached.
+    1 if the constraint acts. The result is None without constraints, and if none is approached. The
+    acceleration from rest is left out.
     """
     if not isinstance(controller, ServoController) or controller.constraints is None or q is None:
         return None
-    shares = _measure_shares(controller, q)
-    i = int(np.argmax(shares))
-    return (controller.constraint_labels[i], float(shares[i])) if shares[i] > 0.0 else None
+    if controller.pictured_pairs:
+        return None
+    bound = controller.constraints
+    others = tuple(one for one in bound.constraints if not isinstance(one, JointAccelerations))
+    case = replace(controller, constraints=replace(bound, constraints=others))
+    shares = _measure_shares(case, q, dt)
+    i = int(np.argmax(shares)) if shares.size else -1
+    return (case.constraint_labels[i], float(shares[i])) if i >= 0 and shares[i] > 0.0 else None
 
 
-def _measure_shares(controller: ServoController, q: Array) -> Array:
+def _measure_shares(controller: ServoController, q: Array, dt: float) -> Array:
     """Return the share (c,) of each constraint at coordinates q (nq,), with an exact image."""
     program = Program()
-    inputs = allocate_inputs(program, controller.sights, q.size, PERIOD)
+    inputs = allocate_inputs(program, controller.sights, q.size, dt)
     stages = ServoStages(controller, inputs)
     stages.assess()
     stages.command()

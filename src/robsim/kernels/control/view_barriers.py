@@ -65,6 +65,16 @@ def _times_jacobian(w, row, J, n, j):
 
 
 @part
+def _apply_drift(w, row, drift):
+    """Return the rate of a row (6,) by the twist at `drift` that is not commanded."""
+    if drift < 0:
+        return 0.0 * row[2]
+    total = row[0] * get(w, drift) + row[1] * get(w, drift + 1) + row[2] * get(w, drift + 2)
+    total = total + row[3] * get(w, drift + 3) + row[4] * get(w, drift + 4)
+    return total + row[5] * get(w, drift + 5)
+
+
+@part
 def _limit_rate(rate, dt):
     """Return a rate, at most the one that reaches a constraint in one period."""
     return where(rate * dt < 1.0, rate, 1.0 / dt)
@@ -87,7 +97,8 @@ def _put_side(w, sign, row, seen, J, n, past, p, age, C):
             was_seen = was_seen + absolute(before)
         for i in range(p):
             share = age - 1.0 * i
-            share = where(share > 1.0, 1.0, where(share > 0.0, share, 0.0))
+            most = 1.0 if i + 1 < p else np.inf  # the oldest command stands for all before it
+            share = where(share > most, most, where(share > 0.0, share, 0.0))
             moved = moved + share * (c * get(w, past + i * n + j))
     return moved, where((was_seen > 0.0) & (fall > 0.0), fall, 0.0 * fall)
 
@@ -107,6 +118,7 @@ def compute_border_rows(
     n="count",
     settings="5",
     dt="row",
+    drift="6 or none",
     age="row or none",
     past="p, n",
     p="count",
@@ -121,6 +133,7 @@ def compute_border_rows(
     focal length that may be wrong. The rows hold for all combinations of their extreme values, of
     which there are `ends`: 1 without errors, else 4. The order is left, right, top and bottom for
     each mark, with all ends of a side together. A mark beyond its margin returns at twice the rate.
+    `drift` is the twist of the camera relative to the target by prescribed motions.
 
     Over a period h changes by C qd dt + (d2h/dt2) dt^2 / 2. The last two rows, times the last
     command, estimate (d2h/dt2) dt; half of it raises the bound where it is negative.
@@ -148,9 +161,10 @@ def compute_border_rows(
                 distance = sign * (here - get(w, b + side)) - margin
                 to = at + ends * side
                 moved, fall = _put_side(w, sign, row, seen, J, n, past, p, old, C + to * n)
-                distance = distance + get(w, dt) * moved
+                flow = sign * _apply_drift(w, row, drift)
+                distance = distance + get(w, dt) * (moved + old * flow)
                 least = where(distance < 0.0, -back * distance, -rate * distance)
-                put(w, bound + to, where(seen, least + 0.5 * fall, -np.inf))
+                put(w, bound + to, where(seen, least + 0.5 * fall - flow, -np.inf))
 
 
 @stage
@@ -165,23 +179,31 @@ def compute_depth_rows(
     n="count",
     settings="3",
     dt="row",
-    C="N, n",
-    bound="N",
+    drift="6 or none",
+    ends="whole",
+    C="m, n",
+    bound="m",
+    m="count",
 ):
     """Compute the rows of the depths of N marks over a least depth.
 
-    The settings are the least depth, the rate, and the share by which the true depth may be
-    smaller than the depth in the row.
+    The settings are the least depth, the rate, and the share by which the true 1/Z may differ from
+    that of the row. A row is affine in Z, so that rows for both ends hold for all depths between
+    them: `ends` is 1 without errors, else 2.
     """
     rate = _limit_rate(get(w, settings + 1), get(w, dt))
     for i in range(N):
         x, y = get(w, points + 2 * i), get(w, points + 2 * i + 1)
-        Z = get(w, depth + i) / (1.0 + get(w, settings + 2))
-        seen = (absolute(x) < np.inf) & (absolute(y) < np.inf) & (-np.inf < Z)
+        seen = (absolute(x) < np.inf) & (absolute(y) < np.inf) & (get(w, depth + i) > -np.inf)
         if hidden >= 0:
             seen = seen & ~(get(w, hidden + i) > 0.0)
-        zero = 0.0 * rate
-        row = zero, zero, zero - 1.0, -y * Z, x * Z, zero
-        for j in range(n):
-            put(w, C + n * i + j, where(seen, _times_jacobian(w, row, J, n, j), 0.0))
-        put(w, bound + i, where(seen, -rate * (Z - get(w, settings)), -np.inf))
+        for end in range(ends):
+            nearer = 1.0 + 0.0 * rate
+            if ends > 1:
+                nearer = 1.0 + (2.0 * end - 1.0) * get(w, settings + 2)
+            Z, zero, at = get(w, depth + i) / nearer, 0.0 * rate, ends * i + end
+            row = zero, zero, zero - 1.0, -y * Z, x * Z, zero
+            for j in range(n):
+                put(w, C + n * at + j, where(seen, _times_jacobian(w, row, J, n, j), 0.0))
+            least = -rate * (Z - get(w, settings)) - _apply_drift(w, row, drift)
+            put(w, bound + at, where(seen, least, -np.inf))

@@ -21,6 +21,7 @@ from robsim.servo.constraints.constraint import (
     RowConstraint,
     join_rows,
 )
+from robsim.servo.constraints.frame_motion import add_camera_drift
 from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
 from robsim.servo.feature_block import SceneName
 
@@ -47,7 +48,7 @@ class FieldOfView(RowConstraint, DeclaredValue):
     ------
     InputError
         By `simulate`, if the size of the image is unknown, if `margin` and `noise` leave no room
-        in it, or if the task has no such camera or target.
+        in it, or if the task has no such camera or target, or only features of pictures.
 
     Notes
     -----
@@ -121,7 +122,7 @@ class FieldOfView(RowConstraint, DeclaredValue):
         ends = 4 if self.is_robust else 1
         return [
             f"{side} border for {mark}"
-            for mark in name_marks(sights)
+            for mark in name_marks(sights, place)
             for side in SIDES
             for _ in range(ends)
         ]
@@ -176,6 +177,7 @@ class FieldOfView(RowConstraint, DeclaredValue):
                 J=view.J,
                 settings=numbers,
                 dt=of.inputs.dt,
+                drift=add_camera_drift(of, *view.sight.key),
                 age=age,
                 past=of.past,
                 ends=ends,

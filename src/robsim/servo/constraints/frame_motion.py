@@ -69,6 +69,20 @@ def add_motion_in_camera(of: ConstraintInputs, camera: str, frame: str) -> Frame
     return FrameMotion(T, J, _add_drift(of, sign, lambda moves: add_jacobian_stage(*rows, moves)))
 
 
+def add_camera_drift(of: ConstraintInputs, camera: str, frame: str) -> BlockRows | None:
+    """Return the rows of the twist (6,) of a camera relative to a frame by prescribed motions.
+
+    None if no prescribed motion moves one relative to the other.
+    """
+    tree, placed = of.scene.tree, of.placed
+    sign = tree.flag_moves(camera) - tree.flag_moves(frame)
+    if not of.scene.prescribed[np.unique(tree.velocity[sign != 0.0])].any():
+        return None
+    (T_w_c,) = placed.frames([tree.find(camera)])
+    rows = of.inputs.program, placed.poses, placed.ratio, T_w_c
+    return _add_drift(of, sign, lambda moves: add_jacobian_stage(*rows, moves))
+
+
 def _add_drift(
     of: ConstraintInputs, sign: Array, add_jacobian: Callable[[BodyMoves], BlockRows]
 ) -> BlockRows:

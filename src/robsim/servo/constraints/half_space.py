@@ -85,5 +85,6 @@ class HalfSpace(RowConstraint, DeclaredValue):
 
     def stages(self, of: ConstraintInputs) -> ConstraintRows:
         """Add the stage of the row; return it."""
-        n = np.asarray(self.normal) / np.linalg.norm(self.normal)
+        n = np.asarray(self.normal) / np.abs(self.normal).max()  # neither underflow nor overflow
+        n /= np.linalg.norm(n)
         return add_planes(of, self.frame, self.rate, np.array([[*n, self.offset]]))

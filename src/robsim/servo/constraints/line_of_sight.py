@@ -84,9 +84,8 @@ class LineOfSight(RowConstraint, DeclaredValue):
             Names such as "post in the sight of mark 2".
         """
         check_frames("LineOfSight", place, [self.body, self.end or self.body])
-        return [
-            f"{self.body} in the sight of {mark}" for mark in name_marks(select_sights(self, place))
-        ]
+        marks = name_marks(select_sights(self, place), place)
+        return [f"{self.body} in the sight of {mark}" for mark in marks]
 
     def stages(self, of: ConstraintInputs) -> ConstraintRows:
         """Add the stages of the rows; return them, in the order of `label`."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from robsim.declare import DeclaredValue, Length, Number, PerRun, register
 from robsim.features.feature_rows import concatenate_rows
 from robsim.kernels.control import view_barriers
@@ -18,6 +20,7 @@ from robsim.servo.constraints.constraint import (
     join_rows,
 )
 from robsim.servo.constraints.field_of_view import CAMERA, TARGET
+from robsim.servo.constraints.frame_motion import add_camera_drift
 from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
 
 
@@ -27,7 +30,8 @@ class MarkDepth(RowConstraint, DeclaredValue):
     """Constraint of the depth: every mark stays in front of the camera, at `least` or farther.
 
     The depth Z of a mark changes with Zdot = -v_z - y Z omega_x + x Z omega_y (Chaumette and
-    Hutchinson 2006, section II).
+    Hutchinson 2006, section II). With `depth_error` the constraint holds for every true depth, as
+    in `FieldOfView`.
 
     Raises
     ------
@@ -75,16 +79,19 @@ class MarkDepth(RowConstraint, DeclaredValue):
         list of str
             Names such as "least depth of mark 2".
         """
-        return [f"least depth of {mark}" for mark in name_marks(select_sights(self, place))]
+        ends = 2 if np.any(self.depth_error) else 1
+        marks = name_marks(select_sights(self, place), place)
+        return [f"least depth of {mark}" for mark in marks for _ in range(ends)]
 
     def stages(self, of: ConstraintInputs) -> ConstraintRows:
         """Add the stages of the rows; return them, in the order of `label`."""
         program, n = of.inputs.program, of.columns.size
         settings = [self.least, self.rate, self.depth_error]
         numbers = concatenate_rows(program, [program.number(each).flat for each in settings])
-        each = []
+        each, ends = [], 2 if np.any(self.depth_error) else 1
         for view in select_views(self, of):
-            rows = ConstraintRows(program.rows(view.depth.size, n), program.rows(view.depth.size))
+            m = ends * view.depth.size
+            rows = ConstraintRows(program.rows(m, n), program.rows(m))
             program.add(
                 view_barriers.compute_depth_rows,
                 points=view.points,
@@ -93,6 +100,8 @@ class MarkDepth(RowConstraint, DeclaredValue):
                 J=view.J,
                 settings=numbers,
                 dt=of.inputs.dt,
+                drift=add_camera_drift(of, *view.sight.key),
+                ends=ends,
                 C=rows.C,
                 bound=rows.bound,
             )

@@ -43,9 +43,9 @@ def select_views(one: MarkConstraint, of: ConstraintInputs) -> list[MarkView]:
     return [view for key, view in of.views.items() if _selects(one, key)]
 
 
-def name_marks(sights: list[CameraTarget]) -> list[str]:
+def name_marks(sights: list[CameraTarget], place: ConstraintPlace) -> list[str]:
     """Return names such as "mark 2", with target and camera if the task has several pairs."""
-    several = len(sights) > 1
+    several = len(place.sights) > 1
     return [
         f"mark {i}" + (f" of {sight.target.name} in {sight.eye.name}" if several else "")
         for sight in sights

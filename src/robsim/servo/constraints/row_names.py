@@ -15,10 +15,13 @@ _MARK = re.compile(
 def number_repeated_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names of which each exists once: a repeated name gets its number."""
     counts: dict[str, int] = {}
-    result = []
+    result: dict[str, None] = {}
     for name in names:
-        counts[name] = counts.get(name, 0) + 1
-        result.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
+        own = name
+        while own in result:
+            counts[name] = counts.get(name, 1) + 1
+            own = f"{name} ({counts[name]})"
+        result[own] = None
     return tuple(result)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any, cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,24 +13,34 @@ from robsim.base.errors import InputError
 from robsim.servo.single_step import SingleStepController
 from robsim.servo.task_controller import TaskController
 
-PERIOD = 1.0  # seconds: long, so that the acceleration from rest is no obstacle
+PERIOD = 1.0  # seconds
 MOST_STARTS = 1024  # starts that are checked
 MOST_NAMES = 3  # names in a message
 
 
 def check_constrained_start(controller: TaskController, q0: Array) -> None:
-    """Raise InputError if the constraints of a law contradict one another at every start.
+    """Raise InputError if rows of constraints contradict one another at every start.
 
-    The robot is at rest at the starts q0 (B, nq), and the images are exact. Laws and constraints in
-    Python are not called, and pictures are not drawn.
+    The images at the starts q0 (B, nq) are exact, and the joints are free: limits of speeds only
+    delay the return from a violated constraint. Laws and constraints in Python are not called,
+    pictures are not drawn, and programs with numbers of each run are not checked.
     """
     check_constraints(controller)
-    if not controller.constraint_labels or controller.pictured_pairs:
-        return
+    bound: Any = getattr(controller, "constraints", None)
+    if bound is None:
+        for part in getattr(controller, "parts", ()):
+            check_constrained_start(part, q0)
+    elif bound.row_constraints and not controller.pictured_pairs:
+        rows = replace(bound, constraints=tuple(bound.row_constraints))
+        _check_rows(replace(cast(Any, controller), constraints=rows), q0[:MOST_STARTS])
+
+
+def _check_rows(controller: TaskController, q0: Array) -> None:
+    """Raise InputError if no command satisfies all rows at any of the starts (B, nq)."""
     single = SingleStepController(controller, PERIOD)
-    if not single.program.compiled or single.program.runs > 1:
+    if not single.program.compiled or single.program.runs > 1 or not len(q0):
         return
-    q = np.ascontiguousarray(q0[:MOST_STARTS].T)
+    q = np.ascontiguousarray(q0.T)
     blocks, seen = single.begin(q.shape[1]), [sight.project(q) for sight in controller.sights]
     keys = [sight.key for sight in controller.sights]
     pixels = {key: each.pixels for key, each in zip(keys, seen, strict=True)}
@@ -35,7 +48,7 @@ def check_constrained_start(controller: TaskController, q0: Array) -> None:
     single.decide(blocks, 0, q, pixels, depth)
     assert single.outputs.slack is not None and single.outputs.active is not None
     slack, active = blocks.get(single.outputs.slack), blocks.get(single.outputs.active)
-    if q.shape[1] and (slack > 0.0).any(axis=0).all():
+    if (slack > 0.0).any(axis=0).all():
         labels = controller.constraint_labels
         yields, holds = slack[:, 0] > 0.0, (active[:, 0] > 0.0) & ~(slack[:, 0] > 0.0)
         against = f" against {_list_names(labels, holds)}" if holds.any() else ""
@@ -51,7 +64,7 @@ def check_constraints(controller: TaskController) -> None:
     bound = getattr(controller, "constraints", None)
     if bound is not None:
         bound.check()
-    for part in getattr(controller, "parts", ()):
+    for part in (*getattr(controller, "parts", ()), *getattr(controller, "candidates", ())):
         check_constraints(part)
 
 

@@ -132,6 +132,9 @@ class UserRows(RowConstraint):
             raise CodeError(f"{self.who}.names: expected names of rows, got {format_value(names)}")
         if not all(isinstance(name, str) and name for name in names):
             raise CodeError(f"{self.who}.names: expected texts, got {format_value(names)}")
+        if not callable(own.rows):
+            got = format_value(own.rows)
+            raise CodeError(f"{self.who}.rows: expected a method rows(state), got {got}")
         self.names = list(names)
         self.level: int = getattr(own, "level", SPACE)  # type: ignore[misc]
         if self.level not in (HARD, SPACE, VIEW):

@@ -36,10 +36,10 @@ class ConstrainedLaw(DeclaredValue):
     the task Jacobian, so the features change as the scheme wishes as far as possible. A wish that
     satisfies all constraints is the command, bit for bit.
 
-    Constraints of joints always hold. If no command satisfies the other rows, the rows of the
-    field of view give way by the smallest common excess, then those of space. `run.active` holds
-    the multiplier of each constraint, positive where the constraint holds the command back, and
-    `run.slack` by how much a row gave way.
+    Constraints of joints always hold. If no command satisfies the other rows, the rows of the view
+    get one common excess with a price; if that is not enough, the rows of space get it too, and
+    then all rows. `run.active` holds the multiplier of each constraint, positive where the
+    constraint holds the command back, and `run.slack` the excess of each row that gave way.
 
     Raises
     ------
@@ -79,7 +79,7 @@ class ConstrainedLaw(DeclaredValue):
     ] = "error"
     joint_weight: Annotated[
         float,
-        Number(above=0.0, most=1.0),
+        Number(above=0.0),
         "Weight of the distance of the velocities beside that of the features.",
     ] = 1e-4
 
@@ -87,6 +87,11 @@ class ConstrainedLaw(DeclaredValue):
         super().__post_init__()
         if isinstance(self.law, ConstrainedLaw):
             raise InputError("constraints within constraints: give all of them in one list")
+        if hasattr(self.law, "bind"):
+            raise InputError(
+                f"law: {type(self.law).__name__} chooses among laws, and constraints belong to its "
+                "candidates: give it laws with constraints"
+            )
 
     @property
     def in_camera(self) -> bool:

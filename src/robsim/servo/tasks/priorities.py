@@ -10,7 +10,8 @@ from typing import Annotated, Any, cast
 from robsim.base.errors import InputError, format_value
 from robsim.declare import KindOf, ListOf, register
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.servo.constraints.constraint import ConstraintPlace
+from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.constraints.constraint import ConstraintPlace, MarkView
 from robsim.servo.constraints.constraint_stages import BoundConstraints, ConstraintStages
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.laws.constrained_law import ConstrainedLaw
@@ -121,7 +122,10 @@ def _place_constraints(
     parts: Sequence[ServoController], columns: VelocityIndices
 ) -> ConstraintPlace:
     """Return the scene of constraints on all tasks, each pair as its first task believes it."""
-    sights = {s.key: s for part in reversed(parts) for s in part.bound_features.sights}
+    sights: dict[PairKey, CameraTarget] = {}
+    for part in parts:
+        for sight in part.bound_features.marked_sights:
+            sights.setdefault(sight.key, sight)
     return ConstraintPlace(parts[0].bound_features.sights[0].scene, (*sights.values(),), columns)
 
 
@@ -176,7 +180,10 @@ class PriorityController(CompositeController):
     ) -> ControllerOutputs:
         """Return the rows with a command that satisfies the constraints."""
         assert self.constraints is not None
-        views = {key: view for one in levels for key, view in one.feature_rows.views().items()}
+        views: dict[PairKey, MarkView] = {}
+        for one in levels:
+            for key, view in one.feature_rows.views().items():
+                views.setdefault(key, view)
         rows = inputs, levels[0].feature_rows.placed, views, outputs.qd, outputs.task_jacobian
         limited, note_tasks = ConstraintStages(self.constraints, *rows), outputs.note
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
@@ -22,6 +21,7 @@ from robsim.servo.tasks.schemes import IBVS, PBVS
 from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.suites.camera_poses import SIZE, interpolate_range, make_flying_scene
+from robsim.suites.published.large_rolls import is_at_goal
 from robsim.suites.published.vit_500 import FOCAL, GOAL
 from robsim.suites.suite import Suite, square_marks
 
@@ -51,11 +51,6 @@ def suite() -> Suite:
         duration=30.0,
         schemes={**BUILT_IN, "IBVS, looking ahead": IBVS(law=LAW)},
     )
-
-
-def is_at_goal(rows: pd.DataFrame) -> Any:
-    """Return which runs end within 1 cm and 1 degree of the goal, one value for each row."""
-    return (rows["distance_to_goal"] < 0.01) & (rows["angle_to_goal"] < np.radians(1.0))
 
 
 def sample_turned_starts() -> Pose:
