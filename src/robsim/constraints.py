@@ -2,14 +2,10 @@
 
 Joints: `JointLimits`, `JointSpeeds`, `JointAccelerations`. View: `FieldOfView`, `MarkDepth`,
 `LineOfSight`. Space: `HalfSpace`, `WorkspaceBox`, `Clearance`. Your own: an object with `names` and
-`rows(state)`, see `UserConstraint`, or a class with compiled stages, see `RowConstraint`.
+`rows(state)`, see `UserConstraint`.
 """
 
 from robsim.servo.constraints.clearance import Clearance as Clearance
-from robsim.servo.constraints.constraint import ConstraintInputs as ConstraintInputs
-from robsim.servo.constraints.constraint import ConstraintPlace as ConstraintPlace
-from robsim.servo.constraints.constraint import ConstraintRows as ConstraintRows
-from robsim.servo.constraints.constraint import RowConstraint as RowConstraint
 from robsim.servo.constraints.field_of_view import FieldOfView as FieldOfView
 from robsim.servo.constraints.half_space import HalfSpace as HalfSpace
 from robsim.servo.constraints.joint_accelerations import JointAccelerations as JointAccelerations
