@@ -8,7 +8,14 @@ from robsim.analysis.explanation.deadlocks import advise_via_pose
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.resimulation import resimulate_run
 from robsim.base.errors import InputError
-from robsim.constraints import FieldOfView, HalfSpace, JointAccelerations, JointLimits, JointSpeeds
+from robsim.constraints import (
+    FieldOfView,
+    HalfSpace,
+    JointAccelerations,
+    JointLimits,
+    JointSpeeds,
+    MarkDepth,
+)
 from robsim.laws import ConstrainedLaw
 from robsim.run.active_constraints import name_holding_constraints
 from robsim.suites.suite_registry import load_suite
@@ -222,3 +229,41 @@ def test_an_image_of_unknown_size_has_no_border():
 def test_fields_that_mean_nothing_are_refused(fields, part):
     with pytest.raises(InputError, match=part):
         ConstrainedLaw(**fields)
+
+
+def test_constraints_of_a_switched_scheme_act_only_while_it_commands():
+    law = ConstrainedLaw([JointSpeeds(0.05)])
+    schemes = rs.PBVS(TAUGHT.task.goal), rs.IBVS(TAUGHT.task.goal, law=law)
+    task = rs.Switch(*schemes, when=rs.tasks.ErrorBelow(0.1))
+    run = rs.simulate(TAUGHT.scene, task, TAUGHT.start, duration=30.0)
+    fast = np.abs(run.qd.values).max(axis=1) > 0.05
+    acts = (run.active.values > 0).any(axis=1)
+    assert fast.any() and acts.any()
+    assert not (fast & acts).any()
+
+
+def test_prescribed_motions_enter_the_barrier():
+    """A target on a belt leaves the image of a slow camera, and not with the constraint."""
+    scenario = rs.load_scenario(rs.examples.path("pan_tilt_tracking"))
+    slow = scenario.at({"task.feed_forward": None, "task.gain": 0.5})
+    assert int(slow.run().outcome) == rs.Outcome.OUT_OF_IMAGE
+    run = slow.at("task.law", ConstrainedLaw([FieldOfView(margin=30)])).run()
+    (left, right), (top, bottom) = slow.scene.cameras[0].camera.border
+    u, v = run.pixels.values[..., 0], run.pixels.values[..., 1]
+    room = np.nanmin([u - left, right - u, v - top, bottom - v])
+    assert 29.0 < room < 31.0
+    assert not (run.slack > 0).any()
+
+
+def test_names_of_constraints_on_several_tasks_follow_their_rows():
+    """The border of the target of the first task is named first, as its rows come first."""
+    marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
+    other = rs.Object("other", marks=marks[:3], pose=rs.Pose.at(0.05, 0.0, 0.1))
+    scene = rs.Scene(TAUGHT.scene.robots, [*TAUGHT.scene.objects, other], TAUGHT.scene.cameras)
+    levels = [rs.IBVS(TAUGHT.task.goal, target="square"), rs.PBVS(TAUGHT.task.goal, target="other")]
+    task = rs.Priorities(levels, law=ConstrainedLaw([MarkDepth(0.2)]))
+    controller = task.bind(scene)
+    assert controller.constraint_labels[0] == "least depth of mark 0 of square in camera"
+    assert controller.constraint_labels[-1] == "least depth of mark 2 of other in camera"
+    run = rs.simulate(scene, task, TAUGHT.start, duration=0.2)
+    assert run.sizes["constraint"] == 7

@@ -137,3 +137,20 @@ def test_rows_hold_for_every_depth_and_focal_length_within_the_declared_errors()
         rates = np.array(true) @ jacobian
         qd = rng.normal(size=7)
         assert (rates @ qd >= (ends @ qd).min(axis=2) - 1e-9).all()
+
+
+def test_rows_of_the_depth_hold_for_every_depth_within_the_declared_error():
+    """The excess of a row over its bound is affine in Z, so that of a true depth is between both."""
+    scene, rng = hand_scene(LENSES["pinhole"]), np.random.default_rng(4)
+    q = scene.home + 0.03 * np.arange(7) - 0.1
+    C, bound = rows_at(scene, rs.constraints.MarkDepth(0.2, rate=1.0, depth_error=0.2), q)
+    ends, limits = C.reshape(4, 2, 7), bound.reshape(4, 2)
+    image, Z = image_at(scene, q)
+    K = np.array(scene.camera("eye").camera.K)
+    x = np.linalg.solve(K, np.c_[image, np.ones(4)].T)[:2].T
+    jacobian = camera_jacobian(scene, q)
+    for _ in range(100):
+        true, qd = Z / (1 + rng.uniform(-0.2, 0.2, 4)), 3.0 * rng.normal(size=7)
+        v, w = jacobian[:3] @ qd, jacobian[3:] @ qd
+        rate = -v[2] + true * (x[:, 0] * w[1] - x[:, 1] * w[0])
+        assert (rate + (true - 0.2) >= (ends @ qd - limits).min(axis=1) - 1e-6).all()

@@ -15,15 +15,20 @@ from robsim.analysis.explanation.text_format import format_list, format_number
 from robsim.engine.outcome import Outcome
 from robsim.run.active_constraints import select_holding_constraints
 from robsim.run.experiment import Experiment
+from robsim.servo.constraints.field_of_view import FieldOfView
+from robsim.servo.constraints.joint_limits import JointLimits
+from robsim.servo.constraints.joint_speeds import JointSpeeds
+from robsim.servo.constraints.mark_depth import MarkDepth
 from robsim.servo.laws.constrained_law import ConstrainedLaw
 
 MOST_NAMES = 4  # most constraints that a sentence names
 LEAST_PRICE = 1e-3  # relative growth of a path that is worth a word
-ANSWERS: dict[Outcome, tuple[tuple[str, ...], str]] = {  # constraints against an outcome, in words
-    Outcome.OUT_OF_IMAGE: (("field_of_view",), "the field of view"),
-    Outcome.BEHIND_CAMERA: (("mark_depth",), "the depth of the marks"),
-    Outcome.JOINT_LIMIT: (("joint_limits",), "the joint limits"),
+ANSWERS: dict[Outcome, tuple[Any, str]] = {  # the constraint against an outcome, in words
+    Outcome.OUT_OF_IMAGE: (FieldOfView(), "the field of view"),
+    Outcome.BEHIND_CAMERA: (MarkDepth(), "the depth of the marks"),
+    Outcome.JOINT_LIMIT: (JointLimits(), "the joint limits"),
 }
+SLOWER = JointSpeeds(1.0), "the speed of joints, at most 1 rad/s or 1 m/s,"
 
 
 def list_holding_constraints(analysis: RunAnalysis) -> list[str]:
@@ -57,10 +62,10 @@ def advise_constraints(analysis: RunAnalysis) -> Iterator[Finding]:
     """Yield the advice of constraints within the law, with the price in path length."""
     if analysis.outcome not in ANSWERS:
         return
-    kinds, name = ANSWERS[analysis.outcome]
+    one, name = ANSWERS[analysis.outcome]
     if analysis.controller.constraint_labels and analysis.outcome is not Outcome.JOINT_LIMIT:
-        kinds, name = ("joint_speeds",), "the speed of joints, at most 1 rad/s or 1 m/s,"
-    case = _add_constraints(analysis.extended_case, kinds)
+        one, name = SLOWER  # a barrier in the image holds in the first order of the period
+    case = _add_constraint(analysis.extended_case, one)
     trial = run_trial(case) if case is not None else None
     if case is None or trial is None or not trial.converged:
         return
@@ -91,22 +96,19 @@ def _measure_price(analysis: RunAnalysis, trial: AblationTrial) -> float | None:
     return price if price >= LEAST_PRICE else None
 
 
-def _add_constraints(case: Experiment, kinds: tuple[str, ...]) -> Experiment | None:
-    """Return the case with further constraints in the law of every servo task; None if it fails."""
+def _add_constraint(case: Experiment, one: Any) -> Experiment | None:
+    """Return the case with another constraint in the law of every servo task, None if it fails."""
+
+    def constrain(law: Any) -> Any:
+        if not isinstance(law, ConstrainedLaw):
+            return ConstrainedLaw([one], law)
+        others = [each for each in law.constraints if type(each) is not type(one)]
+        return replace(law, constraints=(*others, one))
 
     def change(leaf: Any) -> Any:
         law = leaf.law
         if hasattr(law, "laws"):  # candidates of a law that looks ahead
-            within = [
-                each if isinstance(each, ConstrainedLaw) else ConstrainedLaw(kinds, each)
-                for each in law.laws
-            ]
-            return replace(leaf, law=replace(law, laws=within))
-        if isinstance(law, ConstrainedLaw):
-            own = {type(each).__name__ for each in law.constraints}
-            new = ConstrainedLaw(kinds).constraints
-            added = [each for each in new if type(each).__name__ not in own]
-            return replace(leaf, law=replace(law, constraints=(*law.constraints, *added)))
-        return replace(leaf, law=ConstrainedLaw(kinds, law))
+            return replace(leaf, law=replace(law, laws=[constrain(each) for each in law.laws]))
+        return replace(leaf, law=constrain(law))
 
     return counterfactuals.change_servo_tasks(case, change)

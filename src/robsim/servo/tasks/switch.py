@@ -140,7 +140,8 @@ class SwitchController(SeparateJointsController):
                 control_law.add_switched_velocity, qd=one.qd, second=second, scheme=i, to=to
             )
         status = _select_status(program, each, second)
-        return replace(self._merge_outputs(inputs, each, qd), status=status)
+        acting = [_switch_constraints(program, one, second, i) for i, one in enumerate(each)]
+        return replace(self._merge_outputs(inputs, acting, qd), status=status)
 
     def _add_condition(self, inputs: ControllerInputs, each: list[ControllerOutputs]) -> BlockRows:
         """Return the row of the condition; a user's condition is evaluated in Python."""
@@ -155,6 +156,22 @@ class SwitchController(SeparateJointsController):
             return _evaluate_condition(self.when, states, blocks.runs).astype(float)
 
         return program.add_python_rows(ask)
+
+
+def _switch_constraints(
+    program: Program, one: ControllerOutputs, second: BlockRows, scheme: int
+) -> ControllerOutputs:
+    """Return the rows of a scheme, with constraints that act only while it commands."""
+    if one.active is None or one.slack is None:
+        return one
+    switched = []
+    for rows in (one.active, one.slack):
+        out = program.result(control_law.clear_rows, "rows", rows.size)
+        program.add(
+            control_law.add_switched_velocity, qd=rows, second=second, scheme=scheme, to=list(out)
+        )
+        switched.append(out)
+    return replace(one, active=switched[0], slack=switched[1])
 
 
 def _select_status(
