@@ -140,7 +140,7 @@ def test_rows_hold_for_every_depth_and_focal_length_within_the_declared_errors()
 
 
 def test_rows_of_the_depth_hold_for_every_depth_within_the_declared_error():
-    """The excess of a row over its bound is affine in Z, so that of a true depth is between both."""
+    """The excess of a row over its bound is affine in Z; a true depth lies between both ends."""
     scene, rng = hand_scene(LENSES["pinhole"]), np.random.default_rng(4)
     q = scene.home + 0.03 * np.arange(7) - 0.1
     C, bound = rows_at(scene, rs.constraints.MarkDepth(0.2, rate=1.0, depth_error=0.2), q)
