@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 
 from robsim.kernels.control.quadratic_program import INFEASIBLE, SOLVED
 
-COUNT = int(os.environ.get("ROBSIM_QUADRATIC_PROGRAMS", "20000"))
+COUNT = int(os.environ.get("ROBSIM_QUADRATIC_PROGRAMS", "8000"))
 FAR = 1e30  # infinity of daqp
 
 
