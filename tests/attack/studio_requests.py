@@ -163,6 +163,9 @@ def draw_value(rng, control):
         return bool(rng.integers(2))
     if control.form == "choice":
         return pick(rng, control.options)
+    if control.form == "list":  # the items that are kept, and a kind to add
+        kept = [i for i in range(len(control.value)) if rng.random() < 0.7]
+        return kept if kept and rng.random() < 0.5 else [*kept, pick(rng, control.options)]
     low, high = (np.array(each, dtype=float) for each in (control.low, control.high))
     share = pick(rng, [rng.random(low.shape), np.round(rng.random(low.shape)), 1.2])
     near = np.array(control.value, dtype=float) + 0.05 * (high - low) * rng.normal(size=low.shape)

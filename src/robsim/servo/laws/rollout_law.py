@@ -114,6 +114,8 @@ class RolloutLaw(DeclaredValue):
         for each in self.schemes:
             if not isinstance(each, ServoTask):
                 raise InputError(f"schemes: expected a servo task, got {format_value(each)}")
+        free = [replace(cast(Any, each), belief=None) for each in self.schemes]
+        object.__setattr__(self, "schemes", tuple(free))  # the belief is that of the task
         for law in (*self.laws, *(cast(ServoTask, each).law for each in self.schemes)):
             if isinstance(law, RolloutLaw):
                 raise InputError("RolloutLaw: a candidate cannot be a RolloutLaw")

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import make_read_only, move_runs_last
+from robsim.base.errors import CodeError
 from robsim.declare import Number, described
 from robsim.declare.spec import Context, Raw
 from robsim.features.interaction_matrix import InteractionMatrix
@@ -195,7 +196,7 @@ class ServoTask(CommandFields):
     @property
     def features(self) -> Features:
         """Regulated features: one feature, or several features that are stacked."""
-        raise NotImplementedError(f"{type(self).__name__} needs features")
+        raise CodeError(f"{type(self).__name__} needs features")
 
     @property
     def law(self) -> LawLike:
