@@ -102,6 +102,17 @@ def allocate_inputs(
     return ControllerInputs(program, program.constant(dt), dt, q, views)
 
 
+def put_exact_images(
+    blocks: Blocks, inputs: ControllerInputs, sights: Sequence[CameraTarget], q: Array
+) -> None:
+    """Write coordinates q (nq, B), and the exact images there, to the input rows."""
+    blocks.put(inputs.q, q)
+    for sight in sights:
+        seen, view = sight.project(q), inputs.views[sight.key]
+        blocks.put(view.pixels, seen.pixels)
+        blocks.put(view.depth, seen.depth)
+
+
 def add_image(
     program: Program,
     placed: FKStages,

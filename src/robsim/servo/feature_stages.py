@@ -24,7 +24,7 @@ from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.constraints.constraint import MarkView
-from robsim.servo.controller_rows import ControllerInputs, allocate_inputs
+from robsim.servo.controller_rows import ControllerInputs, allocate_inputs, put_exact_images
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.weight_stages import add_mark_weights, scale_entries
@@ -299,12 +299,8 @@ def evaluate_features(regulated: BoundFeatures, q: Array) -> tuple[Array, Array,
     inputs = allocate_inputs(program, sights, len(q), 1.0)
     rows = BoundFeatureRows(regulated, inputs)
     blocks = Blocks(program, np.zeros(q.shape[1], dtype=np.int64))
-    blocks.put(inputs.q, q)
     store_pictures(blocks, regulated.draw_pictures(q))
-    for sight in sights:
-        projection, view = sight.project(q), inputs.views[sight.key]
-        blocks.put(view.pixels, projection.pixels)
-        blocks.put(view.depth, projection.depth)
+    put_exact_images(blocks, inputs, sights, q)
     for part in program.segments():
         part(blocks, 0)
     return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)

@@ -9,7 +9,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.constraints.joint_accelerations import JointAccelerations
-from robsim.servo.controller_rows import allocate_inputs
+from robsim.servo.controller_rows import allocate_inputs, put_exact_images
 from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.task_controller import TaskController
@@ -46,11 +46,7 @@ def _measure_shares(controller: ServoController, q: Array, dt: float) -> Array:
     rows = stages.constrained
     assert rows is not None
     blocks = Blocks(program, np.zeros(1, dtype=np.int64))
-    blocks.put(inputs.q, q[:, None])
-    for sight in controller.sights:
-        seen = sight.project(np.ascontiguousarray(q[:, None]))
-        blocks.put(inputs.views[sight.key].pixels, seen.pixels)
-        blocks.put(inputs.views[sight.key].depth, seen.depth)
+    put_exact_images(blocks, inputs, controller.sights, np.ascontiguousarray(q[:, None]))
     for part in program.segments():
         part(blocks, 0)
     wish, low, high, C, b = map(

@@ -11,16 +11,10 @@ Functions: Theory and Applications, European Control Conference 2019, eq. 7). Th
 
 import numpy as np
 
+from robsim.kernels.control.view_barriers import limit_rate
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
-
-
-@part
-def _limit_rate(w, rate, dt):
-    """Return the rate alpha, at most 1/dt."""
-    alpha, most = get(w, rate), 1.0 / get(w, dt)
-    return where(alpha < most, alpha, most)
 
 
 @part
@@ -105,7 +99,7 @@ def bound_planes(
 
     J and `drift` are its Jacobian and its twist by prescribed motions, in world axes.
     """
-    alpha, p = _limit_rate(w, rate, dt), _load_three(w, T + 3, 4)
+    alpha, p = limit_rate(get(w, rate), get(w, dt)), _load_three(w, T + 3, 4)
     for i in range(m):
         normal = _load_three(w, planes + 4 * i, 1)
         h = _dot(normal, p) - get(w, planes + 4 * i + 3)
@@ -158,7 +152,7 @@ def bound_clearance(
     ends = drifts[1], drifts[2], drifts[3], drifts[4]
     rate_of_world = _dot(unit, _relative_velocity(w, ends, 1, s, t))
     h = length - get(w, least)
-    put(w, bound, -(_limit_rate(w, rate, dt) * h) - rate_of_world)
+    put(w, bound, -(limit_rate(get(w, rate), get(w, dt)) * h) - rate_of_world)
 
 
 @part
@@ -212,7 +206,7 @@ def bound_occlusions(
     axes, and `drifts` the same twists by prescribed motions. The bound of a mark without an image
     is -inf.
     """
-    alpha = _limit_rate(w, rate, dt)
+    alpha = limit_rate(get(w, rate), get(w, dt))
     b, b_end = _load_three(w, start + 3, 4), _load_three(w, end + 3, 4)
     zero = 0.0 * alpha
     for i in range(N):

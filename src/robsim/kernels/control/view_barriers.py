@@ -75,7 +75,7 @@ def _apply_drift(w, row, drift):
 
 
 @part
-def _limit_rate(rate, dt):
+def limit_rate(rate, dt):
     """Return a rate, at most the one that reaches a constraint in one period."""
     return where(rate * dt < 1.0, rate, 1.0 / dt)
 
@@ -139,8 +139,8 @@ def compute_border_rows(
     command, estimate (d2h/dt2) dt; half of it raises the bound where it is negative.
     """
     margin, b = get(w, settings) + get(w, settings + 2), camera + BORDER
-    rate = _limit_rate(get(w, settings + 1), get(w, dt))
-    back = _limit_rate(RETURN * get(w, settings + 1), get(w, dt))
+    rate = limit_rate(get(w, settings + 1), get(w, dt))
+    back = limit_rate(RETURN * get(w, settings + 1), get(w, dt))
     old = get(w, age) if age >= 0 else 0.0 * rate
     for i in range(N):
         u, v, Z = get(w, pixels + 2 * i), get(w, pixels + 2 * i + 1), get(w, depth + i)
@@ -191,7 +191,7 @@ def compute_depth_rows(
     that of the row. A row is affine in Z, so that rows for both ends hold for all depths between
     them: `ends` is 1 without errors, else 2.
     """
-    rate = _limit_rate(get(w, settings + 1), get(w, dt))
+    rate = limit_rate(get(w, settings + 1), get(w, dt))
     for i in range(N):
         x, y = get(w, points + 2 * i), get(w, points + 2 * i + 1)
         seen = (absolute(x) < np.inf) & (absolute(y) < np.inf) & (get(w, depth + i) > -np.inf)

@@ -76,8 +76,13 @@ class BoundConstraints:
         names = [self.place.scene.velocity_names[i] for i in self.place.columns]
         ends = "lower", "upper"
         joints = [f"{name} at its {end} limit" for end in ends for name in names]
-        rows = [name for one in self.constraints for name in one.label(self.place)]
+        rows = [name for each in self._row_names for name in each]
         return number_repeated_names([*(joints if self.joint_limits else ()), *rows])
+
+    @cached_property
+    def _row_names(self) -> list[list[str]]:
+        """Names of the rows of each constraint; empty for joint constraints."""
+        return [one.label(self.place) for one in self.constraints]
 
     def check(self) -> None:
         """Raise InputError if a constraint cannot act in the scene of a run."""
@@ -93,13 +98,14 @@ class BoundConstraints:
             i for i, one in enumerate(self.constraints) if isinstance(one, JointConstraint)
         )
         shared = [joints] * (2 * len(self.place.columns)) if self.joint_limits else []
-        rows = [(i,) for i, one in enumerate(self.constraints) for _ in one.label(self.place)]
+        rows = [(i,) for i, names in enumerate(self._row_names) for _ in names]
         return (*shared, *rows)
 
     @property
     def levels(self) -> Array:
         """Level of each row."""
-        each = [np.full(len(one.label(self.place)), one.level) for one in self.row_constraints]
+        pairs = zip(self.constraints, self._row_names, strict=True)
+        each = [[one.level] * len(names) for one, names in pairs if isinstance(one, RowConstraint)]
         return np.concatenate([np.empty(0), *each])
 
     @cached_property

@@ -22,11 +22,16 @@ from robsim.servo.constraints.constraint import (
     join_rows,
 )
 from robsim.servo.constraints.frame_motion import add_camera_drift
-from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
-from robsim.servo.feature_block import SceneName
+from robsim.servo.constraints.mark_selection import (
+    CameraOfMarks,
+    DepthError,
+    TargetOfMarks,
+    name_marks,
+    select_sights,
+    select_views,
+)
 
 SIDES = "left", "right", "top", "bottom"
-CAMERA, TARGET = SceneName(find="camera"), SceneName(find="object")
 
 
 @register("constraint", "field_of_view")
@@ -79,24 +84,15 @@ class FieldOfView(RowConstraint, DeclaredValue):
     noise: Annotated[
         float, Number(least=0.0, unit="px"), PerRun(()), "Largest error of a mark, in pixels."
     ] = 0.0
-    depth_error: Annotated[
-        float,
-        Number(least=0.0, below=1.0),
-        PerRun(()),
-        "Largest relative error of 1/Z of the belief.",
-    ] = 0.0
+    depth_error: DepthError = 0.0
     focal_error: Annotated[
         float,
         Number(least=0.0, below=1.0),
         PerRun(()),
         "Largest relative error of the focal length.",
     ] = 0.0
-    camera: Annotated[str | None, CAMERA, "Name of the camera; None: all cameras of the task."] = (
-        None
-    )
-    target: Annotated[str | None, TARGET, "Name of the object; None: all targets of the task."] = (
-        None
-    )
+    camera: CameraOfMarks = None
+    target: TargetOfMarks = None
 
     @property
     def is_robust(self) -> bool:

@@ -18,9 +18,14 @@ from robsim.servo.constraints.constraint import (
     RowConstraint,
     join_rows,
 )
-from robsim.servo.constraints.field_of_view import CAMERA, TARGET
 from robsim.servo.constraints.frame_motion import add_motion_in_camera, check_frames
-from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
+from robsim.servo.constraints.mark_selection import (
+    CameraOfMarks,
+    TargetOfMarks,
+    name_marks,
+    select_sights,
+    select_views,
+)
 
 
 @register("constraint", "line_of_sight")
@@ -63,12 +68,8 @@ class LineOfSight(RowConstraint, DeclaredValue):
         str | None, FrameReference, "Frame at the other end of the body; None: a sphere."
     ] = None
     rate: BarrierRate = 4.0
-    camera: Annotated[str | None, CAMERA, "Name of the camera; None: all cameras of the task."] = (
-        None
-    )
-    target: Annotated[str | None, TARGET, "Name of the object; None: all targets of the task."] = (
-        None
-    )
+    camera: CameraOfMarks = None
+    target: TargetOfMarks = None
 
     def label(self, place: ConstraintPlace) -> list[str]:
         """Return the names of the rows, one for each mark.

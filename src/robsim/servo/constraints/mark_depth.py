@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import DeclaredValue, Length, Number, PerRun, register
+from robsim.declare import DeclaredValue, Length, PerRun, register
 from robsim.features.feature_rows import concatenate_rows
 from robsim.kernels.control import view_barriers
 from robsim.servo.constraints.constraint import (
@@ -19,9 +19,15 @@ from robsim.servo.constraints.constraint import (
     RowConstraint,
     join_rows,
 )
-from robsim.servo.constraints.field_of_view import CAMERA, TARGET
 from robsim.servo.constraints.frame_motion import add_camera_drift
-from robsim.servo.constraints.mark_selection import name_marks, select_sights, select_views
+from robsim.servo.constraints.mark_selection import (
+    CameraOfMarks,
+    DepthError,
+    TargetOfMarks,
+    name_marks,
+    select_sights,
+    select_views,
+)
 
 
 @register("constraint", "mark_depth")
@@ -53,18 +59,9 @@ class MarkDepth(RowConstraint, DeclaredValue):
     level: ClassVar[int] = VIEW
     least: Annotated[float, Length(above=0), PerRun(()), "Least depth of a mark, in metres."] = 0.05
     rate: BarrierRate = 4.0
-    depth_error: Annotated[
-        float,
-        Number(least=0.0, below=1.0),
-        PerRun(()),
-        "Largest relative error of 1/Z of the belief.",
-    ] = 0.0
-    camera: Annotated[str | None, CAMERA, "Name of the camera; None: all cameras of the task."] = (
-        None
-    )
-    target: Annotated[str | None, TARGET, "Name of the object; None: all targets of the task."] = (
-        None
-    )
+    depth_error: DepthError = 0.0
+    camera: CameraOfMarks = None
+    target: TargetOfMarks = None
 
     def label(self, place: ConstraintPlace) -> list[str]:
         """Return the names of the rows, one for each mark.

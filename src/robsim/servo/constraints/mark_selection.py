@@ -1,12 +1,24 @@
-"""Selection of the marks of a constraint by the names of camera and target."""
+"""Selection of the marks of a constraint by the names of camera and target, and its fields."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Annotated, Protocol
 
 from robsim.base.errors import InputError, suggest_names
+from robsim.declare import Number, PerRun
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.constraints.constraint import ConstraintInputs, ConstraintPlace, MarkView
+from robsim.servo.feature_block import SceneName
+
+CameraOfMarks = Annotated[
+    str | None, SceneName(find="camera"), "Name of the camera; None: all cameras of the task."
+]
+TargetOfMarks = Annotated[
+    str | None, SceneName(find="object"), "Name of the object; None: all targets of the task."
+]
+DepthError = Annotated[
+    float, Number(least=0.0, below=1.0), PerRun(()), "Largest relative error of 1/Z of the belief."
+]
 
 
 class MarkConstraint(Protocol):

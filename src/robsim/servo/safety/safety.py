@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
 from robsim.base.arrays import Array
 from robsim.base.errors import FrameError, InputError, prefix_errors
 from robsim.declare import DeclaredValue, Flag, Role, Table, Time, Word, described
@@ -19,6 +17,7 @@ from robsim.declare.joint_numbers import (
     get_velocity_axes,
 )
 from robsim.declare.scalars import NOT_NEGATIVE
+from robsim.servo.constraints.joint_limits import check_margin_room
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
@@ -215,14 +214,7 @@ class Safety(DeclaredValue):
         """Raise InputError unless the margins leave joints some range between their limits."""
         if self.margin is None:
             return
-        margins, ranges = self.limits("margin", scene.nq), np.diff(scene.limits, axis=1)[:, 0]
-        tight = np.flatnonzero(2.0 * margins >= ranges)
-        if tight.size:
-            i = int(tight[0])
-            raise InputError(
-                f"margin: {margins[i]:g} leaves no room to {scene.coordinate_names[i]}, whose "
-                f"limits are {ranges[i]:g} ({scene.coordinate_units[i]}) apart"
-            )
+        check_margin_room(self.limits("margin", scene.nq), scene)
 
     def _check_fence(self, fence: Fence, scene: Scene) -> None:
         """Raise InputError unless the frame exists and a joint moves it."""
