@@ -64,12 +64,13 @@ def test_pictures_are_requested_while_they_are_shown_and_at_most_five_a_second(p
     until(page, SHOWN)
     page.evaluate(
         "robsim.sent = [];"
-        f"{LAYER}.ask = (wish) => (robsim.sent.push(performance.now()), robsim.link.ask(wish))"
+        f"{LAYER}.ask = (wish) => (robsim.sent.push({LAYER}.before), robsim.link.ask(wish))"
     )
     page.evaluate("robsim.link.ask({speed: 1}); robsim.link.ask({play: true})")
     page.wait_for_timeout(2000)
     sent = page.evaluate("robsim.sent")
-    assert 3 <= len(sent) <= 1 + (sent[-1] - sent[0] + 50) / 200  # a clock may be read late
+    assert len(sent) >= 3
+    assert np.diff(sent).min() >= 200
     choose(page, "marks")
     count = page.evaluate("robsim.sent.length")
     page.wait_for_timeout(600)
