@@ -533,6 +533,9 @@ OF_LINK = {
     "joint_name": ["other"],
     "speed": ["1 rad/s"],
     "effort": [5.0],
+    "armature": [0.02],
+    "damping": [0.3],
+    "friction": [0.4],
     "place": [{"position": "1, 0, 0 m"}],
     "tail": [{"position": "1, 0, 0 m"}],
     "shapes": [[BALL]],
@@ -977,7 +980,10 @@ RECIPES = {
         (*mimicking({"kind": "mimic", "of": "a", "ratio": 2.0})[:1], ("robots", 0, "links", 3)),
     ],
     "DHRow": [linked("dh", ROW)],
-    "InertiaTable": [linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"})],
+    "InertiaTable": [
+        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}),
+        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 3 kg m^2", "strict": False}),
+    ],
     "Steering": [steered()],
     "ObjectText": [
         (WHOLE, ("objects", 0), {"name": ["a"], "on": ["world"]}),
