@@ -72,6 +72,7 @@ class Loop:
         if self.actuation.drive is not None:
             moved = self.actuation, controller.columns, self.dt
             self.driven = DrivenJoints.of(scene, *moved)
+            self.driven.check()
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures
