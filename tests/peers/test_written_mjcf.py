@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.robot.urdf.mjcf_writer import LEAST_MASS, _raise_moments
+from robsim.robot.urdf.urdf_link import TOKEN_INERTIA
 
 TOLERANCE = 1e-10
 
@@ -58,11 +60,13 @@ def test_mujoco_has_the_same_limits_and_inertias(written, model):
             joint = model.joint(link.joint.name or link.name)
             assert tuple(joint.range) == link.joint.limits and joint.limited
         moves = link.joint.kind != "fixed"
-        mass = link.inertial.mass if link.inertial else 1e-3 * moves
+        mass = link.inertial.mass if link.inertial else TOKEN_INERTIA.mass * moves
+        if link.inertial:
+            mass = link.inertial.mass or LEAST_MASS
         assert model.body(link.name).mass == pytest.approx(mass, rel=1e-15)
         if link.inertial:
             close(model.body(link.name).ipos, link.inertial.centre)
-            moments = np.linalg.eigvalsh(link.inertial.tensor)
+            moments = np.linalg.eigvalsh(_raise_moments(link.inertial.tensor))
             np.testing.assert_allclose(np.sort(model.body(link.name).inertia), moments, rtol=1e-9)
 
 
