@@ -1,5 +1,6 @@
 """Our MJCF files, as MuJoCo reads them: poses to 1e-10, limits, masses, equalities."""
 
+import warnings
 from dataclasses import replace
 
 import mujoco
@@ -19,7 +20,9 @@ def model(written, tmp_path):
 
 
 def load_in_mujoco(robot, folder):
-    robot.to_mjcf(folder / "robot.xml")
+    with warnings.catch_warnings():  # of inertias that MuJoCo refuses, as of the Puma
+        warnings.filterwarnings("ignore", ".*inertias of", rs.errors.FileWarning)
+        robot.to_mjcf(folder / "robot.xml")
     return mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
 
 
