@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,8 @@ class RigidBody:
         First coordinate and first velocity of the joint, or of the joint that it mimics.
     ratio, offset : float
         Numbers of a mimicking joint: coordinate = ratio * source + offset.
+    mimics : bool
+        Whether the joint mimics another joint.
     """
 
     parent: int
@@ -44,11 +46,7 @@ class RigidBody:
     velocity: int = 0
     ratio: float = 1.0
     offset: float = 0.0
-
-    @property
-    def mimics(self) -> bool:
-        """Whether the coordinate is a function of another."""
-        return (self.ratio, self.offset) != (1.0, 0.0)
+    mimics: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,16 +161,14 @@ class _BodyChoice:
         carriers = [i for i in range(count) if i not in moved and i not in self.lost]
         order = {body: i for i, body in enumerate([*carriers, *moved])}
         self.bodies = [RigidBody(0, CARRIER, body) for body in carriers]
-        for body, (kind, coordinate, velocity, ratio, offset) in moved.items():
+        for body, joint in moved.items():
             parent = int(tree.parent[body])
             if parent in self.lost:
                 raise InputError(self._describe_lost(parent))
-            self.bodies.append(
-                RigidBody(order[parent], kind, body, coordinate, velocity, ratio, offset)
-            )
+            self.bodies.append(replace(joint, parent=order[parent]))
 
     def _number_coordinates(self, columns: list[int]) -> None:
-        """Number the coordinates of the joints in the order of their velocities."""
+        """Assign indices to the coordinates of the joints, in the order of their velocities."""
         members = {each.v.start: each for each in self.tree.members if each.v.stop > each.v.start}
         for column in columns:
             member = members.get(column)
@@ -180,24 +176,21 @@ class _BodyChoice:
                 self.coordinates[member.q.start] = self.nq
                 self.nq += member.q.stop - member.q.start
 
-    def _find_moved_bodies(self) -> dict[int, tuple[int, int, int, float, float]]:
-        """Return kind, coordinate, velocity, ratio and offset of each body on a chosen joint."""
-        tree, moved = self.tree, {}
+    def _find_moved_bodies(self) -> dict[int, RigidBody]:
+        """Return the bodies on chosen joints by their indices in the tree, without parents."""
+        tree, moved = self.tree, dict[int, RigidBody]()
         for member in tree.members:
             if member.q.start in self.coordinates and not member.rolls:
-                kind = find_kind(member.kind, self._name_frame(member.body))
-                numbers = self.coordinates[member.q.start], self.velocities[member.v.start]
-                moved[member.body] = (kind, *numbers, 1.0, 0.0)
-        coupled = {tree.nq + i: i for i in range(len(tree.joints.ties))}
+                i, first = member.body, self.coordinates[member.q.start]
+                kind = find_kind(member.kind, self._name_frame(i))
+                moved[i] = RigidBody(0, kind, i, first, self.velocities[member.v.start])
         for i, body in enumerate(tree.joints.bodies):
-            if body.x in coupled and body.kind.follower:
-                tie = self._follow_mimics(coupled[body.x])
-                if tie is None:
-                    continue
+            tie = self._follow_mimics(body.x - tree.nq) if body.x >= tree.nq else None
+            if tie is not None:
                 source, ratio, offset = tie
-                column = self.velocities[self._find_velocity(source)]
                 kind = find_kind(body.kind, self._name_frame(i))
-                moved[i] = kind, self.coordinates[source], column, ratio, offset
+                numbers = self.coordinates[source], self._find_velocity(source)
+                moved[i] = RigidBody(0, kind, i, *numbers, ratio, offset, mimics=True)
         return dict(sorted(moved.items()))
 
     def _follow_mimics(self, i: int) -> tuple[int, float, float] | None:
@@ -212,8 +205,9 @@ class _BodyChoice:
         return (source, ratio, offset) if source in self.coordinates else None
 
     def _find_velocity(self, coordinate: int) -> int:
-        """Return the velocity of an independent coordinate."""
-        return next(each.v.start for each in self.tree.members if each.q.start == coordinate)
+        """Return the index of the velocity of a chosen coordinate."""
+        column = next(each.v.start for each in self.tree.members if each.q.start == coordinate)
+        return self.velocities[column]
 
     def _find_lost_bodies(self, moved: set[int]) -> set[int]:
         """Return the bodies with a given motion that stand on bodies that forces move."""
