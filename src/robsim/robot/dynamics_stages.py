@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,12 +19,21 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.robot.rigid_bodies import RigidBodies
 
-STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, z upwards
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in axes of the world
 _PLACING = {
     REVOLUTE: relative_placement.place_on_revolute,
     PRISMATIC: relative_placement.place_on_prismatic,
     FLOATING: relative_placement.place_on_floating,
 }
+
+
+class CarrierRows(NamedTuple):
+    """Rows of a body whose motion is given."""
+
+    body: int  # of the tree
+    rotation: BlockRows  # (9,) in the world, row by row
+    omega: BlockRows  # (3,) in the axes of the body
+    acceleration: BlockRows  # (3,) of the origin in the axes of the body, without gravity
 
 
 class DynamicsStages:
@@ -37,52 +47,45 @@ class DynamicsStages:
         Acceleration of gravity in axes of the world, in m/s^2; initially (0, 0, -9.81).
     inertias : BlockRows of shape (bodies, 10)
         Moments of the bodies, see `RigidBodies`; other stages may write them.
-    rotations : BlockRows of shape (carriers, 3, 3)
-        Rotations of the carriers in the world. The plant writes them, except for the world.
-    turning : BlockRows of shape (carriers, 3)
-        Angular velocities of the carriers, in their own axes, in rad/s.
-    accelerations : BlockRows of shape (carriers, 3)
-        Accelerations of the origins of the carriers, in their own axes, in m/s^2.
+    carriers : list of CarrierRows
+        Carriers, at first without rotation and at rest.
     """
 
     def __init__(self, program: Program, bodies: RigidBodies, q: BlockRows) -> None:
-        self.program, self.bodies, self.q = program, bodies, q
-        carriers, self.n = len(bodies.carriers), bodies.n
-        self.gravity = program.constant(STANDARD_GRAVITY)
+        self.program, self.bodies, self.q, self.n = program, bodies, q, bodies.n
+        self.gravity = program.constant(GRAVITY)
         self.inertias = program.numbers(bodies.inertias, 2)
-        self.places = program.numbers(bodies.places, 3)
-        self.rotations = program.constant(np.tile(np.eye(3), (carriers, 1, 1)))
-        self.turning, self.accelerations = program.rows(carriers, 3), program.rows(carriers, 3)
-        self.rows = program.rows(len(bodies.bodies), ROWS)
-
-    @cached_property
-    def _ratios(self) -> BlockRows:
-        """Rows of the ratios of the bodies on joints."""
-        return self.program.constant([self.bodies.bodies[i].ratio for i in self.bodies.jointed])
+        self.places = program.numbers(bodies.place, 3)
+        rows = program.rows
+        self.carriers = [
+            CarrierRows(body, program.constant(np.eye(3).ravel()), rows(3), rows(3))
+            for body in bodies.carriers
+        ]
+        self.ratios = program.constant([each.ratio for each in bodies.bodies])
+        self.offsets = program.constant([each.offset for each in bodies.bodies])
+        count = len(bodies.carriers)
+        states = list(rows(count + len(bodies.bodies), ROWS))
+        self.carrier_states, self.states = states[:count], states[count:]
+        self.parents = [states[each.parent] for each in bodies.bodies]
 
     def place(self) -> None:
         """Add the stages that place bodies in their parents, after a change of q."""
-        coordinates, mimicking = [], []
-        for i in self.bodies.jointed:
-            body, x = self.bodies.bodies[i], self.q[self.bodies.bodies[i].coordinate]
-            if body.mimics:
-                source, x = x, self.program.rows()
-                ratio, offset = (
-                    self.program.constant(body.ratio),
-                    self.program.constant(body.offset),
-                )
-                mimicking.append((source, ratio, offset, x))
-            coordinates.append(x)
+        x = [self.q[body.coordinate] for body in self.bodies.bodies]
+        mimicking = [i for i, body in enumerate(self.bodies.bodies) if body.mimics]
         if mimicking:
-            self.program.add(relative_placement.follow_coordinates, each=mimicking)
-        for kind, stage in _PLACING.items():
+            own = self.program.rows(len(mimicking))
             each = [
-                (self.places[i], x, self.rows[i])
-                for i, x in zip(self.bodies.jointed, coordinates, strict=True)
-                if self.bodies.bodies[i].kind == kind
+                (x[i], self.ratios[i], self.offsets[i], row)
+                for i, row in zip(mimicking, own, strict=True)
             ]
-            if each:
-                self.program.add(stage, each=each)
+            self.program.add(relative_placement.follow_coordinates, each=each)
+            for i, row in zip(mimicking, own, strict=True):
+                x[i] = row
+        for kind, stage in _PLACING.items():
+            chosen = [i for i, body in enumerate(self.bodies.bodies) if body.kind == kind]
+            if chosen:
+                rows = [(self.places[i], x[i], self.states[i]) for i in chosen]
+                self.program.add(stage, each=rows)
 
     def add_inverse(
         self,
@@ -99,32 +102,33 @@ class DynamicsStages:
         self._move_carriers(gravity)
         inertias = self.inertias if inertias is None else inertias
         speeds, rates = self._spread(v), self._spread(a)
-        forces = self._select(tau) if not self.bodies.mimics else self._new_body_rows()
+        has_mimics = self.bodies.has_mimics
+        forces = self._new_body_rows() if has_mimics else self._select(tau)
         each = [
-            (*self._head(i), self.rows[i], inertias[i], speed, rate, force)
-            for i, speed, rate, force in zip(
-                self.bodies.jointed, speeds, rates, forces, strict=True
-            )
+            (*self._head(i), inertias[i], speeds[i], rates[i], forces[i])
+            for i in range(len(self.bodies.bodies))
         ]
         if each:
             self.program.add(newton_euler.compute_joint_forces, each=each)
-        if self.bodies.mimics:
+        if has_mimics:
             self._collect(forces, tau)
 
     def add_mass_matrix(self, H: BlockRows, inertias: BlockRows | None = None) -> None:
         """Add the stages of the mass matrix H (n, n) of the bodies, without armatures."""
         bodies, inertias = self.bodies, self.inertias if inertias is None else inertias
-        first, columns = len(bodies.carriers), self._body_columns
-        own = self.program.rows(columns[-1], columns[-1]) if bodies.mimics else H
-        each = []
-        for k, i in enumerate(bodies.jointed):
-            body = bodies.bodies[i]
-            column = columns[k] if bodies.mimics else body.velocity
-            above = max(body.parent - first, -1)
-            rows = self.rows[i], self.rows[body.parent], inertias[i]
-            each.append((body.kind, above, column, *rows))
+        own, first = H, len(bodies.carriers)
+        columns = [body.velocity for body in bodies.bodies]
+        if bodies.has_mimics:
+            count = self._body_columns[-1]
+            own, columns = self.program.rows(count, count), self._body_columns[:-1]
+        each = [
+            (*(body.kind, max(body.parent - first, -1), columns[i]), self.states[i], *rows)
+            for i, (body, *rows) in enumerate(
+                zip(bodies.bodies, self.parents, inertias, strict=True)
+            )
+        ]
         self.program.add(composite_bodies.compute_mass_matrix, H=own, each=each)
-        if bodies.mimics:
+        if bodies.has_mimics:
             table = [(ratio, column) for _, ratio, column in self._list_velocity_rows()]
             self.program.add(composite_bodies.merge_mimicking_joints, bodies=own, H=H, each=table)
 
@@ -137,16 +141,15 @@ class DynamicsStages:
         integration the slopes of the forces times the step. Floating and mimicking joints are
         solved with the mass matrix, other joints with articulated bodies.
         """
-        if self.bodies.mimics or self.bodies.floats:
+        if self.bodies.has_mimics or self.bodies.has_floating:
             self._solve_forward(v, tau, diagonal, a)
             return
         self._move_carriers(None)
         each = []
-        for i in self.bodies.jointed:
-            j = self.bodies.bodies[i].velocity
+        for i, body in enumerate(self.bodies.bodies):
+            j = body.velocity
             added = None if diagonal is None else diagonal[j]
-            rows = self.rows[i], self.inertias[i], v[j], tau[j], added, a[j]
-            each.append((*self._head(i), *rows))
+            each.append((*self._head(i), self.inertias[i], v[j], tau[j], added, a[j]))
         if each:
             self.program.add(articulated_bodies.accelerate_joints, each=each)
 
@@ -170,29 +173,27 @@ class DynamicsStages:
 
     def _move_carriers(self, gravity: BlockRows | None) -> None:
         """Add the stage of the motion of the carriers."""
-        count = len(self.bodies.carriers)
         each = [
-            (self.rotations[i], self.turning[i], self.accelerations[i], self.rows[i])
-            for i in range(count)
+            (*carrier[1:], state)
+            for carrier, state in zip(self.carriers, self.carrier_states, strict=True)
         ]
         own = self.gravity if gravity is None else gravity
         self.program.add(relative_placement.move_carriers, gravity=own, each=each)
 
-    def _head(self, i: int) -> tuple[int, int, BlockRows]:
-        """Return kind, whether the parent is on a joint, and rows of the parent of a body."""
+    def _head(self, i: int) -> tuple[int, int, BlockRows, BlockRows]:
+        """Return kind, whether the parent is on a joint, and rows of the parent and of a body."""
         body = self.bodies.bodies[i]
-        loads = body.parent >= len(self.bodies.carriers)
-        return body.kind, int(loads), self.rows[body.parent]
+        loads = body.parent >= len(self.carriers)
+        return body.kind, int(loads), self.parents[i], self.states[i]
 
     def _select(self, values: BlockRows) -> list[BlockRows]:
         """Return the first row of values (n,) of each body on a joint."""
-        bodies = self.bodies
-        return [values[bodies.bodies[i].velocity] for i in bodies.jointed]
+        return [values[body.velocity] for body in self.bodies.bodies]
 
     @cached_property
     def _body_columns(self) -> list[int]:
         """First index of each body on a joint among the velocities of all bodies; their number."""
-        counts = [6 if self.bodies.bodies[i].kind == FLOATING else 1 for i in self.bodies.jointed]
+        counts = [6 if body.kind == FLOATING else 1 for body in self.bodies.bodies]
         return [0, *np.cumsum(counts).tolist()]
 
     def _new_body_rows(self) -> list[BlockRows]:
@@ -203,17 +204,17 @@ class DynamicsStages:
     def _list_velocity_rows(self) -> list[tuple[int, BlockRows, int]]:
         """Return index, row of the ratio, and column of each velocity of each body."""
         table = []
-        for k, i in enumerate(self.bodies.jointed):
-            body, first = self.bodies.bodies[i], self._body_columns[k]
-            count = self._body_columns[k + 1] - first
-            table += [(first + c, self._ratios[k], body.velocity + c) for c in range(count)]
+        for i, body in enumerate(self.bodies.bodies):
+            first, end = self._body_columns[i : i + 2]
+            numbers = range(end - first)
+            table += [(first + c, self.ratios[i], body.velocity + c) for c in numbers]
         return table
 
     def _spread(self, values: BlockRows | None) -> Sequence[BlockRows | None]:
         """Return the first row of each body of velocities or accelerations (n,)."""
         if values is None:
-            return [None] * len(self.bodies.jointed)
-        if not self.bodies.mimics:
+            return [None] * len(self.bodies.bodies)
+        if not self.bodies.has_mimics:
             return self._select(values)
         rows = self._new_body_rows()
         each = [

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.geometry.inertia import Inertia
-from robsim.kernels.dynamics.body_rows import CARRIER, FLOATING, PRISMATIC, REVOLUTE
+from robsim.kernels.dynamics.body_rows import FLOATING, PRISMATIC, REVOLUTE
 from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.mimic import Mimic
 from robsim.robot.tree import Tree
@@ -26,9 +26,9 @@ class RigidBody:
     Attributes
     ----------
     parent : int
-        Index of the parent among the rigid bodies.
+        Index of the parent, among the carriers and then the bodies.
     kind : int
-        Kind of the joint, see `robsim.kernels.dynamics.body_rows`; 0 for a carrier.
+        Kind of the joint, see `robsim.kernels.dynamics.body_rows`.
     tree_body : int
         Index of the body in the tree.
     coordinate, velocity : int
@@ -42,8 +42,8 @@ class RigidBody:
     parent: int
     kind: int
     tree_body: int
-    coordinate: int = 0
-    velocity: int = 0
+    coordinate: int
+    velocity: int
     ratio: float = 1.0
     offset: float = 0.0
     mimics: bool = False
@@ -51,32 +51,30 @@ class RigidBody:
 
 @dataclass(frozen=True, eq=False)
 class RigidBodies:
-    """Bodies with inertias, moved by some joints of a tree.
+    """Bodies with inertias, which some joints of a tree move, and the carriers below them.
 
-    The first bodies are carriers, whose motion is given: the world, and bodies that stand on it by
-    joints that forces do not move. Parents come before their children. The joints are revolute,
-    prismatic or floating, or mimic such a joint.
+    The joints are revolute, prismatic or floating, or mimic such a joint. The motion of a carrier
+    is given: the world, or a body that stands on it by joints that forces do not move.
 
     Attributes
     ----------
+    carriers : tuple of int
+        Indices of the carriers in the tree; the world is body 0.
     bodies : tuple of RigidBody
-        Bodies, carriers first; body 0 is the world.
-    places : ndarray of shape (bodies, 3, 4) or (bodies, 3, 4, runs)
+        Bodies on joints, parents first.
+    place : ndarray of shape (bodies, 3, 4) or (bodies, 3, 4, runs)
         Poses of the joints in the parent bodies.
     inertias : ndarray of shape (bodies, 10) or (bodies, 10, runs)
         Mass m (kg), first moment m c (kg m) and moments xx, xy, xz, yy, yz, zz (kg m^2) about the
         origin of the body, in its axes.
-    where : dict of str to (int, ndarray)
-        Body of each frame, and the pose (4, 4) or (runs, 4, 4) of the frame in it. Frames on other
-        bodies are missing.
     nq, n : int
         Number of coordinates and velocities of the joints.
     """
 
+    carriers: tuple[int, ...]
     bodies: tuple[RigidBody, ...]
-    places: Array
+    place: Array
     inertias: Array
-    where: dict[str, tuple[int, Array]] = field(repr=False)
     nq: int
     n: int
 
@@ -84,7 +82,7 @@ class RigidBodies:
     def of(
         cls,
         tree: Tree,
-        inertias: Sequence[tuple[str, Inertia]],
+        inertias: Iterable[tuple[str, Inertia]],
         velocities: Sequence[int] | None = None,
     ) -> RigidBodies:
         """Return the bodies that some velocities of a tree move by forces.
@@ -93,8 +91,9 @@ class RigidBodies:
         ----------
         tree : Tree
             Tree of a robot or a scene.
-        inertias : sequence of (str, Inertia)
-            Frames with their inertias. Several inertias of a body are added.
+        inertias : iterable of (str, Inertia)
+            Frames with their inertias. Several inertias of a body are added, and inertias on
+            carriers have no effect.
         velocities : sequence of int, optional
             Velocities of the joints, in the order of the result; all velocities of a floating
             joint. Other joints move their bodies ideally. Default: all velocities of the tree.
@@ -107,48 +106,43 @@ class RigidBodies:
         Raises
         ------
         InputError
-            If a joint has another kind, or a body with a given motion stands on one that forces
-            move.
+            If a joint has another kind, or if a body with an inertia and a given motion stands on
+            a body that forces move.
         """
         columns = list(range(tree.nv)) if velocities is None else list(velocities)
         chosen = _BodyChoice(tree, columns)
         index = {each.tree_body: i for i, each in enumerate(chosen.bodies)}
-        where = {
-            name: (index[body], pose) for name, (body, pose) in tree.where.items() if body in index
-        }
-        places = tree.joints.place[[each.tree_body for each in chosen.bodies]]
         return cls(
+            tuple(chosen.carriers),
             tuple(chosen.bodies),
-            make_read_only(places),
-            make_read_only(sum_moments(len(index), where, chosen.keep_loads(inertias))),
-            where,
+            make_read_only(tree.joints.place[list(index)]),
+            make_read_only(chosen.sum_moments(index, list(inertias))),
             chosen.nq,
             len(columns),
         )
 
-    @cached_property
-    def carriers(self) -> tuple[int, ...]:
-        """Index in the tree of each carrier; the world is 0."""
-        return tuple(each.tree_body for each in self.bodies if each.kind == CARRIER)
+    def locate(self, tree: Tree, frame: str) -> tuple[int, Array] | None:
+        """Return the index of the body that carries a frame, and the frame's pose in the body.
+
+        None if no joint moves the frame.
+        """
+        body, offset = tree.find(frame)
+        index = {each.tree_body: i for i, each in enumerate(self.bodies)}
+        return (index[body], offset) if body in index else None
 
     @cached_property
-    def jointed(self) -> tuple[int, ...]:
-        """Index of each body on a joint."""
-        return tuple(range(len(self.carriers), len(self.bodies)))
-
-    @cached_property
-    def mimics(self) -> bool:
+    def has_mimics(self) -> bool:
         """Whether several bodies move by one velocity."""
-        return any(self.bodies[i].mimics for i in self.jointed)
+        return any(each.mimics for each in self.bodies)
 
     @cached_property
-    def floats(self) -> bool:
+    def has_floating(self) -> bool:
         """Whether a joint is floating."""
         return any(each.kind == FLOATING for each in self.bodies)
 
 
 class _BodyChoice:
-    """Choice of the bodies of a tree, carriers first, and of their coordinates."""
+    """Choice of the carriers and bodies of a tree, and of the coordinates of the joints."""
 
     def __init__(self, tree: Tree, columns: list[int]) -> None:
         self.tree, self.nq = tree, 0
@@ -157,15 +151,13 @@ class _BodyChoice:
         self._number_coordinates(columns)
         moved = self._find_moved_bodies()
         self.lost = self._find_lost_bodies(set(moved))
-        count = len(tree.parent)
-        carriers = [i for i in range(count) if i not in moved and i not in self.lost]
-        order = {body: i for i, body in enumerate([*carriers, *moved])}
-        self.bodies = [RigidBody(0, CARRIER, body) for body in carriers]
-        for body, joint in moved.items():
-            parent = int(tree.parent[body])
+        parents = {body: int(tree.parent[body]) for body in moved}
+        for parent in parents.values():
             if parent in self.lost:
                 raise InputError(self._describe_lost(parent))
-            self.bodies.append(replace(joint, parent=order[parent]))
+        self.carriers = sorted(set(parents.values()) - moved.keys())
+        order = {body: i for i, body in enumerate([*self.carriers, *moved])}
+        self.bodies = [replace(joint, parent=order[parents[body]]) for body, joint in moved.items()]
 
     def _number_coordinates(self, columns: list[int]) -> None:
         """Assign indices to the coordinates of the joints, in the order of their velocities."""
@@ -220,13 +212,20 @@ class _BodyChoice:
                 lost.add(body)
         return lost
 
-    def keep_loads(self, inertias: Sequence[tuple[str, Inertia]]) -> list[tuple[str, Inertia]]:
-        """Return the inertias; raise InputError if one moves ideally on a joint with forces."""
-        for name, _ in inertias:
-            body, _ = self.tree.find(name)
+    def sum_moments(self, index: dict[int, int], inertias: list[tuple[str, Inertia]]) -> Array:
+        """Return the moments (bodies, 10) or (bodies, 10, runs); `index` numbers the bodies."""
+        rows = []
+        for name, inertia in inertias:
+            body, pose = self.tree.find(name)
             if body in self.lost:
                 raise InputError(self._describe_lost(body))
-        return list(inertias)
+            if body in index:
+                rows.append((index[body], measure_moments(inertia, pose)))
+        runs = max((moments.shape[1:] for _, moments in rows), key=len, default=())
+        total = np.zeros((len(index), 10, *runs))
+        for i, moments in rows:
+            total[i] += moments if moments.ndim == total.ndim - 1 else moments[:, None]
+        return total
 
     def _describe_lost(self, body: int) -> str:
         kind = self.tree.models[body].name
@@ -250,27 +249,8 @@ def find_kind(kind: JointKind, name: str) -> int:
     return KINDS[kind.name]
 
 
-def sum_moments(
-    count: int, where: dict[str, tuple[int, Array]], inertias: Sequence[tuple[str, Inertia]]
-) -> Array:
-    """Return the moments (count, 10) or (count, 10, runs) of bodies that carry some inertias.
-
-    `where` is described in `RigidBodies`.
-    """
-    runs = max((where[name][1].shape[:-2] for name, _ in inertias), key=len, default=())
-    moments = np.zeros((count, 10, *runs))
-    for name, inertia in inertias:
-        body, pose = where[name]
-        moments[body] += (
-            move_moments(inertia, pose).T
-            if pose.ndim > 2 or not runs
-            else (move_moments(inertia, pose)[:, None])
-        )
-    return moments
-
-
-def move_moments(inertia: Inertia, pose: Array) -> Array:
-    """Return mass, first moment and moments (..., 10) of an inertia in a frame at poses.
+def measure_moments(inertia: Inertia, pose: Array) -> Array:
+    """Return mass, first moment and moments of an inertia about the origin of a body.
 
     The moments about the origin of a body follow from the parallel axis theorem,
     I_O = R I R' + m (c'c 1 - c c').
@@ -284,8 +264,8 @@ def move_moments(inertia: Inertia, pose: Array) -> Array:
 
     Returns
     -------
-    ndarray of shape (..., 10)
-        Rows of `RigidBodies.inertias`.
+    ndarray of shape (10,) or (10, ...)
+        Entries of `RigidBodies.inertias`.
     """
     R, m = pose[..., :3, :3], inertia.mass
     c = (R * inertia.centre).sum(axis=-1) + pose[..., :3, 3]
@@ -295,5 +275,5 @@ def move_moments(inertia: Inertia, pose: Array) -> Array:
     tensor = tensor - m * c[..., :, None] * c[..., None, :]
     rows, columns = np.triu_indices(3)
     mass = np.broadcast_to(np.float64(m), (*c.shape[:-1], 1))
-    result: Array = np.concatenate([mass, m * c, tensor[..., rows, columns]], axis=-1)
-    return result
+    result = np.concatenate([mass, m * c, tensor[..., rows, columns]], axis=-1)
+    return np.moveaxis(result, -1, 0)

@@ -6,7 +6,7 @@ accelerations of Featherstone 2008, section 2.11. Gravity is an acceleration of 
 opposite direction (Luh, Walker and Paul 1980).
 """
 
-CARRIER, REVOLUTE, PRISMATIC, FLOATING = 0, 1, 2, 3  # kinds of the joint of a body
+REVOLUTE, PRISMATIC, FLOATING = 1, 2, 3  # kinds of the joint of a body
 
 ROTATION, POSITION = 0, 9  # pose of the body in its parent
 TURNING, TURNING_RATE, ACCELERATION = 12, 15, 18  # angular velocity and its derivative

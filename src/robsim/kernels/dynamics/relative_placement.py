@@ -92,9 +92,7 @@ def collect_forces(w, step, n="count", tau="n", each="each: force=row; ratio=row
 
 
 @stage
-def move_carriers(
-    w, step, gravity="3", each="each: rotation=3, 3; turning=3; acceleration=3; body=68"
-):
+def move_carriers(w, step, gravity="3", each="each: rotation=9; omega=3; acceleration=3; body=68"):
     """Write the motion of carriers, with their acceleration against gravity, to their bodies."""
     gx, gy, gz = get_vector(w, gravity)
     for i in range(each[0]):
