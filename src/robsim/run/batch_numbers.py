@@ -131,7 +131,7 @@ class BatchTemplate:
         for name in filter(is_true_scene_name, believed):
             truth = self.paths[name].get(scene)
             if belief is None or find_followed_path(experiment, belief, name, truth):
-                self.followed[name] = find_scene_path(first, name)  # type: ignore[assignment]
+                self.followed[name] = find_scene_path(first, name)  # type: ignore[assignment,arg-type]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
         """Return the experiment with these numbers; names of the true scene are set first."""
