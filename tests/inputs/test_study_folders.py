@@ -6,6 +6,7 @@ import pytest
 
 import robsim as rs
 from robsim.cli.studio_command import _load_shown
+from robsim.page import load_recording
 
 
 @pytest.fixture(scope="module")
@@ -94,4 +95,4 @@ def test_a_page_of_a_study_is_no_recording(kept, tmp_path):
     with pytest.raises(
         rs.errors.FileError, match="its format is 'robsim study', not 'robsim recording'"
     ):
-        rs.page.load_recording(path)
+        load_recording(path)

@@ -1,0 +1,1 @@
+"""Compiled stages of the dynamics of rigid bodies, and of the drives of joints."""

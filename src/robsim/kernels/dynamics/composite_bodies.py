@@ -1,0 +1,201 @@
+"""Composite-rigid-body algorithm: the mass matrix, and its factors.
+
+M. W. Walker and D. E. Orin, Efficient dynamic computer simulation of robotic mechanisms, J. Dynamic
+Systems, Measurement, and Control 104, 1982; R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
+table 6.2 and section 6.5.
+"""
+
+from robsim.kernels.dynamics.body_rows import (
+    FLOATING,
+    MASS,
+    MOMENTS,
+    POSITION,
+    PRISMATIC,
+    REVOLUTE,
+    SECOND_MOMENT,
+)
+from robsim.kernels.formulas.lane_vectors import (
+    add_to_vector,
+    cross_product,
+    get_vector,
+    put_vector,
+    rotate_symmetric,
+    times_matrix,
+    times_symmetric,
+)
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import align_stack, get, put
+from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.stages import stage
+
+# rows of a composite inertia: moments, first moment and mass
+COMPOSITE, COMPOSITE_FIRST, COMPOSITE_MASS = MOMENTS, MOMENTS + 6, MOMENTS + 9
+UNIT_FORCE = MOMENTS + 10  # force and moment that a unit acceleration of a joint needs
+FIELDS = 6  # of a record of a body
+
+
+@part
+def _merge_composite(w, s, parent):
+    """Add the composite inertia of a body to its parent, by the parallel axis theorem."""
+    m = get(w, s + COMPOSITE_MASS)
+    hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+    px, py, pz = get_vector(w, s + POSITION)
+    rx, ry, rz = times_matrix(w, s, hx, hy, hz)
+    add_to_vector(w, parent + COMPOSITE_FIRST, rx + m * px, ry + m * py, rz + m * pz)
+    put(w, parent + COMPOSITE_MASS, get(w, parent + COMPOSITE_MASS) + m)
+    xx, xy, xz, yy, yz, zz = rotate_symmetric(w, s, s + COMPOSITE)
+    qx, qy, qz = 2.0 * rx + m * px, 2.0 * ry + m * py, 2.0 * rz + m * pz
+    t = px * qx + py * qy + pz * qz
+    ex, ey = rx + m * px, ry + m * py
+    xy, xz = xy - (px * ry + ex * py), xz - (px * rz + ex * pz)
+    yz = yz - (py * rz + ey * pz)
+    add_to_vector(w, parent + COMPOSITE, xx + t - px * qx, xy, xz)
+    add_to_vector(w, parent + COMPOSITE + 3, yy + t - py * qy, yz, zz + t - pz * qz)
+
+
+@part
+def _start_unit_force(w, s, kind, axis):
+    """Write the force and moment that a unit acceleration along an axis of a joint needs.
+
+    The axes of a floating joint are 0 to 5, first its translations.
+    """
+    m = get(w, s + COMPOSITE_MASS)
+    hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+    turns = kind == REVOLUTE or axis >= 3
+    k = axis % 3 if kind == FLOATING else 2
+    one = 0.0 * m + 1.0
+    x, y, z = one - 1.0, one - 1.0, one - 1.0
+    if k == 0:
+        x = one
+    elif k == 1:
+        y = one
+    else:
+        z = one
+    if turns:
+        fx, fy, fz = cross_product(x, y, z, hx, hy, hz)
+        nx, ny, nz = times_symmetric(w, s + COMPOSITE, x, y, z)
+    else:
+        fx, fy, fz = m * x, m * y, m * z
+        nx, ny, nz = cross_product(hx, hy, hz, x, y, z)
+    put_vector(w, s + UNIT_FORCE, fx, fy, fz)
+    put_vector(w, s + UNIT_FORCE + 3, nx, ny, nz)
+
+
+@part
+def _write_entries(w, H, n, row, force, kind, column):
+    """Write the entries of H of a unit force in a row, at the columns of a joint."""
+    first, count = force, 1
+    if kind == REVOLUTE:
+        first = force + 5
+    elif kind == PRISMATIC:
+        first = force + 2
+    else:
+        count = 6
+    for k in range(count):
+        x = get(w, first + k)
+        put(w, H + row * n + column + k, x)
+        put(w, H + (column + k) * n + row, x)
+
+
+@routine
+def _carry_unit_force(w, each, i, row, H, n):
+    """Carry the unit force of body i to the root; write the entries of its row of H."""
+    k = i
+    force = each[1 + FIELDS * i + 3] + UNIT_FORCE
+    while True:
+        at = 1 + FIELDS * k
+        s = each[at + 3]
+        _write_entries(w, H, n, row, force, each[at], each[at + 2])
+        if each[at + 1] < 0:
+            return
+        px, py, pz = get_vector(w, s + POSITION)
+        fx, fy, fz = get_vector(w, force)
+        nx, ny, nz = get_vector(w, force + 3)
+        fx, fy, fz = times_matrix(w, s, fx, fy, fz)
+        nx, ny, nz = times_matrix(w, s, nx, ny, nz)
+        dx, dy, dz = cross_product(px, py, pz, fx, fy, fz)
+        put_vector(w, force, fx, fy, fz)
+        put_vector(w, force + 3, nx + dx, ny + dy, nz + dz)
+        k = each[at + 1]
+
+
+@stage
+def compute_mass_matrix(
+    w,
+    step,
+    n="count",
+    H="n, n",
+    each="each: kind=whole; above=whole; column=whole; body=68; parent=68; inertia=10",
+):
+    """Compute the mass matrix H of bodies on joints.
+
+    The bodies are placed in their parents, and come after them. `above` is the index of the parent
+    in this list, or -1 if the parent is a carrier.
+    """
+    align_stack()
+    for k in range(n * n):
+        put(w, H + k, 0.0)
+    for i in range(each[0]):
+        s, inertia = each[4 + FIELDS * i], each[6 + FIELDS * i]
+        for k in range(6):
+            put(w, s + COMPOSITE + k, get(w, inertia + SECOND_MOMENT + k))
+        for k in range(3):
+            put(w, s + COMPOSITE_FIRST + k, get(w, inertia + 1 + k))
+        put(w, s + COMPOSITE_MASS, get(w, inertia + MASS))
+    for i in range(each[0] - 1, -1, -1):
+        at = 1 + FIELDS * i
+        kind, s = each[at], each[at + 3]
+        if each[at + 1] >= 0:
+            _merge_composite(w, s, each[at + 4])
+        for axis in range(6 if kind == FLOATING else 1):
+            _start_unit_force(w, s, kind, axis)
+            _carry_unit_force(w, each, i, each[at + 2] + axis, H, n)
+
+
+@stage
+def merge_mimicking_joints(
+    w, step, m="count", n="count", bodies="m, m", H="n, n", each="each: ratio=row; column=whole"
+):
+    """Compute the mass matrix H = G' M G of independent velocities from the matrix M of bodies.
+
+    Row i of G is zero except for the ratio of entry i at its column.
+    """
+    for k in range(n * n):
+        put(w, H + k, 0.0)
+    for i in range(m):
+        for j in range(m):
+            at = H + each[2 * i + 2] * n + each[2 * j + 2]
+            share = get(w, each[2 * i + 1]) * get(w, each[2 * j + 1])
+            put(w, at, get(w, at) + share * get(w, bodies + i * m + j))
+
+
+@stage
+def solve_mass_matrix(
+    w, step, n="count", H="n, n", L="n, n", tau="n", bias="n", diagonal="n or none", a="n"
+):
+    """Solve (H + diag(diagonal)) a = tau - bias by the factors L D L' of the matrix.
+
+    L receives the factors.
+    """
+    for i in range(n):
+        for j in range(i):
+            x = get(w, H + i * n + j)
+            for k in range(j):
+                x = x - get(w, L + i * n + k) * get(w, L + j * n + k) * get(w, L + k * n + k)
+            put(w, L + i * n + j, x / get(w, L + j * n + j))
+        d = get(w, H + i * n + i)
+        if diagonal >= 0:
+            d = d + get(w, diagonal + i)
+        for k in range(i):
+            x = get(w, L + i * n + k)
+            d = d - x * x * get(w, L + k * n + k)
+        put(w, L + i * n + i, d)
+        y = get(w, tau + i) - get(w, bias + i)
+        for k in range(i):
+            y = y - get(w, L + i * n + k) * get(w, a + k)
+        put(w, a + i, y)
+    for i in range(n - 1, -1, -1):
+        y = get(w, a + i) / get(w, L + i * n + i)
+        for k in range(i + 1, n):
+            y = y - get(w, L + k * n + i) * get(w, a + k)
+        put(w, a + i, y)
