@@ -14,8 +14,8 @@ HEAD = ["link", "mass kg", "centre m", "moment kg m^2", "effort", *RESISTANCES]
 def format_weight_table(robot: Robot) -> list[str]:
     """Return the lines of a table of masses and drives, or one line if nothing has a mass.
 
-    The moment is the largest principal moment. Efforts and friction are in N m or N, the armature in kg m^2 or kg, and the damping in N m s/rad
-    or N s/m.
+    The moment is the largest principal moment. Efforts and friction are in N m or N, the armature
+    in kg m^2 or kg, and the damping in N m s/rad or N s/m.
 
     >>> from robsim import robots
     >>> format_weight_table(robots.scara())
