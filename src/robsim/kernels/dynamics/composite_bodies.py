@@ -138,6 +138,63 @@ def compute_mass_matrix(
 
 
 @stage
+def compute_potential_energy(
+    w, step, gravity="3", energy="row", each="each: loads=whole; parent=62; body=62; inertia=10"
+):
+    """Compute the potential energy -g' sum(m c) of bodies on joints, zero at their carrier.
+
+    The carrier does not turn. The bodies are placed in their parents, and come after them. `loads`
+    is 1 if the parent is a body on a joint.
+    """
+    total = 0.0 * get(w, gravity)
+    for i in range(each[0]):
+        s, inertia = each[4 * i + 3], each[4 * i + 4]
+        put(w, s + COMPOSITE_MASS, get(w, inertia + MASS))
+        for k in range(3):
+            put(w, s + COMPOSITE_FIRST + k, get(w, inertia + 1 + k))
+    for i in range(each[0] - 1, -1, -1):
+        parent, s = each[4 * i + 2], each[4 * i + 3]
+        m = get(w, s + COMPOSITE_MASS)
+        hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+        px, py, pz = get_vector(w, s + POSITION)
+        rx, ry, rz = times_matrix(w, s, hx, hy, hz)
+        rx, ry, rz = rx + m * px, ry + m * py, rz + m * pz
+        if each[4 * i + 1]:
+            add_to_vector(w, parent + COMPOSITE_FIRST, rx, ry, rz)
+            put(w, parent + COMPOSITE_MASS, get(w, parent + COMPOSITE_MASS) + m)
+        else:
+            gx, gy, gz = get_vector(w, gravity)
+            total = total - (gx * rx + gy * ry + gz * rz)
+    put(w, energy, total)
+
+
+@stage
+def compute_kinetic_energy(w, step, n="count", H="n, n", armature="n", v="n", energy="row"):
+    """Compute the kinetic energy v' (H + diag(armature)) v / 2."""
+    total = 0.0 * get(w, v)
+    for i in range(n):
+        y = get(w, armature + i) * get(w, v + i)
+        for j in range(n):
+            y = y + get(w, H + i * n + j) * get(w, v + j)
+        total = total + y * get(w, v + i)
+    put(w, energy, 0.5 * total)
+
+
+@stage
+def add_to_diagonal(w, step, n="count", diagonal="n", H="n, n"):
+    """Add numbers to the diagonal of a matrix."""
+    for i in range(n):
+        put(w, H + i * (n + 1), get(w, H + i * (n + 1)) + get(w, diagonal + i))
+
+
+@stage
+def add_scaled(w, step, n="count", factor="n", x="n", y="n"):
+    """Add the products of factors and numbers x to numbers y."""
+    for i in range(n):
+        put(w, y + i, get(w, y + i) + get(w, factor + i) * get(w, x + i))
+
+
+@stage
 def merge_mimicking_joints(
     w, step, m="count", n="count", bodies="m, m", H="n, n", each="each: ratio=row; column=whole"
 ):
