@@ -14,6 +14,7 @@ from robsim.base.arrays import Array
 from robsim.declare.problems import prefix_path
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
+from robsim.engine.command_checks import check_command_quantity
 from robsim.engine.endings import Ending
 from robsim.engine.image_stream import ImageStream, check_sensing
 from robsim.engine.outcome import Outcome
@@ -67,6 +68,7 @@ class Loop:
         with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
+        check_command_quantity(controller, self.actuation, self.guard)
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures
