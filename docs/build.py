@@ -27,6 +27,8 @@ TABLES = {
     "`[sensing]`": rs.Sensing,
     "`[[sensing.occlusions]]`": rs.imperfections.Occlusion,
     "`[actuation]`": rs.Actuation,
+    "`[actuation.drive.model]`": rs.drives.DriveModel,
+    "`[[actuation.payloads]]`": rs.drives.Payload,
     "`[safety]`": rs.Safety,
     "`[safety.fence]`": rs.control.Fence,
     "`[safety.watchdog]`": rs.control.Watchdog,

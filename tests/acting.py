@@ -198,13 +198,17 @@ def draw_moving_shape(eye) -> np.ndarray:
 
 
 def files(tables) -> dict:
-    """Return the files of all robots that URDF can hold."""
+    """Return the files of all robots, as URDF and MJCF can hold them."""
     scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = {}
     with TemporaryDirectory() as folder:
         for robot in scene.robots:
-            robot.to_urdf(Path(folder, "robot.urdf"))
-            found[robot.name] = np.array(Path(folder, "robot.urdf").read_text(encoding="utf-8"))
+            for write in (robot.to_urdf, robot.to_mjcf):
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", rs.errors.FileWarning)  # meshes of MJCF
+                    write(Path(folder, "robot.xml"))
+                text = Path(folder, "robot.xml").read_text(encoding="utf-8")
+                found[robot.name, write.__name__] = np.array(text)
     return found
 
 

@@ -410,6 +410,11 @@ def imperfect(key, effect, base=None):
     return world(made, **{key: {"effects": [effect]}}), (key, "effects", 0)
 
 
+def powered(drive, **more):
+    """An arm with a drive and its place; it starts with a load that is known to no drive."""
+    return world(ARM_SERVO, actuation={"drive": drive, **more}), ("actuation", "drive")
+
+
 def rail(curve):
     link = {"name": "cart", "joint": "rail", "curve": curve}
     made, path = make_driven_robot(link, home=["5 cm"], tip="cart", by={"cart": "9 cm"})
@@ -528,6 +533,9 @@ OF_LINK = {
     "joint_name": ["other"],
     "speed": ["1 rad/s"],
     "effort": [5.0],
+    "armature": [0.02],
+    "damping": [0.3],
+    "friction": [0.4],
     "place": [{"position": "1, 0, 0 m"}],
     "tail": [{"position": "1, 0, 0 m"}],
     "shapes": [[BALL]],
@@ -568,7 +576,15 @@ OF_SENSING = {
     "period": ["80 ms"],
     "effects": [[{"kind": "noise", "noise": 2.0}]],
 }
+LOAD = {"on": "panda.flange", "mass": "1.5 kg", "centre": "0, 5, 10 cm"}
+OF_DRIVE = {
+    "torque_limit": [5.0],
+    "integral_time": ["30 ms"],
+    "period": ["4 ms"],
+    "model": [{"mass": 0.8}],
+}
 OF_ACTUATION = {
+    "drive": ["velocity_loop"],
     "lag": ["50 ms"],
     "velocity": ["0.05 rad/s"],
     "acceleration": ["0.5 rad/s^2"],
@@ -890,6 +906,31 @@ RECIPES = {
             "acceleration": {"acceleration": "0.5 rad/s^2"},
         }.items()
     },
+    **{
+        f"drive {name}": [(*powered({"kind": name, **given}), OF_DRIVE)]
+        for name, given in {
+            "velocity_loop": {},
+            "position_loop": {},
+            "gravity_compensated_pd": {},
+            "computed_torque": {},
+            "industrial_servo": {},
+        }.items()
+    },
+    "DriveModel": [
+        (
+            powered(
+                {"kind": "computed_torque", "model": {"mass": 0.9}}, payloads=[LOAD]
+            )[0],
+            ("actuation", "drive", "model"),
+        )
+    ],
+    "Payload": [
+        (
+            powered("computed_torque", payloads=[LOAD])[0],
+            ("actuation", "payloads", 0),
+            {"on": ["panda.hand"], "attached": ["0.1 s"], "released": ["0.2 s"]},
+        )
+    ],
     "PoseTable": [
         linked("place", {"position": "1, 2, 3 cm", "rpy": "0, 0, 10 deg"}),
         linked("place", {"rotvec": "0, 0, 10 deg"}),
@@ -939,7 +980,10 @@ RECIPES = {
         (*mimicking({"kind": "mimic", "of": "a", "ratio": 2.0})[:1], ("robots", 0, "links", 3)),
     ],
     "DHRow": [linked("dh", ROW)],
-    "InertiaTable": [linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"})],
+    "InertiaTable": [
+        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}),
+        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 3 kg m^2", "strict": False}),
+    ],
     "Steering": [steered()],
     "ObjectText": [
         (WHOLE, ("objects", 0), {"name": ["a"], "on": ["world"]}),

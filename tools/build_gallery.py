@@ -18,6 +18,7 @@ from pathlib import Path
 from gallery_pictures import pictures
 
 import robsim as rs
+from robsim.page import load_recording
 from robsim.base.atomic_files import write_whole
 from robsim.files.example_groups import GROUPS
 from robsim.studio.scenario_shelf import ScenarioShelf
@@ -53,7 +54,7 @@ def build(folder: Path, experiment: rs.Experiment, entry: dict[str, str]) -> Car
         # some experiments demonstrate a loss of rank
         warnings.simplefilter("ignore", rs.errors.RankWarning)
         run = experiment.run()
-    page = rs.page.load_recording(rs.export_html(run, folder / f"{name}.html")).header
+    page = load_recording(rs.export_html(run, folder / f"{name}.html")).header
     ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name
     images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
     html = (

@@ -71,6 +71,7 @@ Modules by subject
     constraints    Constraints on the command of a law.
     control        Control of a real robot: commands, health, limits, ROS 2 messages.
     declare        Declaration of your own features, laws, joints and other kinds.
+    drives         Drives, which move joints by torques, and their loads.
     endings        Conditions that end a run.
     errors         Errors and warnings.
     examples       Example scenarios.
@@ -80,7 +81,6 @@ Modules by subject
     kinematics     Inverse kinematics, manipulability, workspace, clearance.
     laws           Control laws and their parts.
     logs           ROS 2 bags, CSV and Parquet tables, data frames.
-    page           Recordings of runs for the browser.
     plot           Figures and films.
     robots         Library of robots.
     samplers       Samplers of numbers and choices.

@@ -5,6 +5,7 @@ from robsim import calibration as calibration
 from robsim import constraints as constraints
 from robsim import control as control
 from robsim import declare as declare
+from robsim import drives as drives
 from robsim import endings as endings
 from robsim import errors as errors
 from robsim import examples as examples
@@ -14,7 +15,6 @@ from robsim import joints as joints
 from robsim import kinematics as kinematics
 from robsim import laws as laws
 from robsim import logs as logs
-from robsim import page as page
 from robsim import plot as plot
 from robsim import robots as robots
 from robsim import samplers as samplers

@@ -58,7 +58,10 @@ def any_shapes(rng):
 def any_inertia(rng):
     """Of three bars that cross somewhere."""
     bars = [rs.Block(*rng.uniform(0.01, 1, 3), mass=rng.uniform(0.1, 9)) for _ in range(3)]
-    return rs.joints.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
+    solid = rs.joints.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
+    ring = rs.shapes.Inertia(0.0, any_pose(rng).position, np.diag([0, 0.35, 0]))
+    needle = rs.shapes.Inertia(1.0, any_pose(rng).position, np.diag([0, 0.35, 0]), strict=False)
+    return [solid, ring, needle][rng.integers(3)]
 
 
 def any_arm(rng, name):
@@ -213,6 +216,7 @@ def any_joint(rng, kind, **parts):
     """A joint of one coordinate with all that it may have."""
     if rng.integers(2):
         parts |= {"speed": rng.uniform(0.1, 2), "effort": rng.uniform(1, 9)}
+        parts |= {part: rng.uniform(0.01, 1) for part in ("armature", "damping", "friction")}
     if kind == "prismatic" and rng.integers(2):
         parts["limits"] = (-rng.uniform(0.1, 1), rng.uniform(0.1, 1))
     return rs.joints.Joint(kind, any_pose(rng), any_pose(rng), **parts)

@@ -59,7 +59,8 @@ def alike(robot, back, rng):
     np.testing.assert_array_equal(back.limits, robot.limits)
     for one, other in zip(robot.links, back.links, strict=True):
         assert one.joint.kind == other.joint.kind and one.joint.limits == other.joint.limits
-        assert (one.joint.speed, one.joint.effort) == (other.joint.speed, other.joint.effort)
+        for part in ("speed", "effort", "damping", "friction"):
+            assert getattr(one.joint, part) == getattr(other.joint, part)
         same_follows(one.joint.follows, other.joint.follows, robot)
         same_inertia(one.inertial, other.inertial)
         same_shapes(one.shapes, other.shapes)
@@ -142,18 +143,29 @@ def any_link(rng, i):
     kind = rng.choice(["fixed", "revolute", "prismatic", "floating", "planar"])
     tail = any_pose(rng) if rng.integers(2) else rs.Pose.at()
     limits = tuple(np.sort(rng.normal(size=2))) if kind in ("revolute", "prismatic") else None
+    numbers = ("speed", "effort", "damping", "friction")
+    drive = {part: rng.uniform(0.1, 9) for part in numbers if kind in ("revolute", "prismatic")}
     joint = rs.joints.Joint(
         kind,
         any_pose(rng),
         tail,
         limits if rng.integers(2) else None,
         name=None if rng.integers(2) else f"joint{i}",
-        speed=rng.uniform(0.1, 9) if kind in ("revolute", "prismatic") else None,
-        effort=rng.uniform(0.1, 9) if kind in ("revolute", "prismatic") else None,
+        **drive,
     )
     parent = "base" if i == 1 else ["base", *(f"link{k}" for k in range(1, i))][rng.integers(i)]
-    inertia = rs.shapes.Ball(0.3, mass=2.0).at(any_pose(rng)).inertia if rng.integers(2) else None
+    inertia = rs.shapes.Ball(0.3, mass=2.0).at(any_pose(rng)).inertia
+    if rng.integers(2):  # as published, about one axis
+        inertia = rs.shapes.Inertia(0.0, any_pose(rng).position, np.diag([0, 2.0, 0]))
+    inertia = inertia if rng.integers(2) else None
     return rs.joints.Link(f"link{i}", parent, joint, any_shapes(rng), inertia)
+
+
+def test_an_inertia_that_no_body_has_comes_back_with_a_warning(tmp_path):
+    needle = rs.shapes.Inertia(2.0, (0.1, 0, 0), np.diag([-1, 0.3, 7]), strict=False)
+    arm = rs.Robot("arm", [rs.joints.Link("base"), rs.joints.Link("a", "base", inertia=needle)])
+    with pytest.warns(rs.errors.FileWarning, match="no rigid body has this inertia: .* kept"):
+        assert again(arm, tmp_path).links[1].inertia == needle
 
 
 def any_robot(rng):

@@ -83,6 +83,7 @@ PLACES = {
     "task": (("task",), {}),
     "image effect": (("sensing", "effects", 0), {}),
     "joint effect": (("actuation", "effects", 0), {}),
+    "drive": (("actuation", "drive"), {}),
     "sampler": (("study", "vary", "task.gain"), {}),
     "start": (("study", "start"), {}),
 }
@@ -168,6 +169,8 @@ OTHERS = {
     rs.Sensing: (("sensing",), {}, {}),
     rs.imperfections.Occlusion: (("sensing", "occlusions", 0), {}, {}),
     rs.Actuation: (("actuation",), {}, {}),
+    rs.drives.DriveModel: (("actuation", "drive", "model"), {}, {"kind": "velocity_loop"}),
+    rs.drives.Payload: (("actuation", "payloads", 0), {"on": "arm.fore", "mass": "1 kg"}, {}),
     rs.laws.SpeedLimit: (("task", "limit"), {"joint": "1 rad/s"}, {"kind": "ibvs"}),
     FeatureBlock: (("task", "features"), {"kind": "points"}, {"kind": "ibvs"}),
     GoalTable: (("task", "goal"), {}, {"kind": "ibvs"}),

@@ -158,6 +158,12 @@ MISTAKES = {
     "a speed of another kind": ('"10 cm/s"', '"1 deg/s"', "finger.speed: '1 deg/s': expected one"),
     "a speed backwards": ('"10 cm/s"', '"-1 cm/s"', "finger.speed: must be greater than 0"),
     "no effort": ("effort = 20", "effort = 0", "finger.effort: must be greater than 0"),
+    "friction that drives": (
+        "effort = 20",
+        "friction = -1",
+        "finger.friction: must be greater than or equal to 0",
+    ),
+    "damping of a car": ('joint_name = "drive"', "damping = 1", "a car joint has no damping; only"),
     "nobody to mimic": (
         'of = "finger"',
         'of = "fingr"',

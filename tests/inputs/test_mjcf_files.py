@@ -1,6 +1,7 @@
 """MJCF files: their content, and robots that cannot be written. See tests/peers for MuJoCo."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,6 +36,32 @@ def test_bodies_stand_inside_each_other(tmp_path):
     assert root.find("equality/joint").attrib == {
         **{"joint1": "tip", "joint2": "arm", "polycoef": "0.1 0.5 0.0 0.0 0.0"}
     }
+
+
+def test_the_numbers_of_a_drive_are_attributes_of_its_joint(tmp_path):
+    numbers = {"armature": 0.25, "damping": 0.5, "friction": 1.5, "effort": 3.0}
+    links = [rs.joints.Link("base"), rs.joints.Link("arm", "base", rs.joints.Joint("prismatic"))]
+    links[1] = replace(links[1], joint=replace(links[1].joint, **numbers))
+    joint = write_mjcf(links, tmp_path).find("worldbody/body/body/joint").attrib
+    expected = {"armature": "0.25", "damping": "0.5", "frictionloss": "1.5"}
+    assert joint.items() >= {**expected, "actuatorfrcrange": "-3.0 3.0"}.items()
+
+
+@pytest.mark.parametrize(
+    ("mass", "moments", "written"),
+    [
+        (0.0, (0, 0.35, 0), (1e-9, 0.175, 0.35, 0.175)),
+        (4.8, (0.066, 0.086, 0.0125), (4.8, 0.06975, 0.086, 0.01625)),
+        (1.0, (-1, 2, 1), (1.0, 0.5, 2, 1.5)),
+    ],
+)
+def test_moments_that_no_body_has_are_raised_with_a_warning(mass, moments, written, tmp_path):
+    inertia = rs.shapes.Inertia(mass, tensor=np.diag(moments), strict=False)
+    links = [rs.joints.Link("base"), rs.joints.Link("arm", "base", inertia=inertia)]
+    with pytest.warns(rs.errors.FileWarning, match="inertias of arm are changed"):
+        found = write_mjcf(links, tmp_path).find("worldbody/body/body/inertial")
+    numbers = [float(x) for x in (found.get("mass"), *found.get("fullinertia").split())]
+    np.testing.assert_allclose(numbers, [*written, 0, 0, 0], rtol=1e-9, atol=1e-15)
 
 
 def test_a_chain_of_1000_links_is_written(tmp_path):

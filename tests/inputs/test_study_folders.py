@@ -5,6 +5,7 @@ import json
 import pytest
 
 import robsim as rs
+from robsim.page import load_recording
 from robsim.cli.studio_command import _load_shown
 
 
@@ -94,4 +95,4 @@ def test_a_page_of_a_study_is_no_recording(kept, tmp_path):
     with pytest.raises(
         rs.errors.FileError, match="its format is 'robsim study', not 'robsim recording'"
     ):
-        rs.page.load_recording(path)
+        load_recording(path)

@@ -12,10 +12,8 @@ from hypothesis import strategies as st
 import robsim as rs
 
 CORPUS = Path(__file__).parent / "urdf"
-INERTIAL = (
-    '<inertial><origin xyz="0 0 0.1"/><mass value="2"/>'
-    '<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0"/></inertial>'
-)
+MOMENTS = '<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0"/>'
+INERTIAL = f'<inertial><origin xyz="0 0 0.1"/><mass value="2"/>{MOMENTS}</inertial>'
 ARM = f"""<?xml version="1.0"?>
 <robot name="arm">
   <material name="blue"><color rgba="0 0 1 1"/></material>
@@ -286,11 +284,14 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('velocity="3"', "", "velocity is missing, which the specification requires"),
         ('lower="-1.5" upper="2"', "", "lower 0 and upper 0 are read as without limits"),
         ('lower="-1.5" upper="2"', 'lower="-1e16" upper="1e16"', "are read as without limits"),
-        ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
-        ('value="2"', 'value="0"', "the inertia has a tensor and no mass; left out"),
+        ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; kept"),
+        ('value="2"', 'value="0"', "without mass; only one can be above 0 then; kept"),
         ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
         ('<mass value="2"/>', "", ":5: <link 'upper'> <inertial>: without <mass>, left out"),
-        (INERTIAL, "<inertial/>", "<inertial>: without <mass> and <inertia>, left out"),
+        (INERTIAL, "<inertial/>", "<inertial>: without <mass>, left out"),
+        (MOMENTS, "", "<inertial>: without <inertia>, read as the mass of a point"),
+        ('damping="0.1"', 'damping="-1"', "<dynamics>: damping is -1, which would drive the joint"),
+        ('damping="0.1"', 'D="0.1"', "<dynamics>: unknown attribute 'D', left out"),
         ('ixy="0.1"', 'ixy="0.1" iyx="0.1"', "attribute 'iyx' repeats an entry of the tensor"),
         ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0, so nothing is visible"),
         ('length="0.4"', 'length="0"', "length is 0, so nothing is visible; left out"),
@@ -314,7 +315,7 @@ def test_oddities_are_reported_in_one_warning(read, old, new, message):
         ('<geometry><box size="1 1 1"/></geometry>', '<geometry><box size="0 1 1"/></geometry>'),
         ("package://arm/lower.stl", "../../../lower.stl"),
         (' ixy="0.1"', ' ixy="0.1" iyx="0.1" izx="0" izy="0"'),
-        (INERTIAL, '<inertial><mass value="2"/></inertial>'),
+        (INERTIAL, "<inertial/>"),
     ],
 )
 def test_left_out_elements_change_no_pose(read, old, new):
@@ -507,6 +508,7 @@ def test_the_robot_agrees_with_the_file(read):
     np.testing.assert_array_equal(arm.limits[0], [-1.5, 2])
     shoulder, _, grip = (link.joint for link in arm.links[1:])
     assert (shoulder.speed, shoulder.effort, grip.speed, grip.effort) == (3.0, 10.0, None, 1.0)
+    assert (shoulder.damping, shoulder.friction, grip.damping) == (0.1, 0.0, 0.0)
     assert grip.follows == rs.joints.Mimic("elbow", 0.01, 0.02) and grip.limits == (0.0, 0.04)
     q = [0.3, 1.2]
     upper = rs.Pose.at(0, 0, 1, rpy=(0, 0, 1.5)) @ rs.Pose.at(rotvec=(0, 0.3, 0))

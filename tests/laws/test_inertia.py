@@ -143,7 +143,9 @@ def test_an_inertia_is_a_value():
 @pytest.mark.parametrize(
     ("mass", "centre", "tensor", "message"),
     [
-        (0, (0, 0, 0), np.eye(3), "mass must be a positive number, got 0"),
+        (-1, (0, 0, 0), np.eye(3), "mass must be a number not below 0, got -1"),
+        (0, (0, 0, 0), np.eye(3), "without mass; only one can be above 0 then; strict=False keeps"),
+        (0, (0, 0, 0), np.zeros((3, 3)), "the mass and all moments are 0"),
         (np.nan, (0, 0, 0), np.eye(3), "mass: nan; every number must be finite"),
         (1, (0, 0), np.eye(3), "centre of mass: expected shape"),
         (1, (0, 0, 0), None, "inertia needs a tensor"),
@@ -155,6 +157,35 @@ def test_an_inertia_is_a_value():
 def test_an_inertia_that_no_body_can_have_is_refused(mass, centre, tensor, message):
     with pytest.raises(rs.errors.InputError, match=message):
         Inertia(mass, centre, tensor)
+
+
+@pytest.mark.parametrize(
+    ("mass", "moments", "defect"),
+    [
+        (1.0, (1, 1, 3), "none can exceed the sum of the other two"),
+        (1.0, (-1, 1, 1), "none can be below 0"),
+        (0.0, (1, 1, 1), "without mass; only one can be above 0 then"),
+        (0.0, (0, 0.35, 0), None),
+        (1.0, (0, 0, 0.9e-8), None),  # 1 kg, 0.1 mm from the axis
+        (1.0, (0, 0, 1.1e-8), "none can exceed"),
+        (1.3, (-2e-35, 0, 2e-35), None),  # zeros that a program has rounded
+    ],
+)
+def test_published_numbers_are_kept_and_their_defect_is_described(mass, moments, defect):
+    found = Inertia(mass, (1, 2, 3), np.diag(moments), strict=False)
+    assert found.mass == mass and found.centre.tolist() == [1, 2, 3]
+    assert found.tensor.diagonal().tolist() == list(moments)
+    assert (found.defect is None) == (defect is None) and (defect or "") in (found.defect or "")
+    moved = found.at(SOMEWHERE)
+    close(np.linalg.eigvalsh(moved.tensor), np.sort(moments), 1e-14)
+    assert (moved.defect is None) == (defect is None)
+
+
+def test_the_sum_of_massless_inertias_is_massless():
+    ring = Inertia(0.0, tensor=np.diag([0, 0.35, 0]))
+    assert (ring + ring).tensor.tolist() == np.diag([0, 0.7, 0]).tolist()
+    both = SOLIDS[0].inertia + ring
+    same(both, Inertia(2.0, (0, 0, 0), SOLIDS[0].inertia.tensor + ring.tensor, strict=False))
 
 
 @pytest.mark.parametrize(

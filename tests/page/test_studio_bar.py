@@ -7,6 +7,7 @@ from page.conftest import until
 from page.test_studio_page import row
 
 import robsim as rs
+from robsim.page import load_recording
 
 pytestmark = pytest.mark.browser
 
@@ -183,7 +184,7 @@ def test_python_is_copied_pages_are_shared_and_reasons_are_shown(desk, tmp_path)
         page.get_by_role("button", name="share").click()
     waiting.value.save_as(tmp_path / "run.html")
     assert waiting.value.suggested_filename == "visp_tutorial-run.html"
-    recording = rs.page.load_recording(tmp_path / "run.html")
+    recording = load_recording(tmp_path / "run.html")
     assert recording.header["title"] == "ViSP's tutorial case"
     refuse = {"status": 409, "body": "films need ffmpeg"}
     page.route("**/download/film.*", lambda route: route.fulfill(**refuse))

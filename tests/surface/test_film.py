@@ -9,6 +9,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 import robsim as rs
+from robsim.page import load_recording
 from robsim.cli.page_and_films import check_views
 from robsim.plot.film.animation import PAUSE
 from robsim.plot.film.film_frames import FilmFrames
@@ -441,4 +442,4 @@ def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, 
         assert served == [((example("chapter_6_1"),), {"once": True})] and line not in out
     else:
         assert not served and out.endswith(line)
-    assert rs.page.load_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"
+    assert load_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"

@@ -15,6 +15,7 @@ from robsim.declare.problems import prefix_path
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
 from robsim.engine.command_checks import check_command_quantity
+from robsim.engine.driven_joints import DrivenJoints
 from robsim.engine.endings import Ending
 from robsim.engine.image_stream import ImageStream, check_sensing
 from robsim.engine.outcome import Outcome
@@ -61,6 +62,7 @@ class Loop:
     stopped: bool = field(default=False, init=False)
     paused: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
+    driven: DrivenJoints | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
@@ -68,7 +70,10 @@ class Loop:
         with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        check_command_quantity(controller, self.actuation, self.guard)
+        if self.actuation.drive is not None:
+            moved = self.actuation, controller.columns, self.dt
+            self.driven = DrivenJoints.of(scene, *moved)
+        check_command_quantity(controller, self.driven, self.guard)
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures
@@ -83,6 +88,7 @@ class Loop:
             len(controller.picture_cameras),
             controller.factor_count,
             *(len(controller.constraint_labels),) * 2,
+            *(0 if self.driven is None else scene.nv,) * 2,
         )
         with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
@@ -181,7 +187,8 @@ class Steps:
         program = self.program = Program()
         controller = self.controller = loop.controller
         motion = loop.actuation, loop.scene, controller.columns, loop.q0
-        plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
+        settings = loop.dt, loop.seed, loop.runs, loop.driven
+        plant = self.plant = Plant(program, *motion, *settings)
         imperfections = loop.sensing, loop.steps, controller.optional_pairs
         detection = controller.detectors, controller.believed_sights, controller.picture_sights
         images = self.images = ImageStream(
@@ -207,6 +214,7 @@ class Steps:
         self.recorded_rows = [
             *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
             *(images.hashes, command.factors, command.active, command.slack),
+            *plant.torques,
         ]
         loop.recorder.keep(program, row, self.alive, self.recorded_rows)
         loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)

@@ -43,11 +43,13 @@ class Outcome(NamedInteger):
         The picture has no gradient, so that no motion changes it.
     NOTHING_IN_VIEW
         The picture has hardly any contrast: the scene of the goal has left it.
+    UNSTABLE
+        The speed of a joint with a drive exceeds 1000 rad/s or m/s.
 
     Notes
     -----
-    If several conditions hold at one instant, the first of this order counts: NOT_FINITE of the
-    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOTHING_IN_VIEW, NO_GRADIENT,
+    If several conditions hold at one instant, the first of this order counts: UNSTABLE, NOT_FINITE
+    of the state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOTHING_IN_VIEW, NO_GRADIENT,
     NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the command, SINGULAR,
     LOCAL_MINIMUM, ENDED, TIME_LIMIT.
 
@@ -73,6 +75,7 @@ class Outcome(NamedInteger):
     UNDETECTED = outcome_codes.UNDETECTED
     NO_GRADIENT = outcome_codes.NO_GRADIENT
     NOTHING_IN_VIEW = outcome_codes.NOTHING_IN_VIEW
+    UNSTABLE = outcome_codes.UNSTABLE
 
     @property
     def words(self) -> str:
@@ -121,5 +124,9 @@ _MESSAGES = {
     Outcome.NOTHING_IN_VIEW: (
         "the picture has hardly any contrast: the scene of the goal has left it; try a nearer "
         "start, a wider field of view, or a lower gain"
+    ),
+    Outcome.UNSTABLE: (
+        "the speed of a joint exploded; try a lower gain of the task or of the drive, or a shorter "
+        "step of the dynamics"
     ),
 }

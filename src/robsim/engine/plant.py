@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
+from robsim.engine.drive_stages import DriveStages
+from robsim.engine.driven_joints import DrivenJoints
 from robsim.kernels.bodies import integration
 from robsim.kernels.bodies.actuator_response import follow_commands
 from robsim.kernels.control.control_law import copy_rows
@@ -40,6 +42,7 @@ class Plant:
         dt: float,
         seed: int,
         numbers: NDArray[np.int64],
+        driven: DrivenJoints | None = None,
     ) -> None:
         self.program, self.actuation, self.scene, self.columns = program, actuation, scene, columns
         self.moves = has_actuation_dynamics(actuation, scene)
@@ -53,6 +56,7 @@ class Plant:
         self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
         self.placed = FKStages(program, self.scene.tree.joints, self.q)
+        self.driven = None if driven is None else DriveStages(self, driven)
 
     def move(self) -> None:
         """Add the stages of a period: the joints move as commanded at the previous step."""
@@ -74,7 +78,12 @@ class Plant:
         if self.scene.tree.cars:
             self._add_steering(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
-        add_integration(self.program, joints, x, list(v), dt)
+        rates: list[BlockRows | None] = list(v)
+        if self.driven is not None:
+            self.driven.add(dt, x, speed, proceeds=x == self.q)
+            for i in self.driven.columns:
+                rates[i] = None
+        add_integration(self.program, joints, x, rates, dt)
         add_wheel_rolling(self.program, joints, x, v, placed.ratio, dt)
         add_python_integration(self.program, joints, x, list(v), dt)
 
@@ -110,11 +119,12 @@ class Plant:
         """
         program, each = self.program, []
         lags = self.columns if self.actuation.moves else ()
+        driven = () if self.driven is None else self.driven.columns
         mean = self._copy(self.wanted)
         for i in range(self.scene.nv):
             if i in lags:
                 each.append((self.wanted[i], speed[i], mean[i]))
-            else:
+            elif i not in driven:
                 program.add(copy_rows, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
         if not each:
             return mean
@@ -123,6 +133,11 @@ class Plant:
         constants = {"lag": program.number(lag), "limits": limits, "rates": rates}
         program.add(follow_commands, dt=dt, **constants, each=each)
         return mean
+
+    @property
+    def torques(self) -> tuple[BlockRows, BlockRows] | tuple[()]:
+        """The rows of the torques of drives and of their saturation; none without a drive."""
+        return () if self.driven is None else (self.driven.torque, self.driven.saturation)
 
     def place(self) -> None:
         """Add the stages that place all bodies at q."""
@@ -143,7 +158,9 @@ class Plant:
             self._add_effects(JointEffectStage.COMMANDED)
         if not self.moves:
             return
+        driven = () if self.driven is None else self.driven.columns
         for i, prescribed in enumerate(scene.prescribed):
+            prescribed = prescribed and i not in driven
             own = self.drift if prescribed else self.speed
             program.add(copy_rows, rows=own[i : i + 1], to=self.rates[i : i + 1])
         for row, velocity, steering in scene.tree.cars:
@@ -172,4 +189,4 @@ class Plant:
 
 def has_actuation_dynamics(actuation: Actuation, scene: Scene) -> bool:
     """Return whether joint velocities differ from commands, by a lag, limits or steering."""
-    return actuation.moves or bool(scene.tree.cars)
+    return actuation.moves or actuation.drive is not None or bool(scene.tree.cars)

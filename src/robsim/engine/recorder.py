@@ -40,6 +40,8 @@ class RecordedSeries(NamedTuple):
     factors: Array
     active: Array
     slack: Array
+    torque: Array
+    saturation: Array
 
 
 COPIES = 3  # simultaneous copies of the results: in memory, in the file, and a temporary one
@@ -63,8 +65,8 @@ class Recorder:
     """Arrays of the recorded instants and of the end of each run.
 
     Each chunk writes to its own rows. `widths` are the numbers of columns of q, qd, rates, s,
-    pixels, weights, hashes of pictures, factors of normal equations, and active constraints and
-    their slack.
+    pixels, weights, hashes of pictures, factors of normal equations, active constraints, their
+    slack, and the torques of drives and their saturation.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):

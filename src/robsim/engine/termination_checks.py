@@ -12,6 +12,7 @@ from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
 from robsim.engine.recorder import OutcomeRows
 from robsim.features.feature_rows import select_rows
+from robsim.kernels.dynamics.joint_drives import judge_stability
 from robsim.kernels.linear_algebra.svd import count_truncation_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
@@ -108,6 +109,9 @@ class TerminationChecks:
                 steps=self.steps,
                 rates=rates,
             )
+        if plant.driven is not None:
+            code = program.constant(kernels.UNSTABLE)
+            add(judge_stability, unstable=plant.driven.unstable, code=code, outcome=outcome)
         if self.endings:
             program.call(
                 lambda blocks, step: self._check_endings(blocks, step, plant, images, command)

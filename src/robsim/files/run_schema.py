@@ -36,6 +36,8 @@ INSTANTS = {
     "normal_factor": ("factor",),
     "active": ("constraint",),
     "slack": ("constraint",),
+    "torque": ("velocity",),
+    "saturation": ("velocity",),
 }
 ENDS = {
     "pixels_goal": ("mark", "axis"),
@@ -69,7 +71,7 @@ SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
 OPTIONAL = {
     *("qd_actual", "weight", "ending", "picture_hash", "picture_camera", "normal_factor"),
-    *("active", "slack", "constraint"),
+    *("active", "slack", "constraint", "torque", "saturation"),
 }
 MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")

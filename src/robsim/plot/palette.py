@@ -54,6 +54,7 @@ OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of differ
     Outcome.UNDETECTED: ("#e39a8b", "ooo"),
     Outcome.NO_GRADIENT: ("#a8664f", "***"),
     Outcome.NOTHING_IN_VIEW: ("#d9a441", "OO"),
+    Outcome.UNSTABLE: ("#7a0019", "xx"),
     Outcome.RUNNING: (LIGHT_GREY, "|||"),
 }
 ASTERISK = (6, 2, 0)  # a marker of six strokes

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from robsim.base.arrays import Array, as_floats, as_positive
+from robsim.base.arrays import Array, as_floats, as_nonnegative, as_positive
 from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
 from robsim.base.parameter_names import name_parameters
@@ -27,6 +27,7 @@ from robsim.robot.joints.mimic import Mimic
 __all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
 LIMIT_SLACK = 1e-9  # metres or radians: largest excess over a limit, due to rounding
+RESISTANCES = "armature", "damping", "friction"  # numbers that resist the motion of a joint
 DH_POSES = ("place", "tail")  # constants of a joint that follow from a DH row
 _REQUIRED_PARTS: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}
 
@@ -61,7 +62,15 @@ class Joint:
         Largest speed of the drive, in rad/s or m/s. It is written to files, and simulations do not
         enforce it.
     effort : float, optional
-        Largest torque or force of the drive, in N m or N. It is written to files only.
+        Largest torque or force of the drive, in N m or N. Simulated drives saturate there.
+    armature : float, default 0
+        Inertia of the rotor of the drive about the joint, in kg m^2, or kg for a prismatic joint:
+        the inertia of the motor times the square of the gear ratio.
+    damping : float, default 0
+        Coefficient b of viscous friction, in N m s/rad or N s/m.
+    friction : float, default 0
+        Coulomb friction f, in N m or N. A moving joint has the friction torque
+        -b v - f sign(v); a joint at rest moves if the other torques exceed f.
     curve : Curve, optional
         Curve of a rail, required for this kind.
     steering : Steering, optional
@@ -90,6 +99,9 @@ class Joint:
     name: str | None = field(default=None, kw_only=True)
     speed: float | None = field(default=None, kw_only=True)
     effort: float | None = field(default=None, kw_only=True)
+    armature: float = field(default=0.0, kw_only=True)
+    damping: float = field(default=0.0, kw_only=True)
+    friction: float = field(default=0.0, kw_only=True)
     curve: Curve | None = field(default=None, kw_only=True)
     steering: Steering | None = field(default=None, kw_only=True)
     follows: Coupling | None = field(default=None, kw_only=True)
@@ -107,6 +119,9 @@ class Joint:
             name: str | None = None,
             speed: float | None = None,
             effort: float | None = None,
+            armature: float = 0.0,
+            damping: float = 0.0,
+            friction: float = 0.0,
             curve: Curve | None = None,
             steering: Steering | None = None,
             follows: Coupling | None = None,
@@ -121,14 +136,7 @@ class Joint:
             self._store_dh_row(self.dh)
         if self.name is not None:
             check_name(self.name, "joint")
-        for part in ("speed", "effort"):
-            if getattr(self, part) is not None:
-                object.__setattr__(self, part, as_positive(getattr(self, part), f"joint {part}"))
-                if not self.model.single:
-                    others = list_single_kinds()
-                    raise InputError(
-                        f"a {self.model.name} joint has no {part}; only {others} joints have one"
-                    )
+        self._check_drive_numbers()
         for part, expected in _REQUIRED_PARTS.items():
             self._check_part(part, expected)
         self._check_follows()
@@ -233,6 +241,20 @@ class Joint:
             raise InputError("dh and place or tail: give one of the two only")
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "tail", tail)
+
+    def _check_drive_numbers(self) -> None:
+        """Store the numbers of the drive as floats; raise InputError if one is wrong."""
+        for part in ("speed", "effort"):
+            if getattr(self, part) is not None:
+                object.__setattr__(self, part, as_positive(getattr(self, part), f"joint {part}"))
+        for part in RESISTANCES:
+            object.__setattr__(self, part, as_nonnegative(getattr(self, part), f"joint {part}"))
+        given = [part for part in ("speed", "effort", *RESISTANCES) if getattr(self, part)]
+        if given and not self.model.single:
+            others = list_single_kinds()
+            raise InputError(
+                f"a {self.model.name} joint has no {given[0]}; only {others} joints have one"
+            )
 
     def _check_kind(self) -> None:
         """Store a built-in kind by its name, and check a kind of the user."""

@@ -17,7 +17,7 @@ from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import POSE
 from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh_row import DHRow
-from robsim.robot.joint import Joint, Steering
+from robsim.robot.joint import RESISTANCES, Joint, Steering
 from robsim.robot.joints.couplings import COUPLINGS, Coupling
 from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.joint_registry import JOINTS, find_joint_kind
@@ -26,7 +26,7 @@ from robsim.robot.link import Link
 SHAPE = KindOf(SHAPES, short=False)
 SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
 LINK_NAME = Name()
-JOINT_KEYS = ("limits", "speed", "effort", "curve", "steering", "follows", "dh")
+JOINT_KEYS = ("limits", "speed", "effort", *RESISTANCES, "curve", "steering", "follows", "dh")
 POSE_KEYS = ("place", "tail")
 
 
@@ -90,6 +90,16 @@ class LinkTable:
         Role.FILE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
+    armature: Annotated[
+        float,
+        Number(least=0),
+        Role.FILE,
+        "Inertia of the rotor of the drive about the joint, in kg m^2 or kg.",
+    ] = 0.0
+    damping: Annotated[
+        float, Number(least=0), Role.FILE, "Coefficient of viscous friction, in N m s/rad or N s/m."
+    ] = 0.0
+    friction: Annotated[float, Number(least=0), Role.FILE, "Coulomb friction, in N m or N."] = 0.0
     curve: Annotated[Curve | None, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[

@@ -339,7 +339,9 @@ class Robot(Kinematics):
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
         """Write a URDF file that reproduces links, poses, limits and inertias when it is read.
 
-        The pose of the base, home, and the number `n` of points of circles are not written. If the
+        Damping and friction of joints become a <dynamics> element. URDF has no element for the
+        armature, so scenario files and MJCF keep it and URDF does not. The pose of the base, home,
+        and the number `n` of points of circles are not written. If the
         origin of a link is not on the axis of its joint, as with many DH rows, the file contains an
         auxiliary link such as "elbow.axis", which `from_urdf` removes. A camera body becomes two
         boxes. Each moving link without mass gets 1 g and 1e-6 kg m^2, which simulators require.
@@ -386,7 +388,8 @@ class Robot(Kinematics):
         Warns
         -----
         FileWarning
-            If meshes are left out.
+            If meshes are left out, or if inertias of links are changed because no rigid body has
+            them.
 
         Examples
         --------

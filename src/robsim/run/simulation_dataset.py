@@ -44,6 +44,7 @@ UNITS = {
     "normal_factor": "grey values per m or rad",
     "active": "1",
     "slack": "see constraint",
+    "saturation": "1",
     "pixels_end": "px",
     "end_time": "s",
     "path_length": "m",
@@ -52,6 +53,7 @@ UNITS = {
     "outcome": "1",
     **end_variables.UNITS,
 }
+TORQUE_UNITS = {"rad": "N m", "m": "N"}
 DESCRIPTIONS = {
     "q": "coordinates of the robots",
     "qd": "commanded velocities, held for one period",
@@ -71,6 +73,8 @@ DESCRIPTIONS = {
     "picture_hash": "52 bits of the BLAKE2b hash of the newest picture of a camera",
     "active": "multiplier of each constraint, positive where it holds the command back",
     "slack": "excess of the command over a constraint that gave way",
+    "torque": "torques of the drives in the last step before the instant, after their limits",
+    "saturation": "share of the last period in which the torque of a drive was limited",
     "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
@@ -117,6 +121,7 @@ def _make_recorded_variables(
             **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
             **({"normal_factor": series.factors} if series.factors.shape[-1] else {}),
             **({"active": series.active, "slack": series.slack} if series.active.shape[-1] else {}),
+            **_make_drive_variables(series),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -137,6 +142,12 @@ def _make_recorded_variables(
         {name: (*_drop_dimensions(absent, *v), attributes[name]) for name, v in whole.items()},
         {name: _drop_dimensions(absent, *v[:2]) + v[2:] for name, v in coordinates.items()},
     )
+
+
+def _make_drive_variables(series: RecordedSeries) -> dict[str, Array]:
+    """Return the torques of drives and their saturation, if there are drives."""
+    has_drives = series.torque.shape[-1] > 0
+    return {"torque": series.torque, "saturation": series.saturation} if has_drives else {}
 
 
 def _make_varied_variable(name: str, values: Array) -> tuple[tuple[str, ...], Array]:
@@ -298,6 +309,7 @@ def _make_variable_attributes(
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
         **_make_torque_units(controller, scene),
+        "torque": TORQUE_UNITS.get(unit_q, "N m, N"),
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }

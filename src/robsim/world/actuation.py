@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from robsim.base.errors import prefix_errors
+from robsim.base.arrays import is_any_nonzero
+from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, described
+from robsim.declare import DeclaredValue, Time, described
+from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
 from robsim.world.imperfections.joint_effect import (
@@ -29,6 +31,7 @@ from robsim.world.imperfections.rate_limits import (
     VelocityLimit,
 )
 
+from robsim.world.payload import PAYLOADS, Payload
 
 @described
 @dataclass(frozen=True)
@@ -40,6 +43,9 @@ class Actuation(DeclaredValue):
     effect is off by default. A limit is one number for all velocities of the scene, or one number
     for each velocity. An encoder step is one number for all coordinates of the scene, or one number
     for each coordinate; coordinates of joints with several coordinates are not rounded.
+
+    With a `drive` the joints move by torques: the inertias of the links, the weight and the
+    friction of the joints resist, and a period has sub-steps of the length `step`.
 
     Lag and limits apply to commanded velocities only, and every joint starts at rest. Floating
     joints, planar joints and unicycles move with their mean velocity over each period; all other
@@ -56,6 +62,17 @@ class Actuation(DeclaredValue):
     acceleration: AccelerationBound = None
     encoder: EncoderSteps = 0.0
     effects: JointEffectList = ()
+    drive: Annotated[
+        JointDrive | OwnDrive | None,
+        DRIVE,
+        "Drive that computes torques; None: the joints follow their commands without dynamics.",
+    ] = None
+    step: Annotated[
+        float, Time(above=0), "Length of a sub-step of the dynamics, which divides the period."
+    ] = 1e-3
+    payloads: Annotated[
+        tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
+    ] = ()
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -66,11 +83,30 @@ class Actuation(DeclaredValue):
             acceleration: PerJointLimit | None = None,
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
+            drive: JointDrive | OwnDrive | None = None,
+            step: float = 1e-3,
+            payloads: Payload | Sequence[Payload] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
         warn_of_milliseconds(self.lag, "Actuation.lag")
+        warn_of_milliseconds(self.step, "Actuation.step")
+        self._check_drive()
+
+    def _check_drive(self) -> None:
+        """Raise InputError for numbers that a drive replaces, or that act with a drive alone."""
+        if self.drive is None:
+            if self.payloads:
+                raise InputError("actuation: payloads act on joints with a drive; give a drive")
+            return
+        idle = [each for each in ("velocity", "acceleration") if getattr(self, each) is not None]
+        idle += ["lag"] * is_any_nonzero(self.lag)
+        if idle:
+            raise InputError(
+                f"actuation: a drive and {' and '.join(idle)}; give a drive alone, whose torques "
+                "determine the response of the joints"
+            )
 
     def list_active(self) -> list[ActiveImperfection[JointEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""

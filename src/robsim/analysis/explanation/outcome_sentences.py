@@ -202,6 +202,10 @@ def _describe_flat_picture(analysis: RunAnalysis) -> str:
     return f"{last} has no gradient, so that no motion of the camera changes it."
 
 
+def _describe_instability(analysis: RunAnalysis) -> str:
+    return f"{format_time(analysis.end)} the speed of a joint exploded: the joints are unstable."
+
+
 _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.RUNNING: _describe_stop,
     Outcome.CONVERGED: _describe_convergence,
@@ -217,4 +221,5 @@ _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {
     Outcome.UNDETECTED: _describe_undetected_start,
     Outcome.NO_GRADIENT: _describe_flat_picture,
     Outcome.NOTHING_IN_VIEW: _describe_empty_picture,
+    Outcome.UNSTABLE: _describe_instability,
 }

@@ -95,6 +95,7 @@ _REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     Outcome.UNDETECTED: (),
     Outcome.NO_GRADIENT: (),
     Outcome.NOTHING_IN_VIEW: (),
+    Outcome.UNSTABLE: (),
     Outcome.CONVERGED: (report_visibility, report_retreat, report_near_border),
     Outcome.LOCAL_MINIMUM: (
         report_camera_law,

@@ -224,6 +224,7 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.NO_GRADIENT: (),
     Outcome.NOTHING_IN_VIEW: (propose_coarser_pictures, propose_interaction, propose_lower_gain),
     Outcome.CONVERGED: (),
+    Outcome.UNSTABLE: (propose_lower_gain,),
     Outcome.LOCAL_MINIMUM: (
         *(propose_coarser_pictures, propose_metric, propose_rollout, propose_interaction),
         *(propose_law, propose_scheme),

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.base.errors import FileWarning
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import Pose
@@ -21,6 +22,7 @@ from robsim.robot.urdf.urdf_writer import check_exportable
 from robsim.robot.urdf.xml_writer import XmlWriter, join_numbers
 
 MJCF_SOLIDS = (Block, Wheel, Ball, Capsule)
+LEAST_MASS = 1e-9  # kg, the mass of a body of which only a moment is known
 LEAST_MOMENT = 1e-12  # kg m^2, the smallest moment of a body
 _FULL_INERTIA = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
@@ -41,11 +43,18 @@ def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.Path
                     _write_body_tree(text, link, pose, links)
         _write_equalities(text, links)
     text.save(path)
-    meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
-    if meshes:
-        names = ", ".join(meshes[:9])
-        message = f"{path}: meshes of {names} are left out, because MuJoCo would open their files"
-        warnings.warn(message, FileWarning, stacklevel=3)  # points at the call of Robot.to_mjcf
+    changes = {
+        "meshes of {} are left out, because MuJoCo would open their files": [
+            k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)
+        ],
+        "inertias of {} are changed, because MuJoCo requires masses and moments of a rigid body": [
+            k.name for k in links if k.inertial and (k.inertial.defect or not k.inertial.mass)
+        ],
+    }
+    for change, names in changes.items():
+        if names:
+            message = f"{path}: {change.format(', '.join(names[:9]))}"
+            warnings.warn(message, FileWarning, stacklevel=3)  # points at the call of Robot.to_mjcf
 
 
 def _find_world_bodies(links: Sequence[Link], tree: Tree) -> Iterator[tuple[str, Pose | None]]:
@@ -121,12 +130,13 @@ def _write_mjcf_joints(text: XmlWriter, joint: Joint, name: str) -> None:
     span = None if joint.limits is None else join_numbers(joint.limits)
     force = None if joint.effort is None else join_numbers((-joint.effort, joint.effort))
     x, y, z = (join_numbers(axis) for axis in R)
-    limits = {"range": span, "actuatorfrcrange": force}
+    numbers = {"armature": joint.armature, "damping": joint.damping, "frictionloss": joint.friction}
+    drive = {"actuatorfrcrange": force, **{key: x or None for key, x in numbers.items()}}
     match joint.kind:
         case "revolute":
-            text.put("joint", name=name, type="hinge", pos=point, axis=z, **limits)
+            text.put("joint", name=name, type="hinge", pos=point, axis=z, range=span, **drive)
         case "prismatic":
-            text.put("joint", name=name, type="slide", axis=z, **limits)
+            text.put("joint", name=name, type="slide", axis=z, range=span, **drive)
         case "planar":
             text.put("joint", name=f"{name}.x", type="slide", axis=x)
             text.put("joint", name=f"{name}.y", type="slide", axis=y)
@@ -149,11 +159,24 @@ def _write_equalities(text: XmlWriter, links: Sequence[Link]) -> None:
 
 
 def _write_mjcf_inertial(text: XmlWriter, inertia: Inertia) -> None:
-    """Write an inertia with its moments raised to a minimum, as MuJoCo accepts no zero moments."""
-    shortage = max(LEAST_MOMENT - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
-    tensor = inertia.tensor + shortage * np.eye(3)
-    full = join_numbers(tensor[i, j] for i, j in _FULL_INERTIA)
-    text.put("inertial", pos=join_numbers(inertia.centre), mass=inertia.mass, fullinertia=full)
+    """Write an inertia with the mass and the moments that MuJoCo requires."""
+    tensor = _raise_moments(inertia.tensor)
+    full, mass = join_numbers(tensor[i, j] for i, j in _FULL_INERTIA), inertia.mass or LEAST_MASS
+    text.put("inertial", pos=join_numbers(inertia.centre), mass=mass, fullinertia=full)
+
+
+def _raise_moments(tensor: Array) -> Array:
+    """Return a tensor with positive moments of which none exceeds the sum of the other two.
+
+    The smaller moments are raised; the largest is kept, which often belongs to the axis of the
+    joint.
+    """
+    moments, axes = np.linalg.eigh(tensor)
+    raised = np.maximum(moments, LEAST_MOMENT)
+    raised[:2] += max(raised[2] - raised[0] - raised[1], 0.0) / 2
+    change = raised - moments
+    result: Array = tensor + axes * change @ axes.T if change.any() else tensor
+    return result
 
 
 def _make_pose_attributes(pose: Pose) -> dict[str, str | None]:

@@ -63,6 +63,7 @@ def read_joint(
     place = read_origin_pose(element, findings)
     rotation = _read_axis_rotation(element, kind, findings)
     speed, effort = _read_drive_limits(element, kind, findings)
+    damping, friction = _read_resistances(element, kind, findings)
     limits = _read_position_limits(element, kind, findings)
     follows = _read_mimic(element, kind, findings)
     if name is None or kind is None or ends[0] is None or ends[1] is None:
@@ -79,6 +80,8 @@ def read_joint(
         name=name if name != make_safe_name(below, "link") else None,
         speed=speed,
         effort=effort,
+        damping=damping,
+        friction=friction,
         follows=follows,
     )
     return UrdfJoint(element, name, ends[0], below, joint)
@@ -140,6 +143,22 @@ def _read_drive_limits(
         if value < 0:
             findings.error(limit, f"{name} is {value:g}; it must not be below 0")
         values.append(value if value > 0 else None)
+    return values[0], values[1]
+
+
+def _read_resistances(
+    element: Element, kind: str | None, findings: Diagnostics
+) -> tuple[float, float]:
+    """Return the damping and the friction of a joint, each 0 if it is missing."""
+    dynamics = find_child(element, "dynamics")
+    if dynamics is None or kind not in ("revolute", "continuous", "prismatic"):
+        return 0.0, 0.0
+    values = []
+    for name in ("damping", "friction"):
+        value = read_attribute_number(dynamics, name, findings, 0.0) or 0.0
+        if value < 0:
+            findings.odd(dynamics, f"{name} is {value:g}, which would drive the joint; left out")
+        values.append(max(value, 0.0))
     return values[0], values[1]
 
 

@@ -47,35 +47,30 @@ _LETTER_OF_CODE = {code: letter for letter, code in COLOR_LETTERS.items()}
 
 
 def read_inertia(link: Element, findings: Diagnostics) -> Inertia | None:
-    """Return the inertia of a link, or None if there is no <inertial> or no mass."""
+    """Return the inertia of a link, or None if there is no <inertial> or all its numbers are 0.
+
+    Mass and centre are always kept. A tensor that no rigid body has is kept and reported.
+    """
     inertial = find_child(link, "inertial")
     if inertial is None:
         return None
     pose = read_origin_pose(inertial, findings)
     weight, moments = find_child(inertial, "mass"), find_child(inertial, "inertia")
-    if weight is None or moments is None:
-        parts = ("<mass>", weight), ("<inertia>", moments)
-        missing = [tag for tag, part in parts if part is None]
-        findings.odd(inertial, f"without {' and '.join(missing)}, left out")
+    if weight is None:
+        findings.odd(inertial, "without <mass>, left out")
         return None
-    mass, tensor = (
-        read_attribute_number(weight, "value", findings),
-        _read_inertia_tensor(moments, findings),
-    )
+    mass = read_attribute_number(weight, "value", findings)
+    if moments is None:
+        findings.odd(inertial, "without <inertia>, read as the mass of a point")
+    tensor = np.zeros((3, 3)) if moments is None else _read_inertia_tensor(moments, findings)
     if mass is not None and mass < 0:
         findings.error(weight, f"value is {mass:g}; it must not be below 0")
-    if mass is None or mass < 0 or tensor is None:
+    if mass is None or mass < 0 or tensor is None or not (mass or tensor.any()):
         return None
-    if mass == 0:
-        if tensor.any():
-            findings.odd(inertial, "the inertia has a tensor and no mass; left out")
-        return None
-    try:
-        result = Inertia(mass, tensor=tensor).at(pose)
-    except InputError as error:
-        findings.odd(inertial, f"{error}; left out")
-        return None
-    return result
+    inertia = Inertia(mass, tensor=tensor, strict=False)
+    if inertia.defect is not None:
+        findings.odd(inertial, f"no rigid body has this inertia: {inertia.defect}; kept")
+    return inertia.at(pose)
 
 
 def _read_inertia_tensor(element: Element, findings: Diagnostics) -> Array | None:

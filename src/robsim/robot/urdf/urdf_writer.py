@@ -72,6 +72,7 @@ def _check_number_sizes(name: str, links: Iterable[Link]) -> None:
     for link in links:
         joint, inertia = link.joint, link.inertial
         values = [*joint.place.position, *joint.tail.position, *(joint.limits or ())]
+        values += [joint.damping, joint.friction]
         if isinstance(joint.follows, Mimic):
             values += [joint.follows.ratio, joint.follows.offset]
         if inertia is not None:
@@ -242,6 +243,8 @@ def _write_joint_element(
         if axis is not None and joint.kind != "floating":
             text.put("axis", xyz=join_numbers(axis))
         _write_limit(text, joint)
+        if joint.damping or joint.friction:
+            text.put("dynamics", damping=joint.damping, friction=joint.friction)
         if isinstance(joint.follows, Mimic):
             follows = joint.follows
             text.put("mimic", joint=follows.of, multiplier=follows.ratio, offset=follows.offset)

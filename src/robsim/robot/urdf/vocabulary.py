@@ -45,8 +45,8 @@ VOCABULARY = {
     ),
     "joint": ElementWords(
         ("name", "type"),
-        ("parent", "child", "origin", "axis", "limit", "mimic"),
-        ("gazebo", "calibration", "dynamics", "safety_controller"),
+        ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
+        ("gazebo", "calibration", "safety_controller"),
     ),
     "inertial": ElementWords((), ("origin", "mass", "inertia")),
     "mass": ElementWords(("value",)),
@@ -65,6 +65,7 @@ VOCABULARY = {
     "origin": ElementWords(("xyz", "rpy")),
     "axis": ElementWords(("xyz",)),
     "limit": ElementWords(("lower", "upper", "effort", "velocity")),
+    "dynamics": ElementWords(("damping", "friction")),
     "mimic": ElementWords(("joint", "multiplier", "offset")),
     "parent": ElementWords(("link",)),
     "child": ElementWords(("link",)),

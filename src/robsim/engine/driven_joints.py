@@ -1,0 +1,153 @@
+"""The joints of a scene that drives move by torques, with their checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.geometry.inertia import Inertia
+from robsim.robot.joint import Joint
+from robsim.robot.rigid_bodies import RigidBodies
+from robsim.robot.robot import Robot
+from robsim.world.actuation import Actuation
+from robsim.world.drives.joint_drive import JointDrive, spread_over_joints
+from robsim.world.scene import Scene
+
+PERIOD_SLACK = 1e-9  # relative error of a period that is a whole number of steps
+MOST_PARTS = 1000  # sub-steps in a period
+
+
+class DrivenJoint(NamedTuple):
+    """Joint that a drive moves."""
+
+    robot: Robot
+    joint: Joint
+    name: str  # of the velocity in the scene
+    velocity: int  # index among the velocities of the scene
+    coordinate: int  # index among the coordinates of the scene
+
+
+@dataclass(frozen=True)
+class DrivenJoints:
+    """The joints of a scene that drives move, and the bodies on them.
+
+    Drives move all revolute and prismatic joints of the robots with a commanded joint. Vehicles,
+    rails, floating and planar joints, and joints of a user's kind move as commanded, as does what
+    stands on them; a drive accounts for their rotation and their turning.
+    """
+
+    scene: Scene
+    drive: JointDrive
+    joints: tuple[DrivenJoint, ...]
+    parts: int  # sub-steps in a period
+
+    @classmethod
+    def of(
+        cls, scene: Scene, actuation: Actuation, columns: NDArray[np.int64], dt: float
+    ) -> DrivenJoints:
+        """Return the driven joints; raise InputError if they or the sub-steps do not fit."""
+        joints = tuple(_find_driven_joints(scene, set(columns.tolist())))
+        if not joints:
+            raise InputError(
+                "actuation.drive: the task commands no robot with revolute or prismatic joints, "
+                "so that there is nothing to drive"
+            )
+        return cls(
+            scene, JointDrive.wrap(actuation.drive), joints, count_substeps(actuation.step, dt)
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return tuple(each.name for each in self.joints)
+
+    @property
+    def velocities(self) -> list[int]:
+        """Indices of the velocities among those of the scene."""
+        return [each.velocity for each in self.joints]
+
+    @property
+    def coordinates(self) -> list[int]:
+        """Indices of the coordinates among those of the scene."""
+        return [each.coordinate for each in self.joints]
+
+    def numbers(self, part: str) -> Array:
+        """Return armature, damping or friction (n,) of the joints."""
+        return np.array([getattr(each.joint, part) or 0.0 for each in self.joints])
+
+    @cached_property
+    def limits(self) -> Array:
+        """Largest torques (n,): of the drive, or the efforts of the joints; else infinite."""
+        given = self.drive.torque_limit
+        if given is not None:
+            return spread_over_joints(given, "actuation.drive.torque_limit", self.names)
+        return np.array([each.joint.effort or np.inf for each in self.joints])
+
+    @cached_property
+    def bodies(self) -> RigidBodies:
+        """The rigid bodies that the joints move."""
+        return RigidBodies.of(self.scene.tree, list(self._list_inertias()), self.velocities)
+
+    def _list_inertias(self) -> Iterator[tuple[str, Inertia]]:
+        """Yield frames with their inertias: links, and objects that robots carry."""
+        robots = {each.robot.name: each.robot for each in self.joints}
+        for robot in robots.values():
+            inertias = [(link.name, link.inertial) for link in robot.links]
+            if all(inertia is None for _, inertia in inertias):
+                raise InputError(describe_missing_inertias(robot))
+            for name, inertia in inertias:
+                if inertia is not None:
+                    yield f"{robot.name}.{name}", inertia
+        for thing in self.scene.objects:
+            if thing.inertia is not None:
+                yield thing.name, thing.inertia
+
+
+def count_substeps(step: float, dt: float) -> int:
+    """Return the number of steps in a period; InputError unless it is a whole number."""
+    count = round(dt / step)
+    if count < 1 or abs(count * step - dt) > PERIOD_SLACK * dt:
+        raise InputError(
+            f"actuation.step is {1e3 * step:g} ms, which does not divide the control period of "
+            f"{1e3 * dt:g} ms; {1e3 * dt / max(count, 1):g} ms does"
+        )
+    if count > MOST_PARTS:
+        raise InputError(
+            f"actuation.step is {1e3 * step:g} ms, {count} sub-steps in a control period of "
+            f"{1e3 * dt:g} ms; at most {MOST_PARTS} are possible"
+        )
+    return count
+
+
+def describe_missing_inertias(robot: Robot) -> str:
+    """Return the message for a robot without inertias."""
+    source = f" (from {robot.origin})" if robot.origin else ""
+    return (
+        f"robot '{robot.name}'{source} has no inertias, which a drive needs: give links an "
+        "inertia, or shapes a mass or a density"
+    )
+
+
+def _find_driven_joints(scene: Scene, commanded: set[int]) -> Iterator[DrivenJoint]:
+    """Yield the revolute and prismatic joints of the robots with a commanded joint."""
+    first = 0
+    for robot in scene.robots:
+        own = range(first, first + robot.nv)
+        first += robot.nv
+        if commanded.isdisjoint(own):
+            continue
+        row = own.start
+        for link in robot.links:
+            count = len(link.joint.parts.velocities)
+            if count == 1 and link.joint.kind in ("revolute", "prismatic"):
+                (coordinate,) = scene.tree.alone(np.array([row])).tolist()
+                name = scene.velocity_names[row]
+                yield DrivenJoint(robot, link.joint, name, row, coordinate)
+            row += count

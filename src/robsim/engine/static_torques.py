@@ -1,0 +1,64 @@
+"""Torques that hold driven joints at rest at the start, and their inertias at home."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.payload_stages import scale_runs
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Program, evaluate_stages
+from robsim.robot.dynamics_stages import DynamicsStages
+from robsim.robot.fk_stages import FKStages
+
+
+class StaticTorques:
+    """Gravity loads of the driven joints at coordinates q (nq, runs) of the scene.
+
+    Attributes
+    ----------
+    load : ndarray of shape (n, runs)
+        True loads, with the payloads that are attached from the start.
+    fed : ndarray of shape (n, runs)
+        Loads as the drive believes them.
+    """
+
+    def __init__(self, joints: DrivenJoints, q: Array) -> None:
+        self.joints, self.model = joints, joints.drive.model
+        true = joints.bodies.inertias
+        for load, (body, offset) in joints.payloads:
+            if load.attached == 0.0:
+                true = _add_to_body(true, body, load.moments_at(offset))
+        known = true if self.model.payload else joints.links_alone.inertias
+        self.load = self._weigh(q, true, joints.gravity)
+        self.fed = self._weigh(
+            q,
+            scale_runs(known, self.model.mass, 2),
+            scale_runs(joints.gravity, self.model.gravity, 1),
+        )
+
+    def _weigh(self, q: Array, inertias: Array, gravity: Array) -> Array:
+        """Return the gravity loads (n, runs) for given inertias and gravity."""
+
+        def add(program: Program, rows: BlockRows) -> list[BlockRows]:
+            dynamics = place_scene(program, self.joints, rows)
+            tau = program.rows(len(self.joints.names))
+            given = program.numbers(inertias, 2), program.numbers(gravity, 1)
+            dynamics.add_inverse(None, None, tau, *given)
+            return [tau]
+
+        (tau,) = evaluate_stages(add, [np.ascontiguousarray(q)], [(len(self.joints.names),)])
+        return tau
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Diagonal (n,) or (n, runs) of the believed mass matrix at home, with the armature."""
+        M = self.joints.mass_matrix_at_home
+        diagonal = np.einsum("ii...->i...", M)
+        diagonal = scale_runs(diagonal, self.model.mass, 1)
+        armature = self.joints.numbers("armature")
+        return diagonal + (armature if diagonal.ndim == 1 else armature[:, None])

@@ -1,0 +1,1 @@
+"""Drives, which compute the torques of joints from velocity commands."""

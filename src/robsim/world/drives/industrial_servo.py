@@ -1,0 +1,54 @@
+"""Sampled servo drives of industrial arms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from robsim.base.unit_warnings import warn_of_milliseconds
+from robsim.declare import Number, PerRun, Time, register
+from robsim.world.drives.joint_drive import DriveModel, Model, TorqueLimit
+from robsim.world.drives.servo_loop import IntegralTime, LoopNumbers, PositionGain, ServoLoop
+
+
+@register("drive", "industrial_servo")
+@dataclass(frozen=True)
+class IndustrialServo(ServoLoop):
+    """Servo drive of an industrial arm: loops of each joint alone, sampled, without a model.
+
+    A position loop with feed-forward surrounds a velocity loop with an integral, which carries the
+    weight, the couplings and the friction. The drive computes torques once in a `period` and holds
+    them. Currents limit its torques: the efforts of the joints, or `torque_limit`. Armature and
+    friction are properties of the joints.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> rs.drives.IndustrialServo(period=0.004).has_gravity
+    False
+    """
+
+    bandwidth: Annotated[
+        float,
+        Number(above=0, unit="rad/s"),
+        PerRun(()),
+        "Bandwidth of the velocity loop in rad/s, at the inertia of each joint at home.",
+    ] = 100.0
+    integral_time: IntegralTime = 0.05
+    position_gain: PositionGain = 20.0
+    period: Annotated[float, Time(above=0), "Period of the drive, which holds its torques."] = 0.002
+    model: Model = DriveModel()
+    torque_limit: TorqueLimit = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_of_milliseconds(self.period, "IndustrialServo.period")
+
+    @property
+    def numbers(self) -> LoopNumbers:
+        return LoopNumbers(self.bandwidth, self.integral_time, self.position_gain)
+
+    @property
+    def has_gravity(self) -> bool:
+        """Whether the drive adds the believed gravity load: it does not."""
+        return False
