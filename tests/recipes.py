@@ -586,7 +586,7 @@ OF_SENSING = {
 LOAD = {"on": "panda.flange", "mass": "1.5 kg", "centre": "0, 5, 10 cm"}
 OF_DRIVE = {
     "torque_limit": [5.0],
-    "integral_time": ["30 ms"],
+    "integral_rate": [30.0],
     "period": ["4 ms"],
     "model": [{"mass": 0.8}],
 }
@@ -927,9 +927,7 @@ RECIPES = {
     },
     "DriveModel": [
         (
-            powered(
-                {"kind": "computed_torque", "model": {"mass": 0.9}}, payloads=[LOAD]
-            )[0],
+            powered({"kind": "computed_torque", "model": {"mass": 0.9}}, payloads=[LOAD])[0],
             ("actuation", "drive", "model"),
         )
     ],

@@ -18,9 +18,9 @@ from pathlib import Path
 from gallery_pictures import pictures
 
 import robsim as rs
-from robsim.page import load_recording
 from robsim.base.atomic_files import write_whole
 from robsim.files.example_groups import GROUPS
+from robsim.page import load_recording
 from robsim.studio.scenario_shelf import ScenarioShelf
 
 HERE = Path(__file__).parent

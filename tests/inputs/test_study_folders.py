@@ -5,8 +5,8 @@ import json
 import pytest
 
 import robsim as rs
-from robsim.page import load_recording
 from robsim.cli.studio_command import _load_shown
+from robsim.page import load_recording
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from matplotlib.text import Text
 from PIL import Image
 
 import robsim as rs
-from robsim.page import load_recording
 from robsim.cli.page_and_films import check_views
+from robsim.page import load_recording
 from robsim.plot.film.animation import PAUSE
 from robsim.plot.film.film_frames import FilmFrames
 from robsim.plot.film.film_source import build_film_source

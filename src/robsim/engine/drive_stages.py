@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from robsim.base.arrays import Array
 from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.payload_stages import PayloadStages
 from robsim.engine.static_torques import StaticTorques, place_carriers
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
@@ -35,7 +39,9 @@ class DriveStages:
         self.plant, self.joints, self.program = plant, joints, plant.program
         self.columns = joints.velocities
         rows, constant, n = self.program.rows, self.program.constant, len(joints.names)
-        self.torque, self.saturation = rows(plant.scene.nv), rows(plant.scene.nv)
+        weights = StaticTorques(joints, plant.start.T)
+        self.torque = self.program.each(self._spread(weights.load))
+        self.saturation = rows(plant.scene.nv)
         first = self.program.size
         self.v, self.q, self.command, self.hold = (rows(n) for _ in range(4))
         self.net, self.diagonal, self.a, self.h = rows(n), rows(n), rows(n), rows()
@@ -44,16 +50,20 @@ class DriveStages:
         self.armature, self.damping, self.friction = (constant(each) for each in numbers)
         self.dynamics = DynamicsStages(self.program, joints.bodies, self.q)
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
-        self.drive_rows = self._make_drive_rows()
+        self.drive_rows = self._make_drive_rows(weights)
         self.add_torques = joints.drive.bind(self.drive_rows, plant.numbers)
         self.state = BlockRows(first, (self.program.size - first,))
 
-    def _make_drive_rows(self) -> DriveRows:
+    def _spread(self, torques: Array) -> Array:
+        """Return torques (n, runs) of the driven joints among those of all joints (nv, runs)."""
+        spread = np.zeros((self.plant.scene.nv, torques.shape[1]))
+        spread[self.columns] = torques
+        return spread
+
+    def _make_drive_rows(self, weights: StaticTorques) -> DriveRows:
         """Return the rows that the drive reads and writes."""
         joints, rows, n = self.joints, self.program.rows, len(self.joints.names)
-        weights = StaticTorques(joints, self.plant.start.T)
         missing = weights.load - weights.fed
-        inertia = weights.inertia
         return DriveRows(
             self.program,
             joints.names,
@@ -63,7 +73,7 @@ class DriveStages:
             self.command,
             self.v,
             self.q,
-            gap=self.program.each(joints.drive.settle(inertia, missing)),
+            gap=self.program.each(joints.drive.settle(weights.inertia, missing)),
             torque=rows(n),
             slope=rows(n),
             saturation=rows(n),
@@ -71,7 +81,7 @@ class DriveStages:
             damping=self.damping,
             friction=self.friction,
             share=self.program.constant(1.0 / joints.parts),
-            inertia=inertia,
+            inertia=weights.inertia,
             load=weights.load,
             fed=weights.fed,
             believed=self.loads.believe(self.v),
@@ -89,7 +99,8 @@ class DriveStages:
         self._copy(zip([q[i] for i in self.joints.coordinates], self.q, strict=True))
         wanted = [self.plant.wanted[i] for i in self.columns]
         self._copy(zip(wanted, self.command, strict=True))
-        place_carriers(self.plant, self.dynamics)
+        plant = self.plant
+        place_carriers(program, plant.scene, plant.placed, self.dynamics, plant.qd)
         self.loads.add()
         times = {"parts": self.count, "dt": dt, "h": self.h}
         program.add(joint_drives.begin_substeps, saturation=drives.saturation, **times)

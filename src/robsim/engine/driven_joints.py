@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, prefix_errors
 from robsim.geometry.inertia import Inertia
+from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.joint import Joint
+from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
 from robsim.world.actuation import Actuation
 from robsim.world.drives.joint_drive import JointDrive, spread_over_joints
+from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 
 PERIOD_SLACK = 1e-9  # relative error of a period that is a whole number of steps
@@ -46,6 +49,7 @@ class DrivenJoints:
     scene: Scene
     drive: JointDrive
     joints: tuple[DrivenJoint, ...]
+    loads: tuple[Payload, ...]
     parts: int  # sub-steps in a period
 
     @classmethod
@@ -59,9 +63,8 @@ class DrivenJoints:
                 "actuation.drive: the task commands no robot with revolute or prismatic joints, "
                 "so that there is nothing to drive"
             )
-        return cls(
-            scene, JointDrive.wrap(actuation.drive), joints, count_substeps(actuation.step, dt)
-        )
+        drive, parts = JointDrive.wrap(actuation.drive), count_substeps(actuation.step, dt)
+        return cls(scene, drive, joints, actuation.payloads, parts)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,12 +93,39 @@ class DrivenJoints:
             return spread_over_joints(given, "actuation.drive.torque_limit", self.names)
         return np.array([each.joint.effort or np.inf for each in self.joints])
 
+    @property
+    def gravity(self) -> Array:
+        """True acceleration of gravity (3,), in axes of the world."""
+        return np.array(GRAVITY)
+
+    @cached_property
+    def payloads(self) -> tuple[tuple[Payload, tuple[int, Array]], ...]:
+        """Loads, each with the body that carries it and the pose of its frame in the body."""
+        return tuple(self._locate_payloads())
+
+    def _locate_payloads(self) -> Iterator[tuple[Payload, tuple[int, Array]]]:
+        for load in self.loads:
+            with prefix_errors("actuation.payloads"):
+                found = self.bodies.locate(self.scene.tree, load.on)
+            if found is None:
+                raise InputError(
+                    f"actuation.payloads: no driven joint moves the frame '{load.on}', so that a "
+                    "load on it has no effect"
+                )
+            yield load, found
+
+    @cached_property
+    def links_alone(self) -> RigidBodies:
+        """The rigid bodies without the objects that they carry."""
+        inertias = list(self._list_inertias(carried=False))
+        return RigidBodies.of(self.scene.tree, inertias, self.velocities)
+
     @cached_property
     def bodies(self) -> RigidBodies:
         """The rigid bodies that the joints move."""
         return RigidBodies.of(self.scene.tree, list(self._list_inertias()), self.velocities)
 
-    def _list_inertias(self) -> Iterator[tuple[str, Inertia]]:
+    def _list_inertias(self, carried: bool = True) -> Iterator[tuple[str, Inertia]]:
         """Yield frames with their inertias: links, and objects that robots carry."""
         robots = {each.robot.name: each.robot for each in self.joints}
         for robot in robots.values():
@@ -105,9 +135,10 @@ class DrivenJoints:
             for name, inertia in inertias:
                 if inertia is not None:
                     yield f"{robot.name}.{name}", inertia
-        for thing in self.scene.objects:
-            if thing.inertia is not None:
-                yield thing.name, thing.inertia
+        for thing in self.scene.objects if carried else ():
+            inertia = sum_inertias(thing.shapes)
+            if inertia is not None:
+                yield thing.name, inertia
 
 
 def count_substeps(step: float, dt: float) -> int:

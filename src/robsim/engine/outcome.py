@@ -49,8 +49,8 @@ class Outcome(NamedInteger):
     Notes
     -----
     If several conditions hold at one instant, the first of this order counts: UNSTABLE, NOT_FINITE
-    of the state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOTHING_IN_VIEW, NO_GRADIENT,
-    NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the command, SINGULAR,
+    of the state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, UNDETECTED, NOTHING_IN_VIEW,
+    NO_GRADIENT, NOT_FINITE of a feature, CONVERGED, DIVERGED, NOT_FINITE of the command, SINGULAR,
     LOCAL_MINIMUM, ENDED, TIME_LIMIT.
 
     Examples

@@ -38,9 +38,7 @@ class PayloadStages:
     def believe(self, v: BlockRows) -> BelievedDynamics:
         """Return the dynamics that the drive believes, at joint velocities v."""
         vertical = scale_runs(self.joints.gravity, self.model.gravity, 1)
-        return BelievedDynamics(
-            self.dynamics, self.believed, self.program.numbers(vertical, 1), v
-        )
+        return BelievedDynamics(self.dynamics, self.believed, self.program.numbers(vertical, 1), v)
 
     def add(self) -> None:
         """Add the stages of the inertias in a period."""

@@ -160,8 +160,7 @@ class Plant:
             return
         driven = () if self.driven is None else self.driven.columns
         for i, prescribed in enumerate(scene.prescribed):
-            prescribed = prescribed and i not in driven
-            own = self.drift if prescribed else self.speed
+            own = self.drift if prescribed and i not in driven else self.speed
             program.add(copy_rows, rows=own[i : i + 1], to=self.rates[i : i + 1])
         for row, velocity, steering in scene.tree.cars:
             v, length = self.rates[velocity : velocity + 2], program.constant(steering.wheelbase)

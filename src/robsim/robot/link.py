@@ -24,6 +24,12 @@ def check_shapes(shapes: object, owner: str) -> tuple[Primitive, ...]:
     return tuple(solids)
 
 
+def sum_inertias(shapes: Iterable[Primitive]) -> Inertia | None:
+    """Return the sum of the inertias of solids in one frame, or None if all are massless."""
+    inertias = [shape.inertia for shape in shapes if shape.inertia is not None]
+    return reduce(add, inertias) if inertias else None
+
+
 @name_parameters
 @dataclass(frozen=True)
 class Link:
@@ -99,9 +105,7 @@ class Link:
         """
         if self.inertia is not None:
             return self.inertia
-        parts = [shape.inertia for shape in self.shapes]
-        inertias = [part for part in parts if part is not None]
-        return reduce(add, inertias) if inertias else None
+        return sum_inertias(self.shapes)
 
 
 def list_coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:

@@ -193,6 +193,11 @@ class Tree:
         signs: Array = self._ancestry[self.find(name)[0]]
         return signs
 
+    def carried(self, body: int) -> Array:
+        """Return 1.0 for each move that carries a body, else 0.0."""
+        signs: Array = self._ancestry[body]
+        return signs
+
     def flag_velocities(self, name: str) -> Array:
         """Return 1.0 for each velocity that moves the frame, else 0.0."""
         signs = np.zeros(self.nv)

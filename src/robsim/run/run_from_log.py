@@ -177,7 +177,10 @@ class _LogSamples:
 def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> None:
     """Fill the record of a loop from a log, as a simulation would fill it."""
     series = np.concatenate(parts, axis=1)
-    widths = (*(part.shape[1] for part in parts), *(0,) * 6)  # no pictures, no constraints, no drives
+    widths = (
+        *(part.shape[1] for part in parts),
+        *(0,) * 6,
+    )  # no pictures, no constraints, no drives
     loop.recorder = Recorder(1, len(series) - 1, "all", widths)
     loop.recorder.table[0] = series
     outcome = Outcome.OUT_OF_IMAGE if _lacks_marks(loop, parts[4][-1]) else Outcome.RUNNING

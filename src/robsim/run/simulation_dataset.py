@@ -73,7 +73,7 @@ DESCRIPTIONS = {
     "picture_hash": "52 bits of the BLAKE2b hash of the newest picture of a camera",
     "active": "multiplier of each constraint, positive where it holds the command back",
     "slack": "excess of the command over a constraint that gave way",
-    "torque": "torques of the drives in the last step before the instant, after their limits",
+    "torque": "torques of the drives in the step before the instant; at first, to hold the robot",
     "saturation": "share of the last period in which the torque of a drive was limited",
     "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",

@@ -30,8 +30,8 @@ from robsim.world.imperfections.rate_limits import (
     VelocityBound,
     VelocityLimit,
 )
-
 from robsim.world.payload import PAYLOADS, Payload
+
 
 @described
 @dataclass(frozen=True)

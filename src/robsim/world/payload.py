@@ -10,8 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import DeclaredValue, ListOf, Number, PerRun, Quantity, Table, Time, Vector
-from robsim.declare import described
+from robsim.declare import DeclaredValue, ListOf, PerRun, Quantity, Table, Time, Vector, described
 from robsim.declare.texts import FrameReference
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import Pose
@@ -72,7 +71,8 @@ class Payload(DeclaredValue):
         c = Pose(offset) @ np.asarray(self.centre)
         tensor = 0.4 * self.radius**2 * np.eye(3) + c @ c * np.eye(3) - np.outer(c, c)
         unit = np.array([1.0, *c, *tensor[np.triu_indices(3)]])
-        return np.multiply.outer(unit, self.mass)
+        moments: Array = np.multiply.outer(unit, self.mass)
+        return moments
 
 
 PAYLOADS = ListOf(Table(Payload), most=64)

@@ -20,16 +20,7 @@ FASTEST = 1e3  # speed of a joint above which a run counts as unstable, in rad/s
 
 @stage
 def servo_joints(
-    w,
-    step,
-    n="count",
-    command="n",
-    v="n",
-    gap="n",
-    integral="n",
-    gains="4, n",
-    error="n",
-    wish="n",
+    w, step, n="count", command="n", v="n", gap="n", integral="n", gains="4, n", error="n", wish="n"
 ):
     """Compute the torques of a cascade of a position loop and a velocity loop.
 
@@ -188,11 +179,9 @@ def begin_substeps(w, step, n="count", parts="row", dt="row", h="row", saturatio
 
 
 @stage
-def attach_payload(
-    w, step, first="whole", last="whole", payload="10", bodies="10", loaded="10"
-):
+def attach_payload(w, step, first="whole", last="whole", payload="10", bodies="10", loaded="10"):
     """Add the inertia of a payload to that of its body from step `first` until before `last`."""
-    carried = 1.0 if first < step and step <= last else 0.0
+    carried = 1.0 if first < step <= last else 0.0
     for i in range(10):
         put(w, loaded + i, get(w, bodies + i) + carried * get(w, payload + i))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.declare import Number, PerRun, register
-from robsim.world.drives.joint_drive import DriveModel, Model, TorqueLimit
+from robsim.world.drives.joint_drive import TRUE_MODEL, Model, TorqueLimit
 from robsim.world.drives.servo_loop import LoopNumbers, ServoLoop
 
 Frequency = Annotated[
@@ -27,7 +27,7 @@ class SecondOrderLoop(ServoLoop):
     def numbers(self) -> LoopNumbers:
         """The numbers of the loops: k = 2 z w and k c = w^2."""
         rate = 2.0 * self.damping_ratio * self.frequency
-        return LoopNumbers(rate, None, self.frequency / (2.0 * self.damping_ratio))
+        return LoopNumbers(rate, 0.0, self.frequency / (2.0 * self.damping_ratio))
 
 
 @register("drive", "gravity_compensated_pd")
@@ -50,7 +50,7 @@ class GravityCompensatedPD(SecondOrderLoop):
 
     frequency: Frequency = 50.0
     damping_ratio: DampingRatio = 1.0
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
 
@@ -77,5 +77,5 @@ class ComputedTorque(SecondOrderLoop):
     is_inverse: ClassVar[bool] = True
     frequency: Frequency = 50.0
     damping_ratio: DampingRatio = 1.0
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from robsim.base.unit_warnings import warn_of_milliseconds
 from robsim.declare import Number, PerRun, Time, register
-from robsim.world.drives.joint_drive import DriveModel, Model, TorqueLimit
-from robsim.world.drives.servo_loop import IntegralTime, LoopNumbers, PositionGain, ServoLoop
+from robsim.world.drives.joint_drive import TRUE_MODEL, Model, TorqueLimit
+from robsim.world.drives.servo_loop import IntegralRate, LoopNumbers, PositionGain, ServoLoop
 
 
 @register("drive", "industrial_servo")
@@ -34,10 +34,10 @@ class IndustrialServo(ServoLoop):
         PerRun(()),
         "Bandwidth of the velocity loop in rad/s, at the inertia of each joint at home.",
     ] = 100.0
-    integral_time: IntegralTime = 0.05
+    integral_rate: IntegralRate = 20.0
     position_gain: PositionGain = 20.0
     period: Annotated[float, Time(above=0), "Period of the drive, which holds its torques."] = 0.002
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
     def __post_init__(self) -> None:
@@ -46,7 +46,7 @@ class IndustrialServo(ServoLoop):
 
     @property
     def numbers(self) -> LoopNumbers:
-        return LoopNumbers(self.bandwidth, self.integral_time, self.position_gain)
+        return LoopNumbers(self.bandwidth, self.integral_rate, self.position_gain)
 
     @property
     def has_gravity(self) -> bool:

@@ -57,6 +57,9 @@ class DriveModel(DeclaredValue):
     payload: Annotated[bool, Flag(), "Whether the drive knows the payloads."] = False
 
 
+TRUE_MODEL = DriveModel()
+
+
 @dataclass(frozen=True, eq=False)
 class DriveState:
     """State of the n joints of B runs in a sub-step, for a user's drive.
@@ -158,7 +161,9 @@ class DriveRows:
         rows = {"torque": self.torque, "slope": self.slope, "saturation": self.saturation}
         self.program.add(limit_torques, limits=self.limits, share=share, **rows)
 
-    def call(self, torque: Callable[[DriveState], Array], name: str, runs: NDArray[np.int64]) -> None:
+    def call(
+        self, torque: Callable[[DriveState], Array], name: str, runs: NDArray[np.int64]
+    ) -> None:
         """Add a Python function from the state of the joints to torques (B, n)."""
         gravity = self.program.rows(self.n)
         self.believed.add_gravity(gravity)
@@ -175,8 +180,9 @@ class DriveRows:
     ) -> None:
         """Call a user's drive and store its torques."""
         names = self.command, self.v, self.q, self.gap, gravity
-        arrays = [view_for_user(blocks.get(rows)) for rows in names]
-        state = DriveState((step - 1) * self.seconds, *arrays, runs[blocks.rows])
+        command, v, q, gap, load = (view_for_user(blocks.get(rows)) for rows in names)
+        seconds = (step - 1) * self.seconds
+        state = DriveState(seconds, command, v, q, gap, load, runs[blocks.rows])
         shape = view_runs_first(blocks.get(self.torque))
         blocks.put(self.torque, check_effect_result(shape, torque(state), f"{name}.torque").T)
 
@@ -237,7 +243,7 @@ class JointDrive(DeclaredValue):
 class UserDrive(JointDrive):
     """Drive around an object of a user with a method `torque(state)`."""
 
-    model = DriveModel()
+    model = TRUE_MODEL
     torque_limit = None
 
     @classmethod
@@ -280,12 +286,10 @@ class OwnDrive(Protocol):
         """
 
 
-Model = Annotated[
-    DriveModel, Table(DriveModel), "Model of the joints that the drive believes."
-]
+Model = Annotated[DriveModel, Table(DriveModel), "Model of the joints that the drive believes."]
 TorqueLimit = Annotated[
     Array | None,
-    Numbers(POSITIVE, None),
+    Numbers(item=POSITIVE, shape=None),
     "Largest torques in N m or N, one for all joints or one for each. None: the efforts of the "
     "joints.",
 ]

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from robsim.declare import Number, PerRun, register
-from robsim.world.drives.joint_drive import DriveModel, GravityFed, Model, TorqueLimit
+from robsim.world.drives.joint_drive import TRUE_MODEL, GravityFed, Model, TorqueLimit
 from robsim.world.drives.servo_loop import (
     Bandwidth,
-    IntegralTime,
+    IntegralRate,
     LoopNumbers,
     PositionGain,
     ServoLoop,
@@ -21,10 +21,10 @@ from robsim.world.drives.servo_loop import (
 class PositionLoop(ServoLoop):
     """Position loop around a velocity loop on each joint, which follows the integral of commands.
 
-        torque = b D (e + int(e)/T) + g(q),    e = f u + c (r - q) - v,
+        torque = b D (e + j int(e)) + g(q),    e = f u + c (r - q) - v,
 
-    with the bandwidth b, the integral time T, the diagonal D of the believed mass matrix at home,
-    the gain c of the position, the share f of the command u, and the integral r of the command.
+    with the bandwidth b, the rate j of the integral, the diagonal D of the believed mass matrix at
+    home, the gain c of the position, the share f of the command u, and the integral r of u.
     Without feed-forward (f = 0) the joint follows r late, by the time 1/c.
 
     Examples
@@ -36,7 +36,7 @@ class PositionLoop(ServoLoop):
 
     position_gain: PositionGain = 20.0
     bandwidth: Bandwidth = 100.0
-    integral_time: IntegralTime = 0.1
+    integral_rate: IntegralRate = 10.0
     feed_forward: Annotated[
         float,
         Number(least=0, most=1),
@@ -44,11 +44,11 @@ class PositionLoop(ServoLoop):
         "Share of the command that reaches the velocity loop.",
     ] = 1.0
     gravity: GravityFed = True
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
     @property
     def numbers(self) -> LoopNumbers:
         return LoopNumbers(
-            self.bandwidth, self.integral_time, self.position_gain, self.feed_forward
+            self.bandwidth, self.integral_rate, self.position_gain, self.feed_forward
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Number, PerRun, Time
+from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.world.drives.joint_drive import DriveRows, JointDrive
@@ -24,10 +24,12 @@ Bandwidth = Annotated[
     PerRun(()),
     "Bandwidth of the velocity loop in rad/s, at the believed inertia of each joint at home.",
 ]
-IntegralTime = Annotated[
-    float | None,
-    Time(above=0),
-    "Integral time of the velocity loop. None: no integral, and a rest error under a load.",
+IntegralRate = Annotated[
+    float,
+    Number(least=0, unit="1/s"),
+    PerRun(()),
+    "Ratio of the integral gain to the gain of the velocity loop, in 1/s. 0: no integral, and a "
+    "rest error under a load.",
 ]
 PositionGain = Annotated[
     float,
@@ -45,8 +47,8 @@ class LoopNumbers:
     ----------
     bandwidth : float or ndarray of shape (runs,)
         Gain k of the velocity loop per unit of inertia, in 1/s.
-    integral_time : float or None
-        Ratio of k to the gain i of the integral, in seconds.
+    integral_rate : float or ndarray of shape (runs,)
+        Ratio of the gain i of the integral to k, in 1/s.
     position : float or ndarray of shape (runs,)
         Gain c of the position loop, in 1/s.
     feed_forward : float or ndarray of shape (runs,)
@@ -54,19 +56,20 @@ class LoopNumbers:
     """
 
     bandwidth: float | Array
-    integral_time: float | None = None
+    integral_rate: float | Array = 0.0
     position: float | Array = 0.0
     feed_forward: float | Array = 1.0
 
     def scale(self, inertia: Array) -> Array:
         """Return the gains k, i, c and f, of shape (4, n) or (4, n, runs), at given inertias."""
         k = scale_each_run(inertia, self.bandwidth)
-        i = 0.0 * k if self.integral_time is None else k / self.integral_time
+        i = scale_each_run(k, self.integral_rate)
         one = np.ones(len(inertia))
         gains = [k, i, scale_each_run(one, self.position), scale_each_run(one, self.feed_forward)]
         most = max(each.ndim for each in gains)
-        return np.stack(np.broadcast_arrays(*(each if each.ndim == most else each[:, None]
-                                              for each in gains)))
+        return np.stack(
+            np.broadcast_arrays(*(each if each.ndim == most else each[:, None] for each in gains))
+        )
 
 
 def scale_each_run(values: Array, number: float | Array) -> Array:

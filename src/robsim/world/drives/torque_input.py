@@ -17,7 +17,7 @@ from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.world.drives.joint_drive import (
     TORQUE,
-    DriveModel,
+    TRUE_MODEL,
     DriveRows,
     GravityFed,
     JointDrive,
@@ -47,11 +47,11 @@ class TorqueInput(JointDrive):
     quantity: ClassVar[str] = TORQUE
     damping: Annotated[
         Array,
-        Numbers(NOT_NEGATIVE, None),
+        Numbers(item=NOT_NEGATIVE, shape=None),
         "Torque per velocity, in N m s/rad or N s/m, for all joints or each.",
     ] = 0.0  # type: ignore[assignment]  # converted
     gravity: GravityFed = True
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
     def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[int], None]:

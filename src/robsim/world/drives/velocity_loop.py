@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robsim.declare import register
-from robsim.world.drives.joint_drive import DriveModel, GravityFed, Model, TorqueLimit
-from robsim.world.drives.servo_loop import Bandwidth, IntegralTime, LoopNumbers, ServoLoop
+from robsim.world.drives.joint_drive import TRUE_MODEL, GravityFed, Model, TorqueLimit
+from robsim.world.drives.servo_loop import Bandwidth, IntegralRate, LoopNumbers, ServoLoop
 
 
 @register("drive", "velocity_loop")
@@ -14,26 +14,27 @@ from robsim.world.drives.servo_loop import Bandwidth, IntegralTime, LoopNumbers,
 class VelocityLoop(ServoLoop):
     """Velocity loop on each joint, proportional or with an integral.
 
-        torque = b D (e + int(e)/T) + g(q),    e = u - v,
+        torque = b D (e + j int(e)) + g(q),    e = u - v,
 
-    with the bandwidth b, the integral time T, the command u, and the diagonal D of the believed
-    mass matrix at home. Without the gravity load g, the integral carries the weight. Without the
-    integral, a joint sags at the velocity g/(b D), against which the task needs a rest error.
+    with the bandwidth b, the rate j of the integral, the command u, and the diagonal D of the
+    believed mass matrix at home. Without the gravity load g, the integral carries the weight.
+    Without the integral, a joint sags at the velocity g/(b D), against which the task needs a rest
+    error.
 
     Examples
     --------
     >>> import robsim as rs
-    >>> drive = rs.drives.VelocityLoop(bandwidth=50, integral_time=None)
+    >>> drive = rs.drives.VelocityLoop(bandwidth=50, integral_rate=0)
     >>> rs.Actuation(drive=drive).drive.gravity
     True
     """
 
     bandwidth: Bandwidth = 100.0
-    integral_time: IntegralTime = 0.1
+    integral_rate: IntegralRate = 10.0
     gravity: GravityFed = True
-    model: Model = DriveModel()
+    model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
     @property
     def numbers(self) -> LoopNumbers:
-        return LoopNumbers(self.bandwidth, self.integral_time)
+        return LoopNumbers(self.bandwidth, self.integral_rate)

@@ -1,0 +1,1 @@
+"""Stages of rigid-body dynamics: placement, torques, mass matrices, accelerations and drives."""
