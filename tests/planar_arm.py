@@ -50,4 +50,4 @@ def build_task(case, **fields):
     """The task of a stored case, with the belief of its camera."""
     law = rs.laws.TorqueLaw(case["stiffness"], case["width"])
     believed = build_scene(case["roll"] + case["roll_error"]) if case["roll_error"] else None
-    return rs.IBVS(GOAL, law=law, belief=believed, tolerance=1e-9, **fields)
+    return rs.IBVS(GOAL, law=law, belief=believed, **{"tolerance": 1e-9, **fields})
