@@ -1,4 +1,4 @@
-"""Closed loops whose law commands torques: stored trajectories, energy, errors at rest, outcomes."""
+"""Closed loops of torques: stored trajectories, energy, errors at rest, and outcomes."""
 
 import numpy as np
 import pytest
