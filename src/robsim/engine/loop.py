@@ -73,6 +73,7 @@ class Loop:
         if self.actuation.drive is not None:
             moved = self.actuation, controller.columns, self.dt
             self.driven = DrivenJoints.of(scene, *moved)
+            self.driven.check()
         check_command_quantity(controller, self.driven, self.guard)
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers

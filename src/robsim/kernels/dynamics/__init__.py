@@ -1,1 +1,1 @@
-"""Stages of rigid-body dynamics: placement, torques, mass matrices, accelerations and drives."""
+"""Compiled stages of the dynamics of rigid bodies, and of the drives of joints."""

@@ -1,98 +1,201 @@
-"""Composite-rigid-body algorithm: the mass matrix of the joints (Featherstone 2008, table 6.2)."""
+"""Composite-rigid-body algorithm: the mass matrix, and its factors.
 
-from robsim.kernels.dynamics.articulated_bodies import rotate_symmetric
-from robsim.kernels.dynamics.body_motion import FORCE, INERTIA, MOMENT, P, R
-from robsim.kernels.dynamics.vector_lanes import add_vector, cross, get_vector, put_vector, rotate
+M. W. Walker and D. E. Orin, Efficient dynamic computer simulation of robotic mechanisms, J. Dynamic
+Systems, Measurement, and Control 104, 1982; R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
+table 6.2 and section 6.5.
+"""
+
+from robsim.kernels.dynamics.body_rows import (
+    FLOATING,
+    MASS,
+    MOMENTS,
+    POSITION,
+    PRISMATIC,
+    REVOLUTE,
+    SECOND_MOMENT,
+)
+from robsim.kernels.formulas.lane_vectors import (
+    add_to_vector,
+    cross_product,
+    get_vector,
+    put_vector,
+    rotate_symmetric,
+    times_matrix,
+    times_symmetric,
+)
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import align_stack, get, put
 from robsim.kernels.machine.routine import routine
 from robsim.kernels.machine.stages import stage
 
-TOTAL = INERTIA  # ten rows: mass, first moments and second moments of a composite body
+# rows of a composite inertia: moments, first moment and mass
+COMPOSITE, COMPOSITE_FIRST, COMPOSITE_MASS = MOMENTS, MOMENTS + 6, MOMENTS + 9
+UNIT_FORCE = MOMENTS + 10  # force and moment that a unit acceleration of a joint needs
+FIELDS = 6  # of a record of a body
+
+
+@part
+def _merge_composite(w, s, parent):
+    """Add the composite inertia of a body to its parent, by the parallel axis theorem."""
+    m = get(w, s + COMPOSITE_MASS)
+    hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+    px, py, pz = get_vector(w, s + POSITION)
+    rx, ry, rz = times_matrix(w, s, hx, hy, hz)
+    add_to_vector(w, parent + COMPOSITE_FIRST, rx + m * px, ry + m * py, rz + m * pz)
+    put(w, parent + COMPOSITE_MASS, get(w, parent + COMPOSITE_MASS) + m)
+    xx, xy, xz, yy, yz, zz = rotate_symmetric(w, s, s + COMPOSITE)
+    qx, qy, qz = 2.0 * rx + m * px, 2.0 * ry + m * py, 2.0 * rz + m * pz
+    t = px * qx + py * qy + pz * qz
+    ex, ey = rx + m * px, ry + m * py
+    xy, xz = xy - (px * ry + ex * py), xz - (px * rz + ex * pz)
+    yz = yz - (py * rz + ey * pz)
+    add_to_vector(w, parent + COMPOSITE, xx + t - px * qx, xy, xz)
+    add_to_vector(w, parent + COMPOSITE + 3, yy + t - py * qy, yz, zz + t - pz * qz)
+
+
+@part
+def _start_unit_force(w, s, kind, axis):
+    """Write the force and moment that a unit acceleration along an axis of a joint needs.
+
+    The axes of a floating joint are 0 to 5, first its translations.
+    """
+    m = get(w, s + COMPOSITE_MASS)
+    hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+    turns = kind == REVOLUTE or axis >= 3
+    k = axis % 3 if kind == FLOATING else 2
+    one = 0.0 * m + 1.0
+    x, y, z = one - 1.0, one - 1.0, one - 1.0
+    if k == 0:
+        x = one
+    elif k == 1:
+        y = one
+    else:
+        z = one
+    if turns:
+        fx, fy, fz = cross_product(x, y, z, hx, hy, hz)
+        nx, ny, nz = times_symmetric(w, s + COMPOSITE, x, y, z)
+    else:
+        fx, fy, fz = m * x, m * y, m * z
+        nx, ny, nz = cross_product(hx, hy, hz, x, y, z)
+    put_vector(w, s + UNIT_FORCE, fx, fy, fz)
+    put_vector(w, s + UNIT_FORCE + 3, nx, ny, nz)
+
+
+@part
+def _write_entries(w, H, n, row, force, kind, column):
+    """Write the entries of H of a unit force in a row, at the columns of a joint."""
+    first, count = force, 1
+    if kind == REVOLUTE:
+        first = force + 5
+    elif kind == PRISMATIC:
+        first = force + 2
+    else:
+        count = 6
+    for k in range(count):
+        x = get(w, first + k)
+        put(w, H + row * n + column + k, x)
+        put(w, H + (column + k) * n + row, x)
 
 
 @routine
-def _carry_composite(w, parent, body):
-    """Add the composite inertia of a body to that of its parent, about the parent's origin."""
-    m = get(w, body + TOTAL)
-    hx, hy, hz = get_vector(w, body + TOTAL + 1)
-    px, py, pz = get_vector(w, body + P)
-    rx, ry, rz = rotate(w, body + R, hx, hy, hz)
-    put(w, parent + TOTAL, get(w, parent + TOTAL) + m)
-    add_vector(w, parent + TOTAL + 1, rx + m * px, ry + m * py, rz + m * pz)
-    xx, xy, xz, yy, yz, zz = rotate_symmetric(w, body + R, body + TOTAL + 4)
-    qx, qy, qz = 2.0 * rx + m * px, 2.0 * ry + m * py, 2.0 * rz + m * pz
-    t = px * qx + py * qy + pz * qz
-    xy, xz = xy - (px * ry + rx * py + m * px * py), xz - (px * rz + rx * pz + m * px * pz)
-    yz = yz - (py * rz + ry * pz + m * py * pz)
-    add_vector(w, parent + TOTAL + 4, xx + t - px * qx, xy, xz)
-    add_vector(w, parent + TOTAL + 7, yy + t - py * qy, yz, zz + t - pz * qz)
-
-
-@part
-def _start_force(w, body, turns):
-    """Write the force and moment of a unit acceleration of the joint of a composite body."""
-    m = get(w, body + TOTAL)
-    zero = 0.0 * m
-    hx, hy = get(w, body + TOTAL + 1), get(w, body + TOTAL + 2)
-    if turns:
-        put_vector(w, body + FORCE, -hy, hx, zero)
-        n0, n1 = get(w, body + TOTAL + 6), get(w, body + TOTAL + 8)
-        put_vector(w, body + MOMENT, n0, n1, get(w, body + TOTAL + 9))
-    else:
-        put_vector(w, body + FORCE, zero, zero, m)
-        put_vector(w, body + MOMENT, hy, -hx, zero)
-
-
-@part
-def _lift_force(w, body):
-    """Transform the force and moment on a body to the axes and the origin of its parent."""
-    fx, fy, fz = get_vector(w, body + FORCE)
-    nx, ny, nz = get_vector(w, body + MOMENT)
-    fx, fy, fz = rotate(w, body + R, fx, fy, fz)
-    nx, ny, nz = rotate(w, body + R, nx, ny, nz)
-    px, py, pz = get_vector(w, body + P)
-    dx, dy, dz = cross(px, py, pz, fx, fy, fz)
-    return fx, fy, fz, nx + dx, ny + dy, nz + dz
+def _carry_unit_force(w, each, i, row, H, n):
+    """Carry the unit force of body i to the root; write the entries of its row of H."""
+    k = i
+    force = each[1 + FIELDS * i + 3] + UNIT_FORCE
+    while True:
+        at = 1 + FIELDS * k
+        s = each[at + 3]
+        _write_entries(w, H, n, row, force, each[at], each[at + 2])
+        if each[at + 1] < 0:
+            return
+        px, py, pz = get_vector(w, s + POSITION)
+        fx, fy, fz = get_vector(w, force)
+        nx, ny, nz = get_vector(w, force + 3)
+        fx, fy, fz = times_matrix(w, s, fx, fy, fz)
+        nx, ny, nz = times_matrix(w, s, nx, ny, nz)
+        dx, dy, dz = cross_product(px, py, pz, fx, fy, fz)
+        put_vector(w, force, fx, fy, fz)
+        put_vector(w, force + 3, nx + dx, ny + dy, nz + dz)
+        k = each[at + 1]
 
 
 @stage
 def compute_mass_matrix(
     w,
     step,
-    H="n, n",
     n="count",
-    each="each: above=whole; column=whole; body=62; inertia=10; turns=whole",
+    H="n, n",
+    each="each: kind=whole; above=whole; column=whole; body=68; parent=68; inertia=10",
 ):
-    """Compute the mass matrix H of joints.
+    """Compute the mass matrix H of bodies on joints.
 
-    `column` is the number of the joint of a body, and `above` the number of its parent, or -1 if
-    the parent is a carrier. Parents come before their children.
+    The bodies are placed in their parents, and come after them. `above` is the index of the parent
+    in this list, or -1 if the parent is a carrier.
     """
     align_stack()
-    for i in range(n * n):
-        put(w, H + i, 0.0)
+    for k in range(n * n):
+        put(w, H + k, 0.0)
     for i in range(each[0]):
-        for k in range(10):
-            put(w, each[5 * i + 3] + TOTAL + k, get(w, each[5 * i + 4] + k))
+        s, inertia = each[4 + FIELDS * i], each[6 + FIELDS * i]
+        for k in range(6):
+            put(w, s + COMPOSITE + k, get(w, inertia + SECOND_MOMENT + k))
+        for k in range(3):
+            put(w, s + COMPOSITE_FIRST + k, get(w, inertia + 1 + k))
+        put(w, s + COMPOSITE_MASS, get(w, inertia + MASS))
     for i in range(each[0] - 1, -1, -1):
-        above, column, body, turns = (
-            each[5 * i + 1],
-            each[5 * i + 2],
-            each[5 * i + 3],
-            each[5 * i + 5],
-        )
-        if above >= 0:
-            _carry_composite(w, each[5 * above + 3], body)
-        _start_force(w, body, turns)
-        put(w, H + (n + 1) * column, get(w, body + (MOMENT + 2 if turns else FORCE + 2)))
-        j = i
-        while each[5 * j + 1] >= 0:
-            fx, fy, fz, nx, ny, nz = _lift_force(w, each[5 * j + 3])
-            j = each[5 * j + 1]
-            here, other = each[5 * j + 3], each[5 * j + 2]
-            put_vector(w, here + FORCE, fx, fy, fz)
-            put_vector(w, here + MOMENT, nx, ny, nz)
-            value = get(w, here + (MOMENT + 2 if each[5 * j + 5] else FORCE + 2))
-            put(w, H + n * column + other, value)
-            put(w, H + n * other + column, value)
+        at = 1 + FIELDS * i
+        kind, s = each[at], each[at + 3]
+        if each[at + 1] >= 0:
+            _merge_composite(w, s, each[at + 4])
+        for axis in range(6 if kind == FLOATING else 1):
+            _start_unit_force(w, s, kind, axis)
+            _carry_unit_force(w, each, i, each[at + 2] + axis, H, n)
+
+
+@stage
+def merge_mimicking_joints(
+    w, step, m="count", n="count", bodies="m, m", H="n, n", each="each: ratio=row; column=whole"
+):
+    """Compute the mass matrix H = G' M G of independent velocities from the matrix M of bodies.
+
+    Row i of G is zero except for the ratio of entry i at its column.
+    """
+    for k in range(n * n):
+        put(w, H + k, 0.0)
+    for i in range(m):
+        for j in range(m):
+            at = H + each[2 * i + 2] * n + each[2 * j + 2]
+            share = get(w, each[2 * i + 1]) * get(w, each[2 * j + 1])
+            put(w, at, get(w, at) + share * get(w, bodies + i * m + j))
+
+
+@stage
+def solve_mass_matrix(
+    w, step, n="count", H="n, n", L="n, n", tau="n", bias="n", diagonal="n or none", a="n"
+):
+    """Solve (H + diag(diagonal)) a = tau - bias by the factors L D L' of the matrix.
+
+    L receives the factors.
+    """
+    for i in range(n):
+        for j in range(i):
+            x = get(w, H + i * n + j)
+            for k in range(j):
+                x = x - get(w, L + i * n + k) * get(w, L + j * n + k) * get(w, L + k * n + k)
+            put(w, L + i * n + j, x / get(w, L + j * n + j))
+        d = get(w, H + i * n + i)
+        if diagonal >= 0:
+            d = d + get(w, diagonal + i)
+        for k in range(i):
+            x = get(w, L + i * n + k)
+            d = d - x * x * get(w, L + k * n + k)
+        put(w, L + i * n + i, d)
+        y = get(w, tau + i) - get(w, bias + i)
+        for k in range(i):
+            y = y - get(w, L + i * n + k) * get(w, a + k)
+        put(w, a + i, y)
+    for i in range(n - 1, -1, -1):
+        y = get(w, a + i) / get(w, L + i * n + i)
+        for k in range(i + 1, n):
+            y = y - get(w, L + k * n + i) * get(w, a + k)
+        put(w, a + i, y)

@@ -1,14 +1,31 @@
-"""Recursive Newton-Euler algorithm: joint torques from accelerations."""
+"""Recursive Newton-Euler algorithm: the forces at joints that a motion needs.
 
-from robsim.kernels.dynamics.body_motion import ACCELERATION, ALPHA, FORCE, MOMENT, OMEGA, P, R
-from robsim.kernels.dynamics.vector_lanes import (
-    add_vector,
-    cross,
+J. Y. S. Luh, M. W. Walker and R. P. C. Paul, On-line computational scheme for mechanical
+manipulators, J. Dynamic Systems, Measurement, and Control 102, 1980; R. Featherstone, Rigid Body
+Dynamics Algorithms, 2008, table 5.1.
+"""
+
+from robsim.kernels.dynamics.body_rows import (
+    ACCELERATION,
+    FIRST_MOMENT,
+    FORCE,
+    MASS,
+    MOMENT,
+    POSITION,
+    PRISMATIC,
+    REVOLUTE,
+    SECOND_MOMENT,
+    TURNING,
+    TURNING_RATE,
+)
+from robsim.kernels.formulas.lane_vectors import (
+    add_to_vector,
+    cross_product,
     get_vector,
     put_vector,
-    rotate,
-    rotate_back,
+    times_matrix,
     times_symmetric,
+    times_transpose,
 )
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import align_stack, get, put
@@ -16,81 +33,107 @@ from robsim.kernels.machine.stages import stage
 
 
 @part
-def _move_body(w, parent, body, v, a, turns):
-    """Compute angular velocity and acceleration, and the acceleration of the origin."""
-    ox, oy, oz = get_vector(w, parent + OMEGA)
-    lx, ly, lz = get_vector(w, parent + ALPHA)
-    px, py, pz = get_vector(w, body + P)
-    ux, uy, uz = cross(ox, oy, oz, px, py, pz)
-    cx, cy, cz = cross(ox, oy, oz, ux, uy, uz)
-    dx, dy, dz = cross(lx, ly, lz, px, py, pz)
+def _move_body(w, parent, s, kind, v, a):
+    """Compute the motion of a body on a joint from the motion of its parent."""
+    ox, oy, oz = get_vector(w, parent + TURNING)
+    lx, ly, lz = get_vector(w, parent + TURNING_RATE)
+    px, py, pz = get_vector(w, s + POSITION)
     bx, by, bz = get_vector(w, parent + ACCELERATION)
-    bx, by, bz = rotate_back(w, body + R, bx + dx + cx, by + dy + cy, bz + dz + cz)
-    ox, oy, oz = rotate_back(w, body + R, ox, oy, oz)
-    lx, ly, lz = rotate_back(w, body + R, lx, ly, lz)
-    if turns:
-        lx, ly, lz = lx + oy * v, ly - ox * v, lz + a
-        oz = oz + v
-    else:
-        bx, by, bz = bx + 2.0 * oy * v, by - 2.0 * ox * v, bz + a
-    put_vector(w, body + OMEGA, ox, oy, oz)
-    put_vector(w, body + ALPHA, lx, ly, lz)
-    put_vector(w, body + ACCELERATION, bx, by, bz)
+    ux, uy, uz = cross_product(ox, oy, oz, px, py, pz)
+    cx, cy, cz = cross_product(ox, oy, oz, ux, uy, uz)
+    dx, dy, dz = cross_product(lx, ly, lz, px, py, pz)
+    bx, by, bz = times_transpose(w, s, bx + dx + cx, by + dy + cy, bz + dz + cz)
+    ox, oy, oz = times_transpose(w, s, ox, oy, oz)
+    lx, ly, lz = times_transpose(w, s, lx, ly, lz)
+    if v >= 0:
+        if kind == REVOLUTE:
+            speed = get(w, v)
+            lx, ly, oz = lx + oy * speed, ly - ox * speed, oz + speed
+        elif kind == PRISMATIC:
+            speed = get(w, v)
+            bx, by = bx + 2.0 * oy * speed, by - 2.0 * ox * speed
+        else:  # the velocity is relative to the parent, in the axes of the body
+            vx, vy, vz = get_vector(w, v)
+            rx, ry, rz = get_vector(w, v + 3)
+            cx, cy, cz = cross_product(ox, oy, oz, vx, vy, vz)
+            dx, dy, dz = cross_product(rx, ry, rz, vx, vy, vz)
+            bx, by, bz = bx + 2.0 * cx + dx, by + 2.0 * cy + dy, bz + 2.0 * cz + dz
+            cx, cy, cz = cross_product(ox, oy, oz, rx, ry, rz)
+            lx, ly, lz = lx + cx, ly + cy, lz + cz
+            ox, oy, oz = ox + rx, oy + ry, oz + rz
+    if a >= 0:
+        if kind == REVOLUTE:
+            lz = lz + get(w, a)
+        elif kind == PRISMATIC:
+            bz = bz + get(w, a)
+        else:
+            bx, by, bz = bx + get(w, a), by + get(w, a + 1), bz + get(w, a + 2)
+            lx, ly, lz = lx + get(w, a + 3), ly + get(w, a + 4), lz + get(w, a + 5)
+    put_vector(w, s + TURNING, ox, oy, oz)
+    put_vector(w, s + TURNING_RATE, lx, ly, lz)
+    put_vector(w, s + ACCELERATION, bx, by, bz)
 
 
 @part
-def _load_body(w, body, inertia):
-    """Compute the force and the moment about the origin that give a body its acceleration."""
-    m = get(w, inertia)
-    hx, hy, hz = get_vector(w, inertia + 1)
-    ox, oy, oz = get_vector(w, body + OMEGA)
-    lx, ly, lz = get_vector(w, body + ALPHA)
-    bx, by, bz = get_vector(w, body + ACCELERATION)
-    ux, uy, uz = cross(ox, oy, oz, hx, hy, hz)
-    cx, cy, cz = cross(ox, oy, oz, ux, uy, uz)
-    dx, dy, dz = cross(lx, ly, lz, hx, hy, hz)
-    put_vector(w, body + FORCE, m * bx + dx + cx, m * by + dy + cy, m * bz + dz + cz)
-    ux, uy, uz = times_symmetric(w, inertia + 4, ox, oy, oz)
-    cx, cy, cz = cross(ox, oy, oz, ux, uy, uz)
-    ux, uy, uz = times_symmetric(w, inertia + 4, lx, ly, lz)
-    dx, dy, dz = cross(hx, hy, hz, bx, by, bz)
-    put_vector(w, body + MOMENT, ux + cx + dx, uy + cy + dy, uz + cz + dz)
+def _balance_body(w, s, inertia):
+    """Compute the force and the moment that the motion of a body needs (Newton and Euler)."""
+    ox, oy, oz = get_vector(w, s + TURNING)
+    lx, ly, lz = get_vector(w, s + TURNING_RATE)
+    bx, by, bz = get_vector(w, s + ACCELERATION)
+    m = get(w, inertia + MASS)
+    hx, hy, hz = get_vector(w, inertia + FIRST_MOMENT)
+    ux, uy, uz = cross_product(ox, oy, oz, hx, hy, hz)
+    cx, cy, cz = cross_product(ox, oy, oz, ux, uy, uz)
+    dx, dy, dz = cross_product(lx, ly, lz, hx, hy, hz)
+    put_vector(w, s + FORCE, m * bx + dx + cx, m * by + dy + cy, m * bz + dz + cz)
+    ux, uy, uz = times_symmetric(w, inertia + SECOND_MOMENT, ox, oy, oz)
+    cx, cy, cz = cross_product(ox, oy, oz, ux, uy, uz)
+    ux, uy, uz = times_symmetric(w, inertia + SECOND_MOMENT, lx, ly, lz)
+    dx, dy, dz = cross_product(hx, hy, hz, bx, by, bz)
+    put_vector(w, s + MOMENT, ux + cx + dx, uy + cy + dy, uz + cz + dz)
 
 
 @part
-def _pass_force(w, parent, body):
-    """Add the force and the moment on a body to its parent."""
-    fx, fy, fz = get_vector(w, body + FORCE)
-    nx, ny, nz = get_vector(w, body + MOMENT)
-    fx, fy, fz = rotate(w, body + R, fx, fy, fz)
-    nx, ny, nz = rotate(w, body + R, nx, ny, nz)
-    px, py, pz = get_vector(w, body + P)
-    dx, dy, dz = cross(px, py, pz, fx, fy, fz)
-    add_vector(w, parent + FORCE, fx, fy, fz)
-    add_vector(w, parent + MOMENT, nx + dx, ny + dy, nz + dz)
-
-
-BODY_ROWS = (
-    "each: parent=62; body=62; inertia=10; v=row; a=row; tau=row; turns=whole; carried=whole"
-)
+def _pass_force(w, s, parent):
+    """Add the force on a body to the force on its parent."""
+    fx, fy, fz = get_vector(w, s + FORCE)
+    nx, ny, nz = get_vector(w, s + MOMENT)
+    px, py, pz = get_vector(w, s + POSITION)
+    fx, fy, fz = times_matrix(w, s, fx, fy, fz)
+    nx, ny, nz = times_matrix(w, s, nx, ny, nz)
+    dx, dy, dz = cross_product(px, py, pz, fx, fy, fz)
+    add_to_vector(w, parent + FORCE, fx, fy, fz)
+    add_to_vector(w, parent + MOMENT, nx + dx, ny + dy, nz + dz)
 
 
 @stage
-def compute_joint_torques(w, step, each=BODY_ROWS):
-    """Compute the torques tau that give the joints accelerations a at velocities v.
+def compute_joint_forces(
+    w,
+    step,
+    each="each: kind=whole; loads=whole; parent=68; body=68; inertia=10; v=row or none; "
+    "a=row or none; tau=row",
+):
+    """Compute the forces tau at joints for velocities v and accelerations a.
 
-    The bodies come after their parents. `carried` is true if the parent is a carrier, which feels
-    no reaction. (Luh, Walker and Paul 1980; Featherstone 2008, table 5.1, in body axes with
-    classical accelerations.)
+    The bodies are placed in their parents, and come after them. `loads` is 1 if the parent is a
+    body on a joint. A floating joint has six consecutive rows of v, a and tau.
     """
     align_stack()
-    for i in range(each[0]):
-        k = 8 * i + 1
-        _move_body(w, each[k], each[k + 1], get(w, each[k + 3]), get(w, each[k + 4]), each[k + 6])
-        _load_body(w, each[k + 1], each[k + 2])
-    for i in range(each[0] - 1, -1, -1):
-        k = 8 * i + 1
-        body = each[k + 1]
-        put(w, each[k + 5], get(w, body + (MOMENT + 2 if each[k + 6] else FORCE + 2)))
-        if not each[k + 7]:
-            _pass_force(w, each[k], body)
+    n = each[0]
+    for i in range(n):
+        at = 8 * i
+        s = each[at + 4]
+        _move_body(w, each[at + 3], s, each[at + 1], each[at + 6], each[at + 7])
+        _balance_body(w, s, each[at + 5])
+    for i in range(n - 1, -1, -1):
+        at = 8 * i
+        kind, s, tau = each[at + 1], each[at + 4], each[at + 8]
+        if kind == REVOLUTE:
+            put(w, tau, get(w, s + MOMENT + 2))
+        elif kind == PRISMATIC:
+            put(w, tau, get(w, s + FORCE + 2))
+        else:
+            for k in range(6):
+                put(w, tau + k, get(w, s + FORCE + k))
+        if each[at + 2]:
+            _pass_force(w, s, each[at + 3])

@@ -223,17 +223,24 @@ class JointDrive(DeclaredValue):
         """The quantity that the law commands, "velocity" or "torque"."""
         return str(getattr(self.own or self, "quantity", VELOCITY))
 
-    def settle(self, inertia: Array, missing: Array) -> Array:
-        """Return the gaps (n, runs) of the position that hold missing torques at the start."""
-        return np.zeros_like(missing)
+    def settle(self, inertia: Array, load: Array, fed: Array) -> Array:
+        """Return the gaps (n, runs) of the position that hold a load at the start.
 
-    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[int], None]:
-        """Return a function that adds the stages of a sub-step, given its number in the period."""
+        `fed` is the gravity load as the drive believes it.
+        """
+        return np.zeros_like(load)
+
+    def count_held_substeps(self, rows: DriveRows) -> int:
+        """Return the number of sub-steps for which a torque is held."""
+        return 1
+
+    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
+        """Return a function that adds the stages of the torques in a sub-step."""
         call = getattr(self if self.own is None else self.own, "torque", None)
         if call is None:
             raise InputError(f"drive {self.label}: expected a method torque(state), or bind(rows)")
 
-        def add(part: int) -> None:
+        def add() -> None:
             rows.call(call, self.label, runs)
             rows.limit(rows.share)
 

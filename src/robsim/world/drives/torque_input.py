@@ -54,13 +54,13 @@ class TorqueInput(JointDrive):
     model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
-    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[int], None]:
-        """Return a function that adds the stages of a sub-step."""
+    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
+        """Return a function that adds the stages of the torques in a sub-step."""
         program, n = rows.program, rows.n
         damping = program.constant(spread_over_joints(self.damping, "damping", rows.names))
         zero = program.rows(n)
 
-        def add(part: int) -> None:
+        def add() -> None:
             if self.gravity:
                 rows.believed.add_gravity(rows.torque)
             else:
