@@ -15,6 +15,7 @@ from robsim.base.arrays import Array
 from robsim.declare.problems import prefix_path
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
+from robsim.engine.command_checks import check_command_quantity
 from robsim.engine.endings import Ending
 from robsim.engine.image_stream import ImageStream, check_sensing
 from robsim.engine.outcome import Outcome
@@ -78,6 +79,7 @@ class Loop:
             moved = self.actuation, controller.columns, self.dt
             self.driven = DrivenJoints.of(scene, *moved)
             self.driven.check()
+        check_command_quantity(controller, self.driven, self.guard)
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures

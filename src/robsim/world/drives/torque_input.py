@@ -27,7 +27,7 @@ from robsim.world.drives.joint_drive import (
 
 
 @register("drive", "torque_input")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TorqueInput(JointDrive):
     """Drive whose command is a torque, with damping and gravity compensation.
 
