@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
@@ -22,7 +23,16 @@ from robsim.robot.robot_weights import check_mass_matrices, collect_bodies, sum_
 from robsim.robot.tree import Tree
 
 Gravity = Sequence[float] | Array
+MOST_PROGRAMS = 64  # in the cache of a robot
 PROBES = 16  # configurations at which the mass matrix is checked
+
+
+class PreparedDynamics(NamedTuple):
+    """Arguments of `batch_dynamics.fill_dynamics`, and the program that owns the stages."""
+
+    code: NDArray[np.int64]
+    constants: Array
+    program: Program
 
 
 class DynamicsProgram:
@@ -131,46 +141,44 @@ class DynamicsEvaluator:
         self.robot, self.links, self.tree, self.base = robot, links, tree, base
         self.bodies = collect_bodies(robot, links, tree)
         self.armature = sum_armatures(links, tree, self.bodies)
-        self._programs: dict[Any, tuple[Any, ...]] = {}
+        self._programs: dict[Any, PreparedDynamics] = {}
 
-    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> tuple[Any, ...]:
-        """Return the first arguments of the kernel that evaluates a quantity.
+    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> PreparedDynamics:
+        """Return the code and the constants of the kernel that evaluates a quantity.
 
         A quantity is the name of a method of `DynamicsProgram`, whose arguments are `numbers`. The
         acceleration of gravity is in axes of the frame that carries the base.
         """
-        usual = gravity is GRAVITY
-        key = quantity, None if usual else tuple(np.ravel(gravity).tolist()), *numbers
-        arguments = self._programs.get(key)
-        if arguments is None:
-            arguments = self._build(quantity, read_gravity(gravity), *numbers)
-            if usual or len(self._programs) < 64:
-                self._programs[key] = arguments
-        return arguments
+        vector = read_gravity(gravity)
+        key = quantity, vector.tobytes(), *numbers
+        prepared = self._programs.get(key)
+        if prepared is None:
+            prepared = self._build(quantity, vector, *numbers)
+            if len(self._programs) < MOST_PROGRAMS:
+                self._programs[key] = prepared
+        return prepared
 
-    def _build(self, quantity: str, gravity: Array, *numbers: float) -> tuple[Any, ...]:
-        """Return addresses, offsets and numbers of stages, constants, number of rows and output."""
+    def _build(self, quantity: str, gravity: Array, *numbers: float) -> PreparedDynamics:
+        """Return the code and the constants of a quantity, and its program."""
         parts = DynamicsProgram(self.bodies, self.armature)
         add: Callable[..., BlockRows] = getattr(parts, quantity)
         output = add(*numbers)
         addresses, at, p, block = parts.program.prepared()
+        head = [len(addresses), parts.program.size, int(output)]
+        code = np.concatenate([head, addresses, at, p]).astype(np.int64)
         first = int(parts.stages.gravity) * WIDTH
         local = (self.base.T * gravity).sum(axis=1)
         block[first : first + 3 * WIDTH] = np.repeat(local, WIDTH)
         used = max(int(rows) + values.size for rows, values in parts.program.same)
-        constants = np.ascontiguousarray(block[: used * WIDTH])
-        # a program has addresses of tables only while it lives
-        return addresses, at, p, constants, parts.program.size, int(output), parts.program
+        return PreparedDynamics(code, block[: used * WIDTH].copy(), parts.program)
 
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError unless the mass matrix is positive definite at configurations."""
         n, runs = self.bodies.n, len(configurations)
-        H = np.empty((runs, n, n))
-        none = np.empty(0)
-        arguments = self.prepare("add_mass_matrix", GRAVITY)[:6]
-        batch_dynamics.fill_dynamics(
-            *arguments, runs, configurations.reshape(-1), none, none, H.reshape(-1)
-        )
+        H, none = np.empty((runs, n, n)), np.empty(0)
+        code, constants, _ = self.prepare("add_mass_matrix", GRAVITY)
+        flat = configurations.reshape(-1), none, none, H.reshape(-1)
+        batch_dynamics.fill_dynamics(code, constants, runs, *flat)
         check_mass_matrices(self.robot, self.links, self.tree, self.bodies, H)
 
     @cached_property

@@ -47,12 +47,20 @@ def allocate_block(constants, rows):
 
 
 @kernel
-def fill_dynamics(addresses, at, p, constants, rows, output, runs, q, v, a, out):
-    """Compute out[run, :] from rows that start at `output`, for arrays q, v and a.
+def fill_dynamics(code, constants, runs, q, v, a, out):
+    """Compute out[run, :] of runs at coordinates q, with arrays v and a.
 
-    The rows of a block hold q from row 0, then v and a, then constants; all arrays are flat. Return
-    whether all coordinates are usual, and all numbers and results finite. Python must check others.
+    The code holds the number of stages, the number of rows of a block, the first row of the output,
+    the addresses of the stages, the offsets of their numbers, and the numbers. The rows of a block
+    hold q from row 0, then v and a, then constants; all arrays are flat. Return whether all
+    coordinates are usual, and all numbers and results finite. Python must check others.
     """
+    stages, rows, output = code[0], code[1], code[2]
+    addresses, at, p = (
+        code[3 : 3 + stages],
+        code[3 + stages : 3 + 2 * stages],
+        code[3 + 2 * stages :],
+    )
     block, usual = allocate_block(constants, rows), True
     nq, nv, size = q.size // runs, v.size // runs, out.size // runs
     for start in range(0, runs, WIDTH):
@@ -69,13 +77,19 @@ def fill_dynamics(addresses, at, p, constants, rows, output, runs, q, v, a, out)
 
 
 @kernel
-def fill_motion(addresses, at, p, constants, rows, steps, q, v, torque, q_out, v_out):
+def fill_motion(code, constants, steps, q, v, torque, q_out, v_out):
     """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].
 
-    The stages perform one step. The rows of a block hold q from row 0, then v and the torque. The
-    array torque[run, step, :] has one step if it is constant.
+    The stages perform one step. The code is described in `fill_dynamics`. The rows of a block hold
+    q from row 0, then v and the torque. The array torque[run, step, :] has one step if it is
+    constant.
     """
-    block = allocate_block(constants, rows)
+    stages, block = code[0], allocate_block(constants, code[1])
+    addresses, at, p = (
+        code[3 : 3 + stages],
+        code[3 + stages : 3 + 2 * stages],
+        code[3 + 2 * stages :],
+    )
     runs, nq = q.shape
     nv, held = v.shape[1], torque.shape[1]
     for start in range(0, runs, WIDTH):
