@@ -21,8 +21,9 @@ from robsim.robot.robot_coordinates import Coordinates
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.robot_weights import describe_source
 
+_FLOAT = np.dtype(np.float64)
 STEP_SLACK = 1e-9  # relative error of a time that is a whole number of steps
-_MISSING = [np.empty(0)] * 3
+_NONE = np.empty(0)
 _OTHERS = "v", "a"  # names of the arguments after q
 
 
@@ -92,7 +93,7 @@ class Dynamics(Kinematics):
         >>> arm.mass_matrix([0.0]).round(3)
         array([[2.008]])
         """
-        return self._evaluate_dynamics("add_mass_matrix", (self.nv, self.nv), GRAVITY, q)
+        return self._evaluate_dynamics("add_mass_matrix", GRAVITY, q)
 
     def gravity(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the gravity load: the forces of the joints that hold the robot at rest.
@@ -123,7 +124,7 @@ class Dynamics(Kinematics):
         >>> arm.gravity([0.0], gravity=(0, -9.81, 0))
         array([19.62])
         """
-        return self._evaluate_dynamics("add_gravity", (self.nv,), gravity, q)
+        return self._evaluate_dynamics("add_gravity", gravity, q)
 
     def inverse_dynamics(
         self, q: Coordinates, v: ArrayLike, a: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -162,7 +163,7 @@ class Dynamics(Kinematics):
         >>> arm.inverse_dynamics([0.0], [1.0], [10.0]).round(3)
         array([20.08])
         """
-        return self._evaluate_dynamics("add_inverse", (self.nv,), gravity, q, v, a)
+        return self._evaluate_dynamics("add_inverse", gravity, q, v, a)
 
     def forward_dynamics(
         self, q: Coordinates, v: ArrayLike, tau: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -203,7 +204,7 @@ class Dynamics(Kinematics):
         >>> arm.forward_dynamics([0.0], [1.0], [20.08]).round(3)
         array([10.])
         """
-        return self._evaluate_dynamics("add_forward", (self.nv,), gravity, q, v, tau)
+        return self._evaluate_dynamics("add_forward", gravity, q, v, tau)
 
     def kinetic_energy(self, q: Coordinates, v: ArrayLike) -> Array:
         """Return the kinetic energy v' M(q) v / 2 of the links and rotors, in J.
@@ -233,7 +234,7 @@ class Dynamics(Kinematics):
         >>> float(arm.kinetic_energy([0.0], [2.0]))
         4.016
         """
-        return self._evaluate_dynamics("add_kinetic_energy", (), GRAVITY, q, v)
+        return self._evaluate_dynamics("add_kinetic_energy", GRAVITY, q, v)
 
     def potential_energy(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the potential energy -sum(m g'c) of the moving links, in J.
@@ -263,7 +264,7 @@ class Dynamics(Kinematics):
         >>> float(arm.potential_energy([0.0], gravity=(-9.81, 0, 0)))
         19.62
         """
-        return self._evaluate_dynamics("add_potential_energy", (), gravity, q)
+        return self._evaluate_dynamics("add_potential_energy", gravity, q)
 
     def swing(
         self,
@@ -329,40 +330,48 @@ class Dynamics(Kinematics):
         ]
         runs = len(arrays[0])
         results = np.empty((runs, count + 1, self.nq)), np.empty((runs, count + 1, self.nv))
-        code, constants, _ = self._dynamics.prepare("add_runge_kutta", gravity, h)
+        prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
-            batch_dynamics.fill_motion(code, constants, count, *arrays, *results)
+            prepared.fill(batch_dynamics.fill_motion, count, *arrays, *results)
         if not all(np.isfinite(x).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
 
     def _evaluate_dynamics(
-        self, quantity: str, shape: tuple[int, ...], gravity: Gravity, q: Any, *others: Any
+        self, quantity: str, gravity: Gravity, q: Any, v: Any = _NONE, a: Any = _NONE
     ) -> Array:
-        """Return an array (..., *shape) of a quantity at q (..., nq), v and a (..., nv).
+        """Return a quantity at q (..., nq), v and a (..., nv), of other types Any if convertible.
 
-        The kernel checks the numbers while it evaluates them, as in `Kinematics`. Other arguments
-        than arrays, Any here, are converted and checked before.
+        The kernel checks the numbers while it evaluates them, as in `Kinematics`. A single
+        configuration takes the short path.
         """
-        usual = self._usual_dynamics.get(quantity) if gravity is GRAVITY else None
-        code, constants, _ = usual or self._prepare_dynamics(quantity, gravity)
-        is_plain = self._is_plain
-        if is_plain and is_kernel_array(q, self.nq) and q.ndim == 1:
-            values = q, *(self._read_velocities(x, i) for i, x in enumerate(others))
-        else:
-            values = self._read_values(q, others)
-        lead = values[0].shape[:-1]
-        if others and any(x.shape[:-1] != lead for x in values):
-            lead, values = _broadcast_runs(values)
-        out = np.empty(lead + shape)
-        flat = [x.reshape(-1) if x.ndim > 1 else x for x in values]
-        flat += _MISSING[len(flat) :]
-        runs = math.prod(lead)
-        if runs and not batch_dynamics.fill_dynamics(
-            code, constants, runs, *flat, out if out.ndim == 1 else out.reshape(-1)
+        prepared = self._usual_dynamics.get(quantity) if gravity is GRAVITY else None
+        if (
+            prepared is not None
+            and _is_row(q, self.nq)
+            and (v is _NONE or _is_row(v, self.nv))
+            and (a is _NONE or _is_row(a, self.nv))
         ):
-            self._check_values(values, out, is_plain)
+            out = np.empty(prepared.size)
+            if prepared.fill(batch_dynamics.fill_dynamics, 1, q, v, a, out):
+                return out if prepared.shape is None else out.reshape(prepared.shape)
+        if prepared is None:
+            prepared = self._prepare_dynamics(quantity, gravity)
+        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not _NONE])
+
+    def _evaluate_batch(self, prepared: PreparedDynamics, values: Sequence[Any]) -> Array:
+        """Return a quantity at numbers of any shape and type."""
+        arrays = self._read_values(values)
+        lead = arrays[0].shape[:-1]
+        if any(x.shape[:-1] != lead for x in arrays):
+            lead, arrays = _broadcast_runs(arrays)
+        shape = (prepared.size,) if prepared.shape is None else prepared.shape
+        out, runs = np.empty(lead + shape), math.prod(lead)
+        flat = [*(x.reshape(-1) for x in arrays), _NONE, _NONE][:3]
+        kernel = batch_dynamics.fill_dynamics
+        if runs and not prepared.fill(kernel, runs, *flat, out.reshape(-1)):
+            self._check_values(arrays, out, self._is_plain)
         return out
 
     def _prepare_dynamics(self, quantity: str, gravity: Gravity) -> PreparedDynamics:
@@ -370,7 +379,7 @@ class Dynamics(Kinematics):
         if quantity == "add_forward":
             _ = self._has_positive_mass
         prepared = self._dynamics.prepare(quantity, gravity)
-        if gravity is GRAVITY:
+        if gravity is GRAVITY and self._is_plain:
             self._usual_dynamics[quantity] = prepared
         return prepared
 
@@ -379,19 +388,18 @@ class Dynamics(Kinematics):
         """Cache of `_prepare_dynamics` at the usual gravity, by quantity."""
         return {}
 
-    def _read_values(self, q: Any, others: Sequence[Any]) -> list[Array]:
+    def _read_values(self, values: Sequence[Any]) -> list[Array]:
         """Return coordinates and velocities as arrays that kernels can read."""
-        nq = self.tree.nq
+        q, nq, nv = values[0], self.nq, self.nv
         if not self._is_plain:
             first = self.coordinates(q, limits=False)
         else:
             first = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
-        return [first, *(self._read_velocities(x, i) for i, x in enumerate(others))]
-
-    def _read_velocities(self, x: Any, i: int) -> Array:
-        """Return velocities, or accelerations or forces, as an array that kernels can read."""
-        nv = self.nv
-        return x if is_kernel_array(x, nv) else as_floats(x, _OTHERS[i], (nv,))
+        rest = [
+            x if is_kernel_array(x, nv) else as_floats(x, name, (nv,))
+            for x, name in zip(values[1:], _OTHERS, strict=False)
+        ]
+        return [first, *rest]
 
     def _check_values(self, arrays: Sequence[Array], out: Array, is_plain: bool) -> None:
         """Check numbers that the kernel finds unusual; raise InputError for invalid ones."""
@@ -415,6 +423,11 @@ class Dynamics(Kinematics):
         home = np.broadcast_to(self.home, (len(dynamics.probes), self.nq))
         dynamics.check_positive(self.integrate(home, dynamics.probes, 1.0))
         return True
+
+
+def _is_row(x: Any, size: int) -> bool:
+    """Return whether a value is a contiguous array (size,) of float64."""
+    return type(x) is np.ndarray and x.dtype is _FLOAT and x.shape == (size,) and x.strides == (8,)
 
 
 def _broadcast_runs(values: Sequence[Array]) -> tuple[tuple[int, ...], list[Array]]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from threading import Lock
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
@@ -27,12 +27,41 @@ MOST_PROGRAMS = 64  # in the cache of a robot
 PROBES = 16  # configurations at which the mass matrix is checked
 
 
-class PreparedDynamics(NamedTuple):
-    """Arguments of `batch_dynamics.fill_dynamics`, and the program that owns the stages."""
+class PreparedDynamics:
+    """Compiled dynamics of one quantity: a program, and the block on which it works.
 
-    code: NDArray[np.int64]
-    constants: Array
-    program: Program
+    Overlapping calls from several threads work on copies of the block.
+    """
+
+    def __init__(
+        self, program: Program, output: BlockRows, gravity: BlockRows, vector: Array
+    ) -> None:
+        addresses, at, p, block = program.prepared()
+        first = int(gravity) * WIDTH
+        block[first : first + 3 * WIDTH] = np.repeat(vector, WIDTH)
+        self.program = program  # owns the machine code
+        self.code = np.concatenate([[len(addresses), int(output)], addresses, at, p])
+        self.block, self.lock = align_block(block), Lock()
+        self.size, shape = output.size, output.shape
+        self.shape = None if len(shape) == 1 else shape  # of a result with other axes than (size,)
+
+    def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
+        """Call a kernel with the code and the block, and return its result."""
+        if self.lock.acquire(False):
+            try:
+                return kernel(self.code, self.block, *arguments)
+            finally:
+                self.lock.release()
+        return kernel(self.code, align_block(self.block), *arguments)
+
+
+def align_block(values: Array) -> Array:
+    """Return a copy of a block that is aligned to vector registers."""
+    memory = np.empty(values.size + WIDTH)
+    start = -memory.ctypes.data % (8 * WIDTH) // 8
+    block = memory[start : start + values.size]
+    block[:] = values
+    return block
 
 
 class DynamicsProgram:
@@ -144,7 +173,7 @@ class DynamicsEvaluator:
         self._programs: dict[Any, PreparedDynamics] = {}
 
     def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> PreparedDynamics:
-        """Return the code and the constants of the kernel that evaluates a quantity.
+        """Return the compiled dynamics of a quantity.
 
         A quantity is the name of a method of `DynamicsProgram`, whose arguments are `numbers`. The
         acceleration of gravity is in axes of the frame that carries the base.
@@ -159,26 +188,20 @@ class DynamicsEvaluator:
         return prepared
 
     def _build(self, quantity: str, gravity: Array, *numbers: float) -> PreparedDynamics:
-        """Return the code and the constants of a quantity, and its program."""
+        """Return the compiled dynamics of a quantity."""
         parts = DynamicsProgram(self.bodies, self.armature)
         add: Callable[..., BlockRows] = getattr(parts, quantity)
         output = add(*numbers)
-        addresses, at, p, block = parts.program.prepared()
-        head = [len(addresses), parts.program.size, int(output)]
-        code = np.concatenate([head, addresses, at, p]).astype(np.int64)
-        first = int(parts.stages.gravity) * WIDTH
         local = (self.base.T * gravity).sum(axis=1)
-        block[first : first + 3 * WIDTH] = np.repeat(local, WIDTH)
-        used = max(int(rows) + values.size for rows, values in parts.program.same)
-        return PreparedDynamics(code, block[: used * WIDTH].copy(), parts.program)
+        return PreparedDynamics(parts.program, output, parts.stages.gravity, local)
 
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError unless the mass matrix is positive definite at configurations."""
         n, runs = self.bodies.n, len(configurations)
         H, none = np.empty((runs, n, n)), np.empty(0)
-        code, constants, _ = self.prepare("add_mass_matrix", GRAVITY)
+        prepared = self.prepare("add_mass_matrix", GRAVITY)
         flat = configurations.reshape(-1), none, none, H.reshape(-1)
-        batch_dynamics.fill_dynamics(code, constants, runs, *flat)
+        prepared.fill(batch_dynamics.fill_dynamics, runs, *flat)
         check_mass_matrices(self.robot, self.links, self.tree, self.bodies, H)
 
     @cached_property
