@@ -1,1 +1,326 @@
 """Joints that drives move by torques, against closed forms and an integration by SciPy."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import robsim as rs
+from robsim.joints import Joint, Link
+from robsim.shapes import Inertia
+
+MASS, LENGTH, CENTRE, MOMENT, ARMATURE = 2.0, 0.5, 0.25, 0.05, 0.1
+G = 9.81
+UPRIGHT = rs.Pose.at(rpy=(np.pi / 2, 0, 0))  # positive angles raise the links
+
+
+def build_lift(friction=0.0, damping=0.0, effort=None, mass=2.0):
+    """A mass on a vertical prismatic joint."""
+    joint = Joint("prismatic", friction=friction, damping=damping, effort=effort)
+    body = Inertia(mass, tensor=np.eye(3) * 1e-3)
+    return rs.Robot("lift", [Link("base"), Link("cage", "base", joint, inertia=body)])
+
+
+def build_pendulum(**more):
+    """A vertical arm with two equal links."""
+    inertia = Inertia(MASS, (CENTRE, 0, 0), np.diag([0.0, MOMENT, MOMENT]))
+    first = Joint("revolute", place=UPRIGHT, armature=ARMATURE, **more)
+    second = Joint("revolute", place=rs.Pose.at(LENGTH, 0, 0), armature=ARMATURE, **more)
+    links = [
+        Link("base"),
+        Link("upper", "base", first, inertia=inertia),
+        Link("fore", "upper", second, inertia=inertia),
+        Link("tip", "fore", Joint(place=rs.Pose.at(LENGTH, 0, 0))),
+    ]
+    return rs.Robot("arm", links, home=[0.5, -0.7])
+
+
+def hold(robot, drive, duration=1.0, q=None, dt=0.01, step=1e-3, **more):
+    """Simulate a robot that is commanded to stay where it is."""
+    task = rs.FollowJoints(by=dict.fromkeys(robot.coordinate_names, 0.0), gain=1e-9, duration=0.1)
+    actuation = rs.Actuation(drive=drive, step=step, **more)
+    start = robot.home if q is None else q
+    settings = {"dt": dt, "duration": duration, "hold": True, "actuation": actuation}
+    return rs.simulate(rs.Scene([robot]), task, start, **settings)
+
+
+@dataclass(frozen=True)
+class Force:
+    """A user's drive with constant torques, and a torque per velocity."""
+
+    value: tuple
+    gain: float = 0.0
+
+    def torque(self, state):
+        return np.broadcast_to(self.value, state.v.shape) + self.gain * state.v
+
+
+def pendulum_acceleration(q, v, tau):
+    """Accelerations of the arm in closed form (Craig, Introduction to Robotics, section 6.7)."""
+    c2, s2 = np.cos(q[1]), np.sin(q[1])
+    a = MOMENT + MASS * CENTRE**2
+    m22 = a + ARMATURE
+    m12 = a + MASS * LENGTH * CENTRE * c2
+    m11 = 2 * a + MASS * LENGTH**2 + 2 * MASS * LENGTH * CENTRE * c2 + ARMATURE
+    h = MASS * LENGTH * CENTRE * s2
+    weight = MASS * G * CENTRE
+    g2 = weight * np.cos(q[0] + q[1])
+    g1 = g2 + (weight + MASS * G * LENGTH) * np.cos(q[0])
+    bias = np.array([-h * (2 * v[0] * v[1] + v[1] ** 2), h * v[0] ** 2])
+    M = np.array([[m11, m12], [m12, m22]])
+    return np.linalg.solve(M, tau - bias - np.array([g1, g2])), (M, np.array([g1, g2]))
+
+
+def integrate_velocity_loop(robot, bandwidth, rate, seconds):
+    """Integrate the arm under velocity loops that hold it, with SciPy, without compensation."""
+    _, (M, load) = pendulum_acceleration(robot.home, np.zeros(2), np.zeros(2))
+    k = bandwidth * np.diag(M)
+    push = np.array([3.0, -2.0])
+
+    def slope(t, x):
+        q, v, z = x[:2], x[2:4], x[4:]
+        tau = -k * v + k * rate * z + push - 0.5 * v
+        return np.concatenate([v, pendulum_acceleration(q, v, tau)[0], -v])
+
+    x0 = np.concatenate([robot.home, np.zeros(2), load / (k * rate)])
+    return solve_ivp(slope, (0.0, seconds), x0, rtol=1e-11, atol=1e-12).y[:, -1]
+
+
+@dataclass(frozen=True)
+class Pushed(rs.drives.VelocityLoop):
+    """A velocity loop with constant torques beside it."""
+
+    def bind(self, rows, runs):
+        from robsim.kernels.dynamics.joint_drives import add_torques
+
+        push, add = rows.program.constant([3.0, -2.0]), super().bind(rows, runs)
+
+        def add_both():
+            add()
+            rows.program.add(add_torques, more=push, torque=rows.torque)
+
+        return add_both
+
+
+def test_a_velocity_loop_converges_to_an_integration_of_the_closed_form():
+    robot = build_pendulum(damping=0.5)
+    drive = Pushed(bandwidth=20.0, integral_rate=5.0, gravity=False)
+    truth = integrate_velocity_loop(robot, 20.0, 5.0, 0.5)
+    errors = []
+    for step in (1e-3, 5e-4, 2.5e-4):
+        run = hold(robot, drive, 0.5, step=step)
+        errors.append(np.abs(run.q.values[-1] - truth[:2]).max())
+    assert errors[0] < 3e-3
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 2.0, rtol=0.05)  # first order
+
+
+def test_the_integral_holds_the_weight_from_the_start():
+    robot = build_pendulum()
+    _, (_, load) = pendulum_acceleration(robot.home, np.zeros(2), np.zeros(2))
+    run = hold(robot, rs.drives.VelocityLoop(gravity=False), 1.0)
+    np.testing.assert_allclose(run.q.values, np.tile(robot.home, (101, 1)), atol=1e-9)
+    np.testing.assert_allclose(run.torque.values, np.tile(load, (101, 1)), rtol=1e-9)
+
+
+def test_a_joint_at_rest_is_held_by_friction_exactly():
+    robot = build_lift(friction=2.5 * G)
+    run = hold(robot, Force((0.0,)), 10.0)
+    assert np.all(run.q.values == robot.home)
+    assert np.all(run.qd_actual.values == 0.0)
+
+
+def test_a_joint_slides_and_stops_under_coulomb_friction():
+    friction, mass, pulse = 15.0, 2.0, 0.5
+    robot = build_lift(friction=friction, mass=mass)
+
+    @dataclass(frozen=True)
+    class Pulse:
+        def torque(self, state):
+            push = 24.0 if state.seconds < pulse - 1e-9 else 0.0
+            return np.full(state.v.shape, mass * G + push)
+
+    run = hold(robot, Pulse(), 1.5, step=1e-4)
+    speed = (24.0 - friction) / mass * pulse
+    way = 0.5 * speed * pulse + 0.5 * speed**2 / (friction / mass)
+    assert abs(run.q.values[-1, 0] - way) < 2e-3 * way
+    v = run.qd_actual.values[:, 0]
+    stop = pulse + speed / (friction / mass)
+    assert np.all(v[run.time.values > stop + 0.01] == 0.0)
+    assert abs(v.max() - speed) < 2e-3 * speed
+
+
+def test_a_proportional_loop_sags_at_the_velocity_of_its_load():
+    robot = build_lift(mass=2.0)
+    drive = rs.drives.VelocityLoop(bandwidth=50.0, integral_rate=0.0, gravity=False)
+    run = hold(robot, drive, 1.0)
+    np.testing.assert_allclose(run.qd_actual.values[-1], -G / 50.0, rtol=1e-9)
+    assert hold(robot, replace(drive, gravity=True), 1.0).q.values[-1, 0] == 0.0
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_payload_sinks_until_the_stiffness_holds_it(known):
+    robot = build_lift(mass=2.0)
+    model = rs.drives.DriveModel(payload=known)
+    drive = rs.drives.GravityCompensatedPD(frequency=20.0, model=model)
+    load = rs.drives.Payload("lift.cage", mass=0.5, attached=0.2, released=2.2)
+    run = hold(robot, drive, 4.0, payloads=[load])
+    sag = 0.0 if known else 0.5 * G / (2.0 * 20.0**2)
+    z = run.q.values[:, 0]
+    assert np.all(z[:21] == 0.0)
+    np.testing.assert_allclose(z[219], -sag, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(z[-1], 0.0, atol=1e-9)
+
+
+def test_computed_torque_makes_all_joints_alike():
+    """The error of every joint obeys e'' + 2 z w e' + w^2 e = 0, whatever the inertias."""
+    robot, w, z = build_pendulum(), 30.0, 0.5
+    task = rs.FollowJoints(by={"upper": 0.4, "fore": -0.6}, gain=1e-9, duration=0.5)
+    drive = rs.drives.ComputedTorque(frequency=w, damping_ratio=z)
+    runs = [
+        rs.simulate(
+            rs.Scene([robot]),
+            task,
+            dt=0.01,
+            duration=0.4,
+            actuation=rs.Actuation(drive=drive, step=step),
+        )
+        for step in (1e-3, 2.5e-4)
+    ]
+    for run in runs:
+        moved = (run.q.values - robot.home)[1:] / [0.4, -0.6]
+        np.testing.assert_allclose(moved[:, 0], moved[:, 1], atol=2e-3)
+    wrong = replace(drive, model=rs.drives.DriveModel(mass=0.5))
+    run = rs.simulate(
+        rs.Scene([robot]), task, dt=0.01, duration=0.4, actuation=rs.Actuation(drive=wrong)
+    )
+    moved = (run.q.values - robot.home)[1:] / [0.4, -0.6]
+    assert np.abs(moved[:, 0] - moved[:, 1]).max() > 0.05
+
+
+def test_torques_are_limited_and_their_saturation_is_recorded():
+    robot = build_lift(effort=30.0)
+    run = hold(robot, Force((100.0,)), 0.1)
+    assert np.all(run.torque.values[1:] == 30.0)
+    np.testing.assert_allclose(run.saturation.values[1:], 1.0)
+    np.testing.assert_allclose(run.qd_actual.values[-1], (15.0 - G) * 0.1, rtol=1e-9)
+    run = hold(robot, rs.drives.VelocityLoop(torque_limit=25.0), 0.1)
+    np.testing.assert_allclose(run.torque.values, 2.0 * G)
+    assert np.all(run.saturation.values == 0.0)
+
+
+def test_the_industrial_servo_holds_its_torques():
+    """With a period of 10 ms, a velocity loop of 50 rad/s obeys v+ = v + 0.5 (u - v)."""
+    robot = build_lift()
+    servo = {"bandwidth": 50.0, "integral_rate": 0.0, "position_gain": 1e-6}
+    drive = rs.drives.IndustrialServo(**servo, period=0.01)
+    task = rs.FollowJoints(by={"cage": 1.0}, gain=1e-9, duration=1.0)
+    actuation = rs.Actuation(drive=drive)
+    run = rs.simulate(rs.Scene([robot]), task, dt=0.01, duration=0.5, actuation=actuation)
+    v = np.zeros(51)
+    for i in range(50):
+        v[i + 1] = v[i] + 0.5 * (run.qd.values[i, 0] - v[i])
+    np.testing.assert_allclose(run.qd_actual.values[:, 0], v, atol=1e-5)
+
+
+def test_an_exploding_joint_ends_as_unstable_without_nan():
+    run = hold(build_pendulum(), Force((1.0, 0.0), gain=200.0), 5.0)
+    assert rs.Outcome(run.outcome.item()) is rs.Outcome.UNSTABLE
+    end = float(run.end_time)
+    assert 0.0 < end < 1.0
+    steps = round(end / 0.01) + 1
+    for name in ("q", "qd_actual", "torque"):
+        assert np.isfinite(run[name].values[:steps]).all()
+    assert np.isfinite(run.q_end.values).all()
+
+
+def test_runs_are_the_same_alone_and_in_a_batch():
+    robot = build_pendulum(friction=0.5, damping=0.2, effort=40.0)
+    task = rs.FollowJoints(by={"upper": 0.4, "fore": -0.6}, duration=0.5)
+    drive = rs.drives.VelocityLoop(bandwidth=40.0)
+    load = rs.drives.Payload("arm.tip", mass=1.0, attached=0.1)
+    experiment = rs.Experiment(
+        rs.Scene([robot]),
+        task,
+        robot.home,
+        dt=0.02,
+        duration=1.0,
+        actuation=rs.Actuation(drive=drive, payloads=[load]),
+    )
+    numbers = {
+        "actuation.drive.bandwidth": np.linspace(20.0, 60.0, 11),
+        "actuation.drive.model.mass": np.linspace(0.8, 1.2, 11),
+        "actuation.payloads.0.mass": np.linspace(0.0, 2.0, 11),
+    }
+    together = experiment.with_(varied=numbers).run(threads=2, chunk=3)
+    for i in range(11):
+        alone = experiment.at({name: values[i] for name, values in numbers.items()}).run()
+        for name in ("q", "torque", "saturation", "qd_actual"):
+            np.testing.assert_array_equal(together[name].values[i], alone[name].values)
+
+
+ERRORS = {
+    "no inertias": (
+        lambda: hold(rs.Robot.from_dh([[0, 0, 1, 0]], name="bare"), rs.drives.VelocityLoop()),
+        "robot 'bare' has no inertias",
+    ),
+    "step": (
+        lambda: hold(build_lift(), rs.drives.VelocityLoop(), step=3e-3),
+        "actuation.step is 3 ms, which does not divide the control period of 10 ms",
+    ),
+    "period": (
+        lambda: hold(build_lift(), rs.drives.IndustrialServo(period=0.003)),
+        "IndustrialServo.period is 3 ms",
+    ),
+    "limits": (
+        lambda: hold(build_lift(), rs.drives.VelocityLoop(torque_limit=[1.0, 2.0])),
+        "actuation.drive.torque_limit: 2 numbers for 1 driven joints: cage",
+    ),
+    "gain": (lambda: rs.drives.VelocityLoop(bandwidth=-1.0), "VelocityLoop.bandwidth"),
+    "lag": (lambda: rs.Actuation(drive=rs.drives.VelocityLoop(), lag=0.1), "a drive and lag"),
+    "frame": (
+        lambda: hold(
+            build_lift(),
+            rs.drives.VelocityLoop(),
+            payloads=[rs.drives.Payload("lift.cag", mass=1.0)],
+        ),
+        "no frame 'lift.cag'",
+    ),
+    "idle payload": (
+        lambda: hold(
+            build_lift(),
+            rs.drives.VelocityLoop(),
+            payloads=[rs.drives.Payload("lift.base", mass=1.0)],
+        ),
+        "no driven joint moves the frame 'lift.base'",
+    ),
+    "released": (
+        lambda: rs.drives.Payload("lift.cage", mass=1.0, attached=2.0, released=1.0),
+        "released at 1 s, expected a time after 2 s",
+    ),
+    "payload alone": (
+        lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
+        "actuation: payloads act on joints with a drive",
+    ),
+    "no method": (lambda: rs.Actuation(drive=object()), "drive"),
+    "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),
+    "massless": (
+        lambda: hold(
+            rs.Robot("lift", [*build_lift().links, Link("wrist", "cage", Joint("revolute"))]),
+            rs.drives.VelocityLoop(),
+        ),
+        "joint 'wrist' of 'lift' moves no mass",
+    ),
+}
+
+
+class Wrong:
+    def torque(self, state):
+        return np.zeros(3)
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_wrong_drives_are_refused_by_name(case):
+    make, message = ERRORS[case]
+    with pytest.raises(rs.errors.InputError, match=message.replace("(", r"\(")):
+        make()

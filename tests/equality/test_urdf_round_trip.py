@@ -92,6 +92,7 @@ def same_shapes(shapes, others):
         assert type(one) is type(other) and mine == theirs
 
 
+@pytest.mark.filterwarnings("ignore:.*no rigid body has:robsim.errors.FileWarning")  # puma560
 @pytest.mark.parametrize("name", LIBRARY)
 def test_a_robot_of_the_library_comes_back(name, tmp_path):
     robot = robots.load(name)

@@ -31,7 +31,7 @@ def test_bodies_stand_inside_each_other(tmp_path):
         **{"range": "-1.0 2.0", "actuatorfrcrange": "-3.0 3.0"},
     }
     assert arm.find("geom").attrib == {"type": "sphere", "size": "0.2", "rgba": "1.0 0.0 0.0 1.0"}
-    assert arm.find("inertial").get("mass") == "0.001"
+    assert arm.find("inertial").get("mass") == "0.00100000001"
     assert arm.find("body/joint").get("type") == "slide"
     assert root.find("equality/joint").attrib == {
         **{"joint1": "tip", "joint2": "arm", "polycoef": "0.1 0.5 0.0 0.0 0.0"}

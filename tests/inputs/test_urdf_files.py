@@ -705,7 +705,7 @@ BESIDE = """<robot name="r"><link name="base"/>
 @pytest.mark.filterwarnings("ignore::robsim.errors.FileWarning")  # of the name "arm.axis"
 def test_the_mass_of_a_bare_link_is_kept(read):
     """Only the gram that our writer gives what moves is taken for one of ours."""
-    gram = '<mass value="0.001"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6"/>'
+    gram = '<mass value="0.00100000001"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6"/>'
     ours = read(text=BESIDE.format(f"<inertial>{gram}</inertial>"))
     assert [link.name for link in ours.links] == ["base", "arm"]
     theirs = read(text=BESIDE.format(INERTIAL))
@@ -713,7 +713,10 @@ def test_the_mass_of_a_bare_link_is_kept(read):
     standing = read(
         ARM, '<link name="base"/>', f'<link name="base"><inertial>{gram}</inertial></link>'
     )
-    assert standing.links[0].inertial.mass == 0.001
+    assert standing.links[0].inertial.mass == 0.00100000001
+    gram = gram.replace("0.00100000001", "0.001")
+    moving = read(ARM, INERTIAL, f"<inertial>{gram}</inertial>")
+    assert moving.links[1].inertial.mass == 0.001
 
 
 def test_stray_text_is_reported(read):

@@ -417,3 +417,52 @@ def corners_of(robot):
     """(V, 3) of all its shapes at home."""
     pairs = zip(robot.links, robot.frames(robot.home), strict=True)
     return np.concatenate([shape.at(T).vertices for link, T in pairs for shape in link.shapes])
+
+
+MASSES = {  # kg, of all links
+    "gantry": 73.572,
+    "inspection_a": 26.530,
+    "inspection_b": 31.154,
+    "kinova_gen3": 8.1885,
+    "lbr_iiwa14": 30.61,
+    "mobile_arm": 49.611,
+    "pan_tilt": 2.2988,
+    "panda": 16.691622,
+    "planar_2r": 14.0,
+    "planar_3r": 3.736,
+    "puma560": 23.45,
+    "rhino_gripper": 0.11094,
+    "rhino_xr4": 8.0693,
+    "ur5e": 17.7,
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_robot_has_its_mass_or_says_that_it_has_none(name):
+    masses = [link.inertial.mass for link in robots.load(name).links if link.inertial]
+    assert sum(masses) == pytest.approx(MASSES.get(name, 0.0), rel=1e-3)
+    sources = " ".join(raw(name)["sources"])
+    word = "Weight: none; " if name not in MASSES else "Weight: the drawn solids"
+    assert word in sources or ("Inertias: " in sources and name in MASSES)
+
+
+def test_every_moving_link_of_an_arm_has_an_inertia():
+    """Links that a frame alone makes, such as a row of a table, are not heavy."""
+    for name in (*ARMS, "panda", "ur5e", "lbr_iiwa14", "kinova_gen3", "mobile_arm", "gantry"):
+        links = [link for link in robots.load(name).links if link.joint.moves]
+        assert all(link.inertial is not None for link in links), name
+
+
+def test_the_puma_has_the_motors_of_its_sources():
+    joints = [link.joint for link in robots.puma560().links if link.joint.moves]
+    inertias, gears = (
+        [200e-6] * 3 + [33e-6] * 3,
+        [62.6111, 107.815, 53.7063, 76.0364, 71.923, 76.686],
+    )
+    viscous = [1.48e-3, 0.817e-3, 1.38e-3, 71.2e-6, 82.6e-6, 36.7e-6]
+    coulomb = [0.415, 0.0985, 0.1185, 14.05e-3, 11.88e-3, 7.23e-3]
+    for joint, J, G, B, f in zip(joints, inertias, gears, viscous, coulomb, strict=True):
+        assert joint.armature == pytest.approx(J * G**2, abs=1e-6)
+        assert joint.damping == pytest.approx(B * G**2, abs=1e-4)
+        assert joint.friction == pytest.approx(f * G, abs=1e-4)
+    assert [joint.effort for joint in joints] == [97.6, 186.4, 89.4, 24.2, 20.1, 21.3]

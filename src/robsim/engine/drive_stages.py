@@ -10,12 +10,13 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.engine.driven_joints import DrivenJoints
 from robsim.engine.payload_stages import PayloadStages
-from robsim.engine.static_torques import StaticTorques, place_carriers
+from robsim.engine.scene_dynamics import place_carriers
+from robsim.engine.static_torques import StaticTorques
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.dynamics_stages import DynamicsStages
-from robsim.world.drives.joint_drive import DriveRows
+from robsim.world.drives.drive_rows import DriveRows
 
 if TYPE_CHECKING:
     from robsim.engine.plant import Plant
@@ -52,6 +53,7 @@ class DriveStages:
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
         self.drive_rows = self._make_drive_rows(weights)
         self.add_torques = joints.drive.bind(self.drive_rows, plant.numbers)
+        self.held = joints.drive.count_held_substeps(self.drive_rows)
         self.state = BlockRows(first, (self.program.size - first,))
 
     def _spread(self, torques: Array) -> Array:
@@ -63,7 +65,6 @@ class DriveStages:
     def _make_drive_rows(self, weights: StaticTorques) -> DriveRows:
         """Return the rows that the drive reads and writes."""
         joints, rows, n = self.joints, self.program.rows, len(self.joints.names)
-        missing = weights.load - weights.fed
         return DriveRows(
             self.program,
             joints.names,
@@ -73,7 +74,7 @@ class DriveStages:
             self.command,
             self.v,
             self.q,
-            gap=self.program.each(joints.drive.settle(weights.inertia, missing)),
+            gap=self.program.each(joints.drive.settle(weights.inertia, weights.load, weights.fed)),
             torque=rows(n),
             slope=rows(n),
             saturation=rows(n),
@@ -84,7 +85,7 @@ class DriveStages:
             inertia=weights.inertia,
             load=weights.load,
             fed=weights.fed,
-            believed=self.loads.believe(self.v),
+            believed=self.loads.believe(self.v, self.armature),
         )
 
     def add(self, dt: BlockRows, q: BlockRows, speed: BlockRows, proceeds: bool) -> None:
@@ -104,8 +105,7 @@ class DriveStages:
         self.loads.add()
         times = {"parts": self.count, "dt": dt, "h": self.h}
         program.add(joint_drives.begin_substeps, saturation=drives.saturation, **times)
-        for part in range(self.joints.parts):
-            self._add_substep(part)
+        self._add_substeps()
         self._copy(zip(self.q, [q[i] for i in self.joints.coordinates], strict=True))
         self._copy(zip(self.v, [speed[i] for i in self.columns], strict=True))
         if not proceeds:
@@ -114,11 +114,25 @@ class DriveStages:
         for rows, to in ((drives.torque, self.torque), (drives.saturation, self.saturation)):
             self._copy(zip(rows, [to[i] for i in self.columns], strict=True))
 
-    def _add_substep(self, part: int) -> None:
-        """Add the stages of a sub-step."""
-        drives, add = self.drive_rows, self.program.add
+    def _add_substeps(self) -> None:
+        """Add the stages of all sub-steps, which are alike but for held torques."""
+        calls = self.program.calls
+        first = len(calls)
         self.dynamics.place()
-        self.add_torques(part)
+        self.add_torques()
+        middle = len(calls)
+        self._add_motion()
+        sampled, held = calls[first:], calls[middle:]
+        del calls[first:]
+        if self.held > 1:
+            self.dynamics.place()
+            held = [*calls[first:], *held]
+            del calls[first:]
+        calls += (sampled + held * (self.held - 1)) * (self.joints.parts // self.held)
+
+    def _add_motion(self) -> None:
+        """Add the stages that move the joints by their torques over a sub-step."""
+        drives, add = self.drive_rows, self.program.add
         constants = {"armature": self.armature, "damping": self.damping, "friction": self.friction}
         forces = {"torque": drives.torque, "slope": drives.slope, "v": self.v, "hold": self.hold}
         results = {"net": self.net, "diagonal": self.diagonal}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
+from robsim.engine.scene_dynamics import SceneDynamics, evaluate_mass_matrix
 from robsim.geometry.inertia import Inertia
 from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.joint import Joint
@@ -19,11 +20,13 @@ from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
 from robsim.world.actuation import Actuation
-from robsim.world.drives.joint_drive import JointDrive, spread_over_joints
+from robsim.world.drives.drive_rows import spread_over_joints
+from robsim.world.drives.joint_drive import JointDrive
 from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 
 PERIOD_SLACK = 1e-9  # relative error of a period that is a whole number of steps
+LEAST_INERTIA = 1e-12  # least ratio of the eigenvalues of the mass matrix
 MOST_PARTS = 1000  # sub-steps in a period
 
 
@@ -32,6 +35,7 @@ class DrivenJoint(NamedTuple):
 
     robot: Robot
     joint: Joint
+    joint_name: str  # in the robot
     name: str  # of the velocity in the scene
     velocity: int  # index among the velocities of the scene
     coordinate: int  # index among the coordinates of the scene
@@ -94,6 +98,30 @@ class DrivenJoints:
         return np.array([each.joint.effort or np.inf for each in self.joints])
 
     @property
+    def dynamics(self) -> SceneDynamics:
+        """The bodies with the coordinates of their joints."""
+        return SceneDynamics(self.scene, self.bodies, self.coordinates)
+
+    @cached_property
+    def mass_matrix(self) -> Array:
+        """Mass matrix (n, n) or (n, n, runs) at home, without the armature."""
+        return evaluate_mass_matrix(self.dynamics)
+
+    def check(self) -> None:
+        """Raise InputError unless the torque limits and loads fit, and all joints move a mass."""
+        _ = self.limits, self.payloads
+        M = np.moveaxis(self.mass_matrix.reshape(*self.mass_matrix.shape[:2], -1), -1, 0)
+        values, vectors = np.linalg.eigh(M + np.diag(self.numbers("armature")))
+        weak = values[:, 0] <= LEAST_INERTIA * values[:, -1]
+        if weak.any():
+            joint = self.joints[int(np.argmax(np.abs(vectors[weak][0, :, 0])))]
+            source = describe_source(joint.robot)
+            raise InputError(
+                f"joint '{joint.joint_name}' of '{joint.robot.name}'{source} moves no mass: give "
+                "its link or a link behind it an inertia, or the joint an armature"
+            )
+
+    @property
     def gravity(self) -> Array:
         """True acceleration of gravity (3,), in axes of the world."""
         return np.array(GRAVITY)
@@ -117,6 +145,8 @@ class DrivenJoints:
     @cached_property
     def links_alone(self) -> RigidBodies:
         """The rigid bodies without the objects that they carry."""
+        if not any(sum_inertias(thing.shapes) for thing in self.scene.objects):
+            return self.bodies
         inertias = list(self._list_inertias(carried=False))
         return RigidBodies.of(self.scene.tree, inertias, self.velocities)
 
@@ -159,11 +189,17 @@ def count_substeps(step: float, dt: float) -> int:
 
 def describe_missing_inertias(robot: Robot) -> str:
     """Return the message for a robot without inertias."""
-    source = f" (from {robot.origin})" if robot.origin else ""
     return (
-        f"robot '{robot.name}'{source} has no inertias, which a drive needs: give links an "
-        "inertia, or shapes a mass or a density"
+        f"robot '{robot.name}'{describe_source(robot)} has no inertias, which a drive needs: give "
+        "links an inertia, or shapes a mass or a density"
     )
+
+
+def describe_source(robot: Robot) -> str:
+    """Return the file or the library model of a robot for a message, or an empty text."""
+    if robot.origin is None:
+        return ""
+    return f" (model '{robot.origin.model}')" if robot.origin.model else f" ({robot.origin.urdf})"
 
 
 def _find_driven_joints(scene: Scene, commanded: set[int]) -> Iterator[DrivenJoint]:
@@ -180,5 +216,5 @@ def _find_driven_joints(scene: Scene, commanded: set[int]) -> Iterator[DrivenJoi
             if count == 1 and link.joint.kind in ("revolute", "prismatic"):
                 (coordinate,) = scene.tree.alone(np.array([row])).tolist()
                 name = scene.velocity_names[row]
-                yield DrivenJoint(robot, link.joint, name, row, coordinate)
+                yield DrivenJoint(robot, link.joint, link.label, name, row, coordinate)
             row += count

@@ -35,10 +35,12 @@ class PayloadStages:
         links = self.joints.bodies if self.model.payload else self.joints.links_alone
         return self.program.numbers(scale_runs(links.inertias, self.model.mass, 2), 2)
 
-    def believe(self, v: BlockRows) -> BelievedDynamics:
+    def believe(self, v: BlockRows, armature: BlockRows) -> BelievedDynamics:
         """Return the dynamics that the drive believes, at joint velocities v."""
         vertical = scale_runs(self.joints.gravity, self.model.gravity, 1)
-        return BelievedDynamics(self.dynamics, self.believed, self.program.numbers(vertical, 1), v)
+        return BelievedDynamics(
+            self.dynamics, self.believed, self.program.numbers(vertical, 1), v, armature
+        )
 
     def add(self) -> None:
         """Add the stages of the inertias in a period."""

@@ -9,13 +9,9 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.engine.driven_joints import DrivenJoints
 from robsim.engine.payload_stages import scale_runs
-from robsim.kernels.control.control_law import multiply_vector
-from robsim.kernels.dynamics.joint_drives import copy_single_rows, place_carrier
+from robsim.engine.scene_dynamics import place_scene
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluate_stages
-from robsim.robot.dynamics_stages import DynamicsStages
-from robsim.robot.fk_stages import FKStages, add_jacobian_stage
-from robsim.world.scene import Scene
 
 
 class StaticTorques:
@@ -47,7 +43,7 @@ class StaticTorques:
         """Return the gravity loads (n, runs) for given inertias and gravity."""
 
         def add(program: Program, rows: BlockRows) -> list[BlockRows]:
-            dynamics = place_scene(program, self.joints, rows)
+            dynamics = place_scene(program, self.joints.dynamics, rows)
             tau = program.rows(len(self.joints.names))
             given = program.numbers(inertias, 2), program.numbers(gravity, 1)
             dynamics.add_inverse(None, None, tau, *given)
@@ -59,65 +55,11 @@ class StaticTorques:
     @cached_property
     def inertia(self) -> Array:
         """Diagonal (n,) or (n, runs) of the believed mass matrix at home, with the armature."""
-        diagonal = np.einsum("ii...->i...", evaluate_mass_matrix(self.joints))
+        diagonal = np.einsum("ii...->i...", self.joints.mass_matrix)
         diagonal = scale_runs(diagonal, self.model.mass, 1)
         armature = self.joints.numbers("armature")
         result: Array = diagonal + (armature if diagonal.ndim == 1 else armature[:, None])
         return result
-
-
-def evaluate_mass_matrix(joints: DrivenJoints) -> Array:
-    """Return the mass matrix (n, n) or (n, n, runs) of driven joints at home, without armature."""
-    n, runs = len(joints.names), joints.bodies.place.shape[3:] + joints.bodies.inertias.shape[2:]
-
-    def add(program: Program, rows: BlockRows) -> list[BlockRows]:
-        dynamics, H = place_scene(program, joints, rows), program.rows(n, n)
-        dynamics.add_mass_matrix(H)
-        return [H]
-
-    q = np.repeat(joints.scene.home[:, None], max(runs, default=1), axis=1)
-    (H,) = evaluate_stages(add, [q], [(n, n)])
-    return H if runs else H[..., 0]
-
-
-def place_scene(program: Program, joints: DrivenJoints, q: BlockRows) -> DynamicsStages:
-    """Add the stages that place the bodies of driven joints at coordinates q of the scene."""
-    own = program.rows(len(joints.names))
-    pairs = [(q[i], own[j]) for j, i in enumerate(joints.coordinates)]
-    program.add(copy_single_rows, each=pairs)
-    dynamics = DynamicsStages(program, joints.bodies, own)
-    placed = FKStages(program, joints.scene.tree.joints, q)
-    if any(carrier.body for carrier in dynamics.carriers):
-        placed.add()
-        place_carriers(program, joints.scene, placed, dynamics, None)
-    dynamics.place()
-    return dynamics
-
-
-def place_carriers(
-    program: Program,
-    scene: Scene,
-    placed: FKStages,
-    dynamics: DynamicsStages,
-    rates: BlockRows | None,
-) -> None:
-    """Add the stages of the motion of carriers at velocities (nv,) of the scene; None: at rest."""
-    for carrier in dynamics.carriers:
-        if carrier.body == 0:
-            continue
-        T, twist = placed.poses[carrier.body], program.rows(6)
-        if rates is not None:
-            moves = scene.tree.moves(scene.tree.carried(carrier.body))
-            J = add_jacobian_stage(program, placed.poses, placed.ratio, T, moves)
-            program.add(multiply_vector, A=J, x=rates, out=twist)
-        program.add(
-            place_carrier,
-            T=T,
-            twist=twist,
-            rotation=carrier.rotation,
-            omega=carrier.omega,
-            acceleration=carrier.acceleration,
-        )
 
 
 def _add_to_body(inertias: Array, body: int, moments: Array) -> Array:

@@ -89,11 +89,12 @@ def _compare_image_errors(run: RunVariables, second: RunVariables) -> CurvePanel
 
 
 def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
-    """Return the panel of the commanded joint velocities."""
+    """Return the panel of the commanded joint velocities or torques."""
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]
     unit = str(run["qd"].attrs.get("units", ""))
-    return [CurvePanel("joint velocities", unit, names, colors, run["qd"].values)]
+    title = "joint torques" if unit.startswith("N") else "joint velocities"
+    return [CurvePanel(title, unit, names, colors, run["qd"].values)]
 
 
 def list_run_events(run: xr.Dataset) -> list[Entry]:

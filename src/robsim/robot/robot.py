@@ -341,8 +341,9 @@ class Robot(Dynamics):
         """Write a URDF file that reproduces links, poses, limits and inertias when it is read.
 
         Damping and friction of joints become a <dynamics> element. URDF has no element for the
-        armature, so scenario files and MJCF keep it and URDF does not. The pose of the base, home,
-        and the number `n` of points of circles are not written. If the
+        armature, so scenario files and MJCF keep it and URDF does not. Inertias that no rigid body
+        has are written as they are; MuJoCo accepts them only in the form of `to_mjcf`. The pose of
+        the base, home, and the number `n` of points of circles are not written. If the
         origin of a link is not on the axis of its joint, as with many DH rows, the file contains an
         auxiliary link such as "elbow.axis", which `from_urdf` removes. A camera body becomes two
         boxes. Each moving link without mass gets 1 g and 1e-6 kg m^2, which simulators require.

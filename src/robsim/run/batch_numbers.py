@@ -124,13 +124,14 @@ class BatchTemplate:
         varied: dict[str, Array] = experiment.varied
         self.first = experiment.at({name: values[0] for name, values in varied.items()})
         self.paths: dict[str, DottedPath] = {name: find_path(self.first, name) for name in varied}  # type: ignore[misc]
-        belief, scene = experiment.task.belief, experiment.scene
+        belief, scene = getattr(experiment.task, "belief", None), experiment.scene
         self.followed: dict[str, DottedPath] = {}  # paths in the belief for names of the true scene
-        believed = varied if self.first.task.belief is not None else ()
+        first = getattr(self.first.task, "belief", None)
+        believed = varied if first is not None else ()
         for name in filter(is_true_scene_name, believed):
             truth = self.paths[name].get(scene)
             if belief is None or find_followed_path(experiment, belief, name, truth):
-                self.followed[name] = find_scene_path(self.first.task.belief, name)  # type: ignore[assignment]
+                self.followed[name] = find_scene_path(first, name)  # type: ignore[assignment,arg-type]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
         """Return the experiment with these numbers; names of the true scene are set first."""

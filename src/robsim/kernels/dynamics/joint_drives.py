@@ -44,6 +44,13 @@ def add_torques(w, step, n="count", more="n", torque="n"):
 
 
 @stage
+def accelerate_motors(w, step, n="count", armature="n", a="n", torque="n"):
+    """Add the torques that accelerate the motors of joints."""
+    for j in range(n):
+        put(w, torque + j, get(w, torque + j) + get(w, armature + j) * get(w, a + j))
+
+
+@stage
 def damp_joints(w, step, n="count", damping="n", v="n", torque="n", slope="n"):
     """Subtract damping times velocity from torques; the damping is their slope."""
     for j in range(n):

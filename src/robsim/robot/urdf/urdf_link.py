@@ -31,8 +31,9 @@ from robsim.robot.urdf.vocabulary import (
     require_attribute,
 )
 
-# inertia that our writers give to massless moving links, so that simulators accept them
-TOKEN_INERTIA = Inertia(1e-3, tensor=1e-6 * np.eye(3))
+# Inertia of 1 g that our writers give to massless moving links, so that simulators accept them.
+# The reader removes it. The last digit distinguishes it from real links of 1 g, as in ANYmal C.
+TOKEN_INERTIA = Inertia(1.00000001e-3, tensor=1e-6 * np.eye(3))
 COLOR_LETTERS = {  # letters of the chapter, with the colours of MATLAB
     "k": "#000000",
     "w": "#ffffff",

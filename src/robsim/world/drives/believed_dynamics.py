@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from robsim.kernels.dynamics.joint_drives import accelerate_motors
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.dynamics_stages import DynamicsStages
 
@@ -22,12 +23,15 @@ class BelievedDynamics:
         Believed acceleration of gravity.
     v : BlockRows of shape (n,)
         Velocities of the joints.
+    armature : BlockRows of shape (n,)
+        Inertias of the motors.
     """
 
     stages: DynamicsStages
     inertias: BlockRows
     gravity: BlockRows
     v: BlockRows
+    armature: BlockRows
 
     def add_gravity(self, torque: BlockRows) -> None:
         """Add the stages of the believed gravity load (n,)."""
@@ -36,3 +40,5 @@ class BelievedDynamics:
     def add_inverse(self, acceleration: BlockRows, torque: BlockRows) -> None:
         """Add the stages of the torques (n,) that give believed accelerations (n,)."""
         self.stages.add_inverse(self.v, acceleration, torque, self.inertias, self.gravity)
+        motors = {"armature": self.armature, "a": acceleration}
+        self.stages.program.add(accelerate_motors, **motors, torque=torque)

@@ -15,7 +15,8 @@ from robsim.base.errors import InputError
 from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
-from robsim.world.drives.joint_drive import DriveRows, JointDrive
+from robsim.world.drives.drive_rows import DriveRows
+from robsim.world.drives.joint_drive import JointDrive
 
 PERIOD_SLACK = 1e-9  # relative error of periods that count as equal
 Bandwidth = Annotated[
@@ -101,15 +102,16 @@ class ServoLoop(JointDrive):
         """Whether the drive adds the believed gravity load."""
         return bool(getattr(self, "gravity", True))
 
-    def settle(self, inertia: Array, missing: Array) -> Array:
-        """Return the gaps (n, runs) that hold the missing torques at the start."""
+    def settle(self, inertia: Array, load: Array, fed: Array) -> Array:
+        """Return the gaps (n, runs) that hold the load that is not compensated at the start."""
+        missing = load - fed if self.has_gravity else load
         k, i, c, _ = self.numbers.scale(inertia).reshape(4, len(inertia), -1)
         held = (i == 0.0) & (c > 0.0) & (not self.is_inverse)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(held, missing / (k * c), 0.0)
 
-    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[int], None]:
-        """Return a function that adds the stages of a sub-step."""
+    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
+        """Return a function that adds the stages of the torques in a sub-step."""
         return _BoundLoop(self, rows).add
 
     def count_held_substeps(self, rows: DriveRows) -> int:
@@ -150,10 +152,8 @@ class _BoundLoop:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.ascontiguousarray(np.where(i > 0.0, missing / i, 0.0 * missing))
 
-    def add(self, part: int) -> None:
-        """Add the stages of a sub-step of the control period."""
-        if part % self.held:
-            return
+    def add(self) -> None:
+        """Add the stages of the torques in a sub-step."""
         rows, add = self.rows, self.rows.program.add
         state = {"command": rows.command, "v": rows.v, "gap": rows.gap, "integral": self.integral}
         results = {"error": self.error, "wish": self.wish}

@@ -15,20 +15,19 @@ from robsim.declare.array_types import Numbers
 from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
+from robsim.world.drives.drive_rows import DriveRows, spread_over_joints
 from robsim.world.drives.joint_drive import (
     TORQUE,
     TRUE_MODEL,
-    DriveRows,
     GravityFed,
     JointDrive,
     Model,
     TorqueLimit,
-    spread_over_joints,
 )
 
 
 @register("drive", "torque_input")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TorqueInput(JointDrive):
     """Drive whose command is a torque, with damping and gravity compensation.
 
@@ -54,13 +53,13 @@ class TorqueInput(JointDrive):
     model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
 
-    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[int], None]:
-        """Return a function that adds the stages of a sub-step."""
+    def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
+        """Return a function that adds the stages of the torques in a sub-step."""
         program, n = rows.program, rows.n
         damping = program.constant(spread_over_joints(self.damping, "damping", rows.names))
         zero = program.rows(n)
 
-        def add(part: int) -> None:
+        def add() -> None:
             if self.gravity:
                 rows.believed.add_gravity(rows.torque)
             else:
