@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
-from robsim.kernels.dynamics import batch_dynamics, composite_bodies, runge_kutta
+from robsim.kernels.dynamics import batch_dynamics, composite_bodies, joint_drives, runge_kutta
 from robsim.kernels.dynamics.body_rows import FLOATING
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.lanes import WIDTH
@@ -94,7 +94,9 @@ class DynamicsProgram:
         tau = self.program.rows(self.stages.n)
         self.stages.place()
         self.stages.add_inverse(self.v, self.u, tau)
-        self.program.add(composite_bodies.add_scaled, factor=self.armature, x=self.u, y=tau)
+        self.program.add(
+            joint_drives.accelerate_motors, armature=self.armature, a=self.u, torque=tau
+        )
         return tau
 
     def add_forward(self) -> BlockRows:
