@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from robsim.base.errors import InputError
-from robsim.engine.driven_joints import DrivenJoints
 from robsim.servo.safety.guard import SafetyGuard
 from robsim.servo.task_controller import TaskController
+
+if TYPE_CHECKING:
+    from robsim.engine.driven_joints import DrivenJoints
 
 
 def check_command_quantity(

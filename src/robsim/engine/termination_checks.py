@@ -12,7 +12,6 @@ from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
 from robsim.engine.recorder import OutcomeRows
 from robsim.features.feature_rows import select_rows
-from robsim.kernels.dynamics.joint_drives import judge_stability
 from robsim.kernels.linear_algebra.svd import count_truncation_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
@@ -110,6 +109,8 @@ class TerminationChecks:
                 rates=rates,
             )
         if plant.driven is not None:
+            from robsim.kernels.dynamics.joint_drives import judge_stability  # late: needs a drive
+
             code = program.constant(kernels.UNSTABLE)
             add(judge_stability, unstable=plant.driven.unstable, code=code, outcome=outcome)
         if self.endings:

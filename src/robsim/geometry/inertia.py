@@ -31,12 +31,7 @@ Triple = Array | tuple[float, ...]  # three numbers
 class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
-    mass: Annotated[
-        float,
-        Quantity(least=0, dimension="mass"),
-        Role.FILE,
-        "Mass of the body. 0: only a moment about one axis is known.",
-    ]
+    mass: Annotated[float, Quantity(least=0, dimension="mass"), Role.FILE, "Mass of the body."]
     moments: Annotated[
         Triple, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."
     ]
@@ -44,12 +39,7 @@ class InertiaTable:
     products: Annotated[
         Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
     ] = (0.0, 0.0, 0.0)
-    strict: Annotated[
-        bool,
-        Flag(),
-        Role.FILE,
-        "Whether the moments must be possible for a rigid body. false keeps published moments.",
-    ] = True
+    strict: Annotated[bool, Flag(), Role.FILE, "Whether only a rigid body is valid."] = True
 
     def build_value(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""

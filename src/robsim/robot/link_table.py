@@ -26,6 +26,7 @@ from robsim.robot.link import Link
 SHAPE = KindOf(SHAPES, short=False)
 SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
 LINK_NAME = Name()
+NOT_NEGATIVE = Number(least=0)
 JOINT_KEYS = ("limits", "speed", "effort", *RESISTANCES, "curve", "steering", "follows", "dh")
 POSE_KEYS = ("place", "tail")
 
@@ -90,16 +91,11 @@ class LinkTable:
         Role.FILE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
-    armature: Annotated[
-        float,
-        Number(least=0),
-        Role.FILE,
-        "Inertia of the rotor of the drive about the joint, in kg m^2 or kg.",
-    ] = 0.0
+    armature: Annotated[float, NOT_NEGATIVE, Role.FILE, "Rotor inertia, in kg m^2 or kg."] = 0.0
     damping: Annotated[
-        float, Number(least=0), Role.FILE, "Coefficient of viscous friction, in N m s/rad or N s/m."
+        float, NOT_NEGATIVE, Role.FILE, "Coefficient of viscous friction, in N m s/rad or N s/m."
     ] = 0.0
-    friction: Annotated[float, Number(least=0), Role.FILE, "Coulomb friction, in N m or N."] = 0.0
+    friction: Annotated[float, NOT_NEGATIVE, Role.FILE, "Coulomb friction, in N m or N."] = 0.0
     curve: Annotated[Curve | None, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[

@@ -21,8 +21,8 @@ from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.primitives import Primitive
 from robsim.robot import robot_overview
 from robsim.robot.dh import build_dh_links
+from robsim.robot.dynamics import Dynamics
 from robsim.robot.joint import Ackermann, Chord, Rolling
-from robsim.robot.kinematics import Kinematics
 from robsim.robot.limits import check_common_limits
 from robsim.robot.link import Link
 from robsim.robot.robot_coordinates import Home
@@ -66,7 +66,7 @@ class Mounting:
 
 @name_parameters
 @dataclass(frozen=True, eq=False)
-class Robot(Kinematics):
+class Robot(Dynamics):
     """Tree of links on joints, with a base, a tip and a home configuration.
 
     The first link is the base. It is placed at `base` on the frame `on` of a scene. Forward

@@ -95,16 +95,14 @@ class Actuation(DeclaredValue):
         self._check_drive()
 
     def _check_drive(self) -> None:
-        """Raise InputError for numbers that a drive replaces, or that act with a drive alone."""
+        """Raise InputError for numbers that a drive replaces."""
         if self.drive is None:
-            if self.payloads:
-                raise InputError("actuation: payloads act on joints with a drive; give a drive")
             return
         idle = [each for each in ("velocity", "acceleration") if getattr(self, each) is not None]
         idle += ["lag"] * is_any_nonzero(self.lag)
         if idle:
             raise InputError(
-                f"actuation: a drive and {' and '.join(idle)}; give a drive alone, whose torques "
+                f"a drive and {' and '.join(idle)}; give a drive alone, whose torques "
                 "determine the response of the joints"
             )
 
@@ -140,6 +138,8 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
+            if self.payloads and self.drive is None:
+                raise InputError("payloads act on joints with a drive; give a drive")
             self.response(len(velocities))
 
 
