@@ -1019,7 +1019,10 @@ RECIPES = {
     "Occlusion": [
         (world(WHOLE, sensing=HIDDEN), ("sensing", "occlusions", 0), {"camera": ["second"]})
     ],
-    "Actuation": [(world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION)],
+    "Actuation": [
+        (world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION),
+        (powered("computed_torque")[0], ("actuation",), {"payloads": [[LOAD]], "step": ["5 ms"]}),
+    ],
     "Safety": [
         (
             world(ARM_SERVO, safety={"ramp": "0.2 s"}, sensing={"dropped": 0.6}),

@@ -32,6 +32,8 @@ from robsim.world.imperfections.rate_limits import (
 )
 from robsim.world.payload import PAYLOADS, Payload
 
+DEFAULT_STEP = 1e-3  # seconds
+
 
 @described
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Actuation(DeclaredValue):
     ] = None
     step: Annotated[
         float, Time(above=0), "Length of a sub-step of the dynamics, which divides the period."
-    ] = 1e-3
+    ] = DEFAULT_STEP
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
@@ -84,7 +86,7 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
             drive: JointDrive | OwnDrive | None = None,
-            step: float = 1e-3,
+            step: float = DEFAULT_STEP,
             payloads: Payload | Sequence[Payload] = (),
         ) -> None: ...
 
@@ -138,8 +140,9 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
-            if self.payloads and self.drive is None:
-                raise InputError("payloads act on joints with a drive; give a drive")
+            if self.drive is None and (self.payloads or self.step != DEFAULT_STEP):
+                idle = "payloads act" if self.payloads else "the step acts"
+                raise InputError(f"{idle} on joints with a drive; give a drive")
             self.response(len(velocities))
 
 
