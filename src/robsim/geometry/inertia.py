@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -13,7 +14,7 @@ from robsim.base.arrays import Array, as_floats, as_nonnegative, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
-from robsim.declare import Flag, Quantity, Role, Vector
+from robsim.declare import Flag, PerRun, Quantity, Role, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import PoseLike, check_single_pose
 
@@ -31,10 +32,13 @@ Triple = Array | tuple[float, ...]  # three numbers
 class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
+    stands: ClassVar[Mapping[str, str]] = {"mass": "mass"}
+
     mass: Annotated[
         float,
         Quantity(least=0, dimension="mass"),
-        Role.FILE,
+        Role.DRIVE,
+        PerRun(()),
         "Mass of the body. 0: only a moment about one axis is known.",
     ]
     moments: Annotated[

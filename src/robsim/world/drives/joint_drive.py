@@ -301,7 +301,7 @@ TorqueLimit = Annotated[
     "joints.",
 ]
 GravityFed = Annotated[bool, Flag(), "Whether the drive adds the believed gravity load."]
-DRIVE = KindOf(DRIVES, protocol=OwnDrive)
+DRIVE = KindOf(DRIVES, none="none", protocol=OwnDrive)
 
 
 def spread_over_joints(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
