@@ -225,6 +225,6 @@ PROBES = {
     Role.RUN: results,
     Role.FIGURE: pictures,
     Role.FILE: files,
-    Role.DRIVE: files,
+    Role.DRIVE: results,
     Role.ROBOT: commands,
 }

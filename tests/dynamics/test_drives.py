@@ -299,8 +299,8 @@ ERRORS = {
         "released at 1 s, expected a time after 2 s",
     ),
     "payload alone": (
-        lambda: rs.Actuation(payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
-        "give a drive",
+        lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
+        "actuation: payloads act on joints with a drive",
     ),
     "no method": (lambda: rs.Actuation(drive=object()), "drive"),
     "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),

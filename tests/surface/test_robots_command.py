@@ -31,8 +31,18 @@ tool        revolute           0      0.263          0          0  -170 to 170 d
 tool at home: (0.7315, 0.154, 0.1842) m in the base
 its axes: x along (-0.866, 0, -0.5), y along (0, 1, 0), z along (0.5, 0, -0.866)
 
+no masses are known, so there are no dynamics
+
 sources
   - DH: R. P. Paul"""
+
+
+PUMA = """
+mass of all links: 23.45 kg
+link        mass kg  centre m                  moment kg m^2  effort  armature  damping  friction
+shoulder    0        (0, 0, 0)                 0.35           97.6    0.784     5.802    25.98
+upper_arm   17.4     (-0.364, 0.006, 0.228)    0.539          186.4   2.325     9.497    10.62
+"""
 
 
 @pytest.fixture
@@ -62,6 +72,12 @@ def lines(figure):
 
 def test_the_table_of_a_robot_is_printed_whole(robsim):
     assert robsim("robots", "stanford_arm").startswith(STANFORD)
+
+
+def test_masses_and_drives_are_printed(robsim):
+    assert PUMA in robsim("robots", "puma560")
+    planar = robsim("robots", "planar_2r")
+    assert "mass of all links: 14 kg" in planar and "friction" not in planar.split("sources")[0]
 
 
 @pytest.mark.parametrize("name", robots.names())

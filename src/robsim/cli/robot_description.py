@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base import si_units
+from robsim.cli.robot_weights import format_weight_table
 from robsim.files import robots
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
@@ -33,9 +34,8 @@ def format_robot(name: str) -> str:
         size += f"; {convention} DH: the coordinate adds to theta, or to d if prismatic"
     head = [_wrap_prose(f"{name}: {file['about']}"), size]
     sources = ["sources", *(_wrap_prose(source, "  - ") for source in file["sources"])]
-    return "\n".join(
-        [*head, "", *_format_joint_table(robot, file), "", *_format_tip_pose(robot), "", *sources]
-    )
+    parts = [_format_joint_table(robot, file), _format_tip_pose(robot), format_weight_table(robot)]
+    return "\n".join([*head, "", *(line for part in parts for line in (*part, "")), *sources])
 
 
 def _format_joint_table(robot: Robot, file: dict[str, Any]) -> list[str]:

@@ -246,13 +246,16 @@ def yield_controls(
     """Yield the controls of the declared fields of an object, in their order.
 
     Content of files is left out. Dynamics have controls if a drive acts, with the fact `driven`.
+    A class may name the fields that it offers in `offered`.
     """
     form = form or get_text_form(type(value))
     source = value if form is type(value) else form.of(value, place.c)
     c = get_inner_context(form, value, place.c)
+    offered = getattr(form, "offered", None)
     for each in fields_of(form):
-        if each.role is Role.FILE or (each.role is Role.DRIVE and not c.facts.get("driven")):
-            continue  # no effect on the run
+        idle = each.role is Role.FILE or (each.role is Role.DRIVE and not c.facts.get("driven"))
+        if idle or (offered is not None and each.name not in offered):
+            continue
         inner = place.at(each.name, each.meaning, c)
         yield from each.spec.controls(getattr(source, each.name), inner)
 

@@ -16,7 +16,7 @@ from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.dynamics_stages import DynamicsStages
-from robsim.world.drives.joint_drive import DriveRows
+from robsim.world.drives.drive_rows import DriveRows
 
 if TYPE_CHECKING:
     from robsim.engine.plant import Plant

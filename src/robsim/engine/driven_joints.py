@@ -20,7 +20,8 @@ from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
 from robsim.world.actuation import Actuation
-from robsim.world.drives.joint_drive import JointDrive, spread_over_joints
+from robsim.world.drives.drive_rows import spread_over_joints
+from robsim.world.drives.joint_drive import JointDrive
 from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 

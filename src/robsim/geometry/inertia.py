@@ -33,27 +33,22 @@ class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
     stands: ClassVar[Mapping[str, str]] = {"mass": "mass"}
+    offered: ClassVar[tuple[str, ...]] = ("mass",)
 
     mass: Annotated[
-        float,
-        Quantity(least=0, dimension="mass"),
-        Role.DRIVE,
-        PerRun(()),
-        "Mass of the body. 0: only a moment about one axis is known.",
+        float, Quantity(least=0, dimension="mass"), Role.DRIVE, PerRun(()), "Mass of the body."
     ]
     moments: Annotated[
-        Triple, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."
+        Triple, MOMENTS, Role.DRIVE, "Moments ixx, iyy, izz about the centre of mass."
     ]
-    centre: Annotated[Triple, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
+    centre: Annotated[Triple, Vector("length"), Role.DRIVE, "Centre of mass."] = (0.0, 0.0, 0.0)
     products: Annotated[
-        Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+        Triple,
+        MOMENTS,
+        Role.DRIVE,
+        "Products ixy, ixz, iyz of the tensor about the centre of mass.",
     ] = (0.0, 0.0, 0.0)
-    strict: Annotated[
-        bool,
-        Flag(),
-        Role.FILE,
-        "Whether the moments must be possible for a rigid body. false keeps published moments.",
-    ] = True
+    strict: Annotated[bool, Flag(), Role.DRIVE, "Whether only a rigid body is valid."] = True
 
     def build_value(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""

@@ -106,12 +106,13 @@ def _compare_image_errors(run: RunVariables, second: RunVariables) -> CurvePanel
 
 
 def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
-    """Return the panels of the commanded joint velocities, and of the torques of drives if any."""
+    """Return the panels of the commands of the joints, and of the torques of drives if any."""
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]
     unit = str(run["qd"].attrs.get("units", ""))
-    velocities = CurvePanel("joint velocities", unit, names, colors, run["qd"].values)
-    return [velocities, *_build_torque_panels(run, colors)]
+    title = "joint torques" if unit.startswith("N") else "joint velocities"
+    commands = CurvePanel(title, unit, names, colors, run["qd"].values)
+    return [commands, *_build_torque_panels(run, colors)]
 
 
 def _build_torque_panels(run: RunVariables, colors: list[str]) -> list[CurvePanel]:

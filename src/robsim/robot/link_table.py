@@ -26,6 +26,7 @@ from robsim.robot.link import Link
 SHAPE = KindOf(SHAPES, short=False)
 SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
 LINK_NAME = Name()
+NOT_NEGATIVE = Number(least=0)
 JOINT_KEYS = ("limits", "speed", "effort", *RESISTANCES, "curve", "steering", "follows", "dh")
 POSE_KEYS = ("place", "tail")
 
@@ -103,11 +104,7 @@ class LinkTable:
         "Largest torque or force of the drive, in N m or N.",
     ] = None
     armature: Annotated[
-        float,
-        Resistance(least=0),
-        Role.DRIVE,
-        PerRun(()),
-        "Inertia of the rotor of the drive about the joint, in kg m^2 or kg.",
+        float, Resistance(least=0), Role.DRIVE, PerRun(()), "Rotor inertia, in kg m^2 or kg."
     ] = 0.0
     damping: Annotated[
         float,

@@ -22,6 +22,7 @@ from robsim.run import end_variables
 from robsim.run.task_error import make_error_variables
 from robsim.servo.camera_target import CameraTarget
 from robsim.servo.goals.goal import GoalFeatures, GoalPose
+from robsim.servo.laws.command_quantity import UNITS as UNITS_OF_COMMANDS
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene
@@ -312,6 +313,7 @@ def _make_variable_attributes(
         **UNITS,
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
+        **_make_torque_units(controller, scene),
         **dict.fromkeys(("torque", "torque_limit"), TORQUE_UNITS.get(unit_q, "N m, N")),
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
@@ -319,6 +321,8 @@ def _make_variable_attributes(
     attributes: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
     }
+    if controller.command_quantity == "torque":
+        attributes["qd"] |= {"long_name": "commanded torques, held for one period"}
     for name in ("camera_pose", "camera_velocity", "frame_pose", "frame_velocity"):
         attributes[name]["frame"] = controller.frame
     attributes["goal_pose"] |= end_variables.make_goal_attributes(controller)
@@ -326,6 +330,14 @@ def _make_variable_attributes(
         attributes["path_length"] |= {"long_name": "path length of the moved frame"}
     attributes["outcome"] |= _make_flag_attributes([each.name for each in Outcome], 0)
     return attributes
+
+
+def _make_torque_units(controller: TaskController, scene: Scene) -> dict[str, str]:
+    """Return the unit of the commands of a law of torques; none for a law of velocities."""
+    if controller.command_quantity == "velocity":
+        return {}
+    slides = {scene.velocity_units[i] == "m/s" for i in controller.columns}
+    return {"qd": "N, N m" if len(slides) > 1 else UNITS_OF_COMMANDS["torque"][slides.pop()]}
 
 
 def _make_flag_attributes(names: Sequence[str], first: int) -> dict[str, Any]:

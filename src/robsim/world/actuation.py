@@ -47,6 +47,7 @@ class SubStep(Quantity):
 
 
 SUB_STEP = SubStep(above=0, dimension="time")
+DEFAULT_STEP = 1e-3  # seconds
 
 
 @described
@@ -85,7 +86,7 @@ class Actuation(DeclaredValue):
     ] = None
     step: Annotated[
         float, SUB_STEP, "Length of a sub-step of the dynamics, which divides the period."
-    ] = 1e-3
+    ] = DEFAULT_STEP
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
@@ -100,7 +101,7 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
             drive: JointDrive | OwnDrive | None = None,
-            step: float = 1e-3,
+            step: float = DEFAULT_STEP,
             payloads: Payload | Sequence[Payload] = (),
         ) -> None: ...
 
@@ -111,10 +112,8 @@ class Actuation(DeclaredValue):
         self._check_drive()
 
     def _check_drive(self) -> None:
-        """Raise InputError for numbers that a drive replaces, or that act with a drive alone."""
+        """Raise InputError for numbers that a drive replaces."""
         if self.drive is None:
-            if self.payloads:
-                raise InputError("payloads act on joints with a drive; add a drive")
             return
         idle = [each for each in ("velocity", "acceleration") if getattr(self, each) is not None]
         idle += ["lag"] * is_any_nonzero(self.lag)
@@ -156,6 +155,9 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
+            if self.drive is None and (self.payloads or self.step != DEFAULT_STEP):
+                idle = "payloads act" if self.payloads else "the step acts"
+                raise InputError(f"{idle} on joints with a drive; give a drive")
             self.response(len(velocities))
 
 

@@ -38,7 +38,7 @@ class Payload(DeclaredValue):
     --------
     >>> import robsim as rs
     >>> load = rs.drives.Payload("ur5e.tool0", mass=2.0, centre=(0, 0, 0.1), attached=1.0)
-    >>> load.inertia.tensor[0, 0].round(6)
+    >>> float(load.inertia.tensor[0, 0].round(6))
     0.002
     """
 

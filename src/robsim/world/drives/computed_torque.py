@@ -31,7 +31,7 @@ class SecondOrderLoop(ServoLoop):
 
 
 @register("drive", "gravity_compensated_pd")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GravityCompensatedPD(SecondOrderLoop):
     """Proportional and derivative control of each joint, with gravity compensation.
 
@@ -55,7 +55,7 @@ class GravityCompensatedPD(SecondOrderLoop):
 
 
 @register("drive", "computed_torque")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComputedTorque(SecondOrderLoop):
     """Computed torque: the believed model turns wished accelerations into torques.
 

@@ -12,7 +12,7 @@ from robsim.world.drives.servo_loop import IntegralRate, LoopNumbers, PositionGa
 
 
 @register("drive", "industrial_servo")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class IndustrialServo(ServoLoop):
     """Servo drive of an industrial arm: loops of each joint alone, sampled, without a model.
 

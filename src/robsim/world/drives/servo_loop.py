@@ -15,7 +15,8 @@ from robsim.base.errors import InputError
 from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
-from robsim.world.drives.joint_drive import DriveRows, JointDrive
+from robsim.world.drives.drive_rows import DriveRows
+from robsim.world.drives.joint_drive import JointDrive
 
 PERIOD_SLACK = 1e-9  # relative error of periods that count as equal
 Bandwidth = Annotated[
