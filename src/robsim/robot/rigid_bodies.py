@@ -176,7 +176,7 @@ class _BodyChoice:
                 i, first = member.body, self.coordinates[member.q.start]
                 kind = find_kind(member.kind, self._name_frame(i))
                 moved[i] = RigidBody(0, kind, i, first, self.velocities[member.v.start])
-        for i, body in enumerate(tree.joints.bodies):
+        for i, body in enumerate(tree.joints.bodies[1:], 1):
             tie = self._follow_mimics(body.x - tree.nq) if body.x >= tree.nq else None
             if tie is not None:
                 source, ratio, offset = tie
