@@ -36,13 +36,15 @@ def list_workload() -> list[WorkloadItem]:
     True
     """
     from robsim.declare import families, fields_of
+    from robsim.servo.laws.command_quantity import get_command_quantity
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
     features = (f"task.features={name}" for name in families()["feature"].names)
-    laws = (
+    laws = (  # the examples have laws of torques, which need a drive
         f"task.law={name}"
         for name, kind in families()["law"].kinds.items()
         if not any(each.required for each in fields_of(kind))
+        and get_command_quantity(kind) == "velocity"
     )
     effects = (
         f'{path}=["{name}"]'
