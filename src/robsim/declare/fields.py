@@ -69,7 +69,7 @@ class Role(Enum):
     LABEL = "label"  # texts for people: titles, sources, colours
     FIGURE = "figure"  # content of figures and pictures: housings, solids of links
     ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
-    FILE = "file"  # content of files for other simulators: masses, limits of drives
+    FILE = "file"  # content of files for other simulators only: names of meshes, speeds of joints
 
 
 @dataclass(frozen=True)

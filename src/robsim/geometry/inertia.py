@@ -13,7 +13,7 @@ from robsim.base.arrays import Array, as_floats, as_nonnegative, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
-from robsim.declare import Flag, Quantity, Role, Vector
+from robsim.declare import Flag, Quantity, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import PoseLike, check_single_pose
 
@@ -31,15 +31,13 @@ Triple = Array | tuple[float, ...]  # three numbers
 class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
-    mass: Annotated[float, Quantity(least=0, dimension="mass"), Role.FILE, "Mass of the body."]
-    moments: Annotated[
-        Triple, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."
-    ]
-    centre: Annotated[Triple, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
+    mass: Annotated[float, Quantity(least=0, dimension="mass"), "Mass of the body."]
+    moments: Annotated[Triple, MOMENTS, "Moments ixx, iyy, izz about the centre of mass."]
+    centre: Annotated[Triple, Vector("length"), "Centre of mass."] = (0.0, 0.0, 0.0)
     products: Annotated[
-        Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+        Triple, MOMENTS, "Products ixy, ixz, iyz of the tensor about the centre of mass."
     ] = (0.0, 0.0, 0.0)
-    strict: Annotated[bool, Flag(), Role.FILE, "Whether only a rigid body is valid."] = True
+    strict: Annotated[bool, Flag(), "Whether only a rigid body is valid."] = True
 
     def build_value(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""

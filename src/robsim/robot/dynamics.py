@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,15 +14,17 @@ from robsim.base.arrays import Array, as_floats, as_positive, is_kernel_array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, broadcast_leading_shape
 from robsim.kernels.dynamics import batch_dynamics
-from robsim.robot.dynamics_evaluator import DynamicsEvaluator, Gravity
+from robsim.robot.dynamics_evaluator import DynamicsEvaluator, Gravity, PreparedDynamics
 from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.kinematics import Kinematics
 from robsim.robot.robot_coordinates import Coordinates
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.robot_weights import describe_source
 
+_FLOAT = np.dtype(np.float64)
 STEP_SLACK = 1e-9  # relative error of a time that is a whole number of steps
 _NONE = np.empty(0)
+_OTHERS = "v", "a"  # names of the arguments after q
 
 
 class FreeMotion(NamedTuple):
@@ -90,7 +93,7 @@ class Dynamics(Kinematics):
         >>> arm.mass_matrix([0.0]).round(3)
         array([[2.008]])
         """
-        return self._compute("add_mass_matrix", (q,), (self.nv, self.nv), GRAVITY)
+        return self._evaluate_dynamics("add_mass_matrix", GRAVITY, q)
 
     def gravity(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the gravity load: the forces of the joints that hold the robot at rest.
@@ -121,7 +124,7 @@ class Dynamics(Kinematics):
         >>> arm.gravity([0.0], gravity=(0, -9.81, 0))
         array([19.62])
         """
-        return self._compute("add_gravity", (q,), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_gravity", gravity, q)
 
     def inverse_dynamics(
         self, q: Coordinates, v: ArrayLike, a: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -160,7 +163,7 @@ class Dynamics(Kinematics):
         >>> arm.inverse_dynamics([0.0], [1.0], [10.0]).round(3)
         array([20.08])
         """
-        return self._compute("add_inverse", (q, v, a), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_inverse", gravity, q, v, a)
 
     def forward_dynamics(
         self, q: Coordinates, v: ArrayLike, tau: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -201,8 +204,7 @@ class Dynamics(Kinematics):
         >>> arm.forward_dynamics([0.0], [1.0], [20.08]).round(3)
         array([10.])
         """
-        _ = self._has_positive_mass
-        return self._compute("add_forward", (q, v, tau), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_forward", gravity, q, v, tau)
 
     def kinetic_energy(self, q: Coordinates, v: ArrayLike) -> Array:
         """Return the kinetic energy v' M(q) v / 2 of the links and rotors, in J.
@@ -232,7 +234,7 @@ class Dynamics(Kinematics):
         >>> float(arm.kinetic_energy([0.0], [2.0]))
         4.016
         """
-        return self._compute("add_kinetic_energy", (q, v), (), GRAVITY)
+        return self._evaluate_dynamics("add_kinetic_energy", GRAVITY, q, v)
 
     def potential_energy(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the potential energy -sum(m g'c) of the moving links, in J.
@@ -262,7 +264,7 @@ class Dynamics(Kinematics):
         >>> float(arm.potential_energy([0.0], gravity=(-9.81, 0, 0)))
         19.62
         """
-        return self._compute("add_potential_energy", (q,), (), gravity)
+        return self._evaluate_dynamics("add_potential_energy", gravity, q)
 
     def swing(
         self,
@@ -328,50 +330,74 @@ class Dynamics(Kinematics):
         ]
         runs = len(arrays[0])
         results = np.empty((runs, count + 1, self.nq)), np.empty((runs, count + 1, self.nv))
-        arguments = self._dynamics.prepare("add_runge_kutta", gravity, h)
+        prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
-            batch_dynamics.fill_motion(*arguments[:5], count, *arrays, *results)
+            prepared.fill(batch_dynamics.fill_motion, count, *arrays, *results)
         if not all(np.isfinite(x).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
 
-    def _compute(
-        self, quantity: str, values: Sequence[Any], shape: tuple[int, ...], gravity: Gravity
+    def _evaluate_dynamics(
+        self, quantity: str, gravity: Gravity, q: Any, v: Any = _NONE, a: Any = _NONE
     ) -> Array:
-        """Return an array (..., *shape) of a quantity at q (..., nq), v and a (..., nv).
+        """Return a quantity at q (..., nq), v and a (..., nv), of other types Any if convertible.
 
-        The kernel checks the numbers while it evaluates them, as in `Kinematics`.
+        The kernel checks the numbers while it evaluates them, as in `Kinematics`. A single
+        configuration takes the short path.
         """
-        arguments = self._dynamics.prepare(quantity, gravity)
-        is_plain, arrays = self._is_plain, self._read_values(values)
-        q, *others = arrays
-        lead = q.shape[:-1]
-        for name, other in zip(("v", "a"), others, strict=False):
-            lead = broadcast_leading_shape(lead, other.shape[:-1], f"q and {name}")
-        if others and any(x.shape[:-1] != lead for x in arrays):
-            arrays = [np.ascontiguousarray(np.broadcast_to(x, lead + x.shape[-1:])) for x in arrays]
-        out = np.empty(lead + shape)
-        if not out.size:
-            return out
-        flat = [x if x.ndim == 1 else x.reshape(-1) for x in arrays]
-        q, v, a, *_ = *flat, _NONE, _NONE
-        runs = q.size // self.nq
-        usual = batch_dynamics.fill_dynamics(*arguments[:6], runs, q, v, a, out.reshape(-1))
-        if not usual:
-            self._check_values(arrays, out, is_plain)
+        prepared = self._usual_dynamics.get(quantity) if gravity is GRAVITY else None
+        if (
+            prepared is not None
+            and _is_row(q, self.nq)
+            and (v is _NONE or _is_row(v, self.nv))
+            and (a is _NONE or _is_row(a, self.nv))
+        ):
+            out = np.empty(prepared.size)
+            if prepared.fill(batch_dynamics.fill_dynamics, 1, q, v, a, out):
+                return out if prepared.shape is None else out.reshape(prepared.shape)
+        if prepared is None:
+            prepared = self._prepare_dynamics(quantity, gravity)
+        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not _NONE])
+
+    def _evaluate_batch(self, prepared: PreparedDynamics, values: Sequence[Any]) -> Array:
+        """Return a quantity at numbers of any shape and type."""
+        arrays = self._read_values(values)
+        lead = arrays[0].shape[:-1]
+        if any(x.shape[:-1] != lead for x in arrays):
+            lead, arrays = _broadcast_runs(arrays)
+        shape = (prepared.size,) if prepared.shape is None else prepared.shape
+        out, runs = np.empty(lead + shape), math.prod(lead)
+        flat = [*(x.reshape(-1) for x in arrays), _NONE, _NONE][:3]
+        kernel = batch_dynamics.fill_dynamics
+        if runs and not prepared.fill(kernel, runs, *flat, out.reshape(-1)):
+            self._check_values(arrays, out, self._is_plain)
         return out
+
+    def _prepare_dynamics(self, quantity: str, gravity: Gravity) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity; forces need a positive mass matrix."""
+        if quantity == "add_forward":
+            _ = self._has_positive_mass
+        prepared = self._dynamics.prepare(quantity, gravity)
+        if gravity is GRAVITY and self._is_plain:
+            self._usual_dynamics[quantity] = prepared
+        return prepared
+
+    @cached_property
+    def _usual_dynamics(self) -> dict[str, PreparedDynamics]:
+        """Cache of `_prepare_dynamics` at the usual gravity, by quantity."""
+        return {}
 
     def _read_values(self, values: Sequence[Any]) -> list[Array]:
         """Return coordinates and velocities as arrays that kernels can read."""
-        q, nq, nv = values[0], self.tree.nq, self.tree.nv
+        q, nq, nv = values[0], self.nq, self.nv
         if not self._is_plain:
             first = self.coordinates(q, limits=False)
         else:
             first = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
         rest = [
             x if is_kernel_array(x, nv) else as_floats(x, name, (nv,))
-            for x, name in zip(values[1:], ("v", "a"), strict=False)
+            for x, name in zip(values[1:], _OTHERS, strict=False)
         ]
         return [first, *rest]
 
@@ -379,7 +405,7 @@ class Dynamics(Kinematics):
         """Check numbers that the kernel finds unusual; raise InputError for invalid ones."""
         if is_plain:
             self.coordinates(arrays[0], limits=False)
-        for x, name in zip(arrays[1:], ("v", "a"), strict=False):
+        for x, name in zip(arrays[1:], _OTHERS, strict=False):
             as_floats(x, name, (self.nv,))
         if not np.isfinite(out).all():
             raise InputError("q, v and a: too large, so that the result is not finite")
@@ -397,6 +423,20 @@ class Dynamics(Kinematics):
         home = np.broadcast_to(self.home, (len(dynamics.probes), self.nq))
         dynamics.check_positive(self.integrate(home, dynamics.probes, 1.0))
         return True
+
+
+def _is_row(x: Any, size: int) -> bool:
+    """Return whether a value is a contiguous array (size,) of float64."""
+    return type(x) is np.ndarray and x.dtype is _FLOAT and x.shape == (size,) and x.strides == (8,)
+
+
+def _broadcast_runs(values: Sequence[Array]) -> tuple[tuple[int, ...], list[Array]]:
+    """Return the common leading shape of arrays, and the arrays with this shape."""
+    lead = values[0].shape[:-1]
+    for name, other in zip(_OTHERS, values[1:], strict=False):
+        lead = broadcast_leading_shape(lead, other.shape[:-1], f"q and {name}")
+    full = [np.broadcast_to(x, lead + x.shape[-1:]) for x in values]
+    return lead, [np.ascontiguousarray(x) for x in full]
 
 
 def _count_steps(seconds: float, step: float) -> int:

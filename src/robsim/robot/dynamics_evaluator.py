@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
-from robsim.kernels.dynamics import batch_dynamics, composite_bodies, runge_kutta
+from robsim.kernels.dynamics import batch_dynamics, composite_bodies, joint_drives, runge_kutta
 from robsim.kernels.dynamics.body_rows import FLOATING
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.lanes import WIDTH
@@ -22,7 +23,45 @@ from robsim.robot.robot_weights import check_mass_matrices, collect_bodies, sum_
 from robsim.robot.tree import Tree
 
 Gravity = Sequence[float] | Array
+MOST_PROGRAMS = 64  # in the cache of a robot
 PROBES = 16  # configurations at which the mass matrix is checked
+
+
+class PreparedDynamics:
+    """Compiled dynamics of one quantity: a program, and the block on which it works.
+
+    Overlapping calls from several threads work on copies of the block.
+    """
+
+    def __init__(
+        self, program: Program, output: BlockRows, gravity: BlockRows, vector: Array
+    ) -> None:
+        addresses, at, p, block = program.prepared()
+        first = int(gravity) * WIDTH
+        block[first : first + 3 * WIDTH] = np.repeat(vector, WIDTH)
+        self.program = program  # owns the machine code
+        self.code = np.concatenate([[len(addresses), int(output)], addresses, at, p])
+        self.block, self.lock = align_block(block), Lock()
+        self.size, shape = output.size, output.shape
+        self.shape = None if len(shape) == 1 else shape  # of a result with other axes than (size,)
+
+    def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
+        """Call a kernel with the code and the block, and return its result."""
+        if self.lock.acquire(False):
+            try:
+                return kernel(self.code, self.block, *arguments)
+            finally:
+                self.lock.release()
+        return kernel(self.code, align_block(self.block), *arguments)
+
+
+def align_block(values: Array) -> Array:
+    """Return a copy of a block that is aligned to vector registers."""
+    memory = np.empty(values.size + WIDTH)
+    start = -memory.ctypes.data % (8 * WIDTH) // 8
+    block = memory[start : start + values.size]
+    block[:] = values
+    return block
 
 
 class DynamicsProgram:
@@ -55,7 +94,9 @@ class DynamicsProgram:
         tau = self.program.rows(self.stages.n)
         self.stages.place()
         self.stages.add_inverse(self.v, self.u, tau)
-        self.program.add(composite_bodies.add_scaled, factor=self.armature, x=self.u, y=tau)
+        self.program.add(
+            joint_drives.accelerate_motors, armature=self.armature, a=self.u, torque=tau
+        )
         return tau
 
     def add_forward(self) -> BlockRows:
@@ -131,46 +172,38 @@ class DynamicsEvaluator:
         self.robot, self.links, self.tree, self.base = robot, links, tree, base
         self.bodies = collect_bodies(robot, links, tree)
         self.armature = sum_armatures(links, tree, self.bodies)
-        self._programs: dict[Any, tuple[Any, ...]] = {}
+        self._programs: dict[Any, PreparedDynamics] = {}
 
-    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> tuple[Any, ...]:
-        """Return the first arguments of the kernel that evaluates a quantity.
+    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity.
 
         A quantity is the name of a method of `DynamicsProgram`, whose arguments are `numbers`. The
         acceleration of gravity is in axes of the frame that carries the base.
         """
-        usual = gravity is GRAVITY
-        key = quantity, None if usual else tuple(np.ravel(gravity).tolist()), *numbers
-        arguments = self._programs.get(key)
-        if arguments is None:
-            arguments = self._build(quantity, read_gravity(gravity), *numbers)
-            if usual or len(self._programs) < 64:
-                self._programs[key] = arguments
-        return arguments
+        vector = read_gravity(gravity)
+        key = quantity, vector.tobytes(), *numbers
+        prepared = self._programs.get(key)
+        if prepared is None:
+            prepared = self._build(quantity, vector, *numbers)
+            if len(self._programs) < MOST_PROGRAMS:
+                self._programs[key] = prepared
+        return prepared
 
-    def _build(self, quantity: str, gravity: Array, *numbers: float) -> tuple[Any, ...]:
-        """Return addresses, offsets and numbers of stages, constants, number of rows and output."""
+    def _build(self, quantity: str, gravity: Array, *numbers: float) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity."""
         parts = DynamicsProgram(self.bodies, self.armature)
         add: Callable[..., BlockRows] = getattr(parts, quantity)
         output = add(*numbers)
-        addresses, at, p, block = parts.program.prepared()
-        first = int(parts.stages.gravity) * WIDTH
         local = (self.base.T * gravity).sum(axis=1)
-        block[first : first + 3 * WIDTH] = np.repeat(local, WIDTH)
-        used = max(int(rows) + values.size for rows, values in parts.program.same)
-        constants = np.ascontiguousarray(block[: used * WIDTH])
-        # a program has addresses of tables only while it lives
-        return addresses, at, p, constants, parts.program.size, int(output), parts.program
+        return PreparedDynamics(parts.program, output, parts.stages.gravity, local)
 
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError unless the mass matrix is positive definite at configurations."""
         n, runs = self.bodies.n, len(configurations)
-        H = np.empty((runs, n, n))
-        none = np.empty(0)
-        arguments = self.prepare("add_mass_matrix", GRAVITY)[:6]
-        batch_dynamics.fill_dynamics(
-            *arguments, runs, configurations.reshape(-1), none, none, H.reshape(-1)
-        )
+        H, none = np.empty((runs, n, n)), np.empty(0)
+        prepared = self.prepare("add_mass_matrix", GRAVITY)
+        flat = configurations.reshape(-1), none, none, H.reshape(-1)
+        prepared.fill(batch_dynamics.fill_dynamics, runs, *flat)
         check_mass_matrices(self.robot, self.links, self.tree, self.bodies, H)
 
     @cached_property

@@ -86,16 +86,13 @@ class LinkTable:
         float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
     ] = None
     effort: Annotated[
-        float | None,
-        Number(above=0),
-        Role.FILE,
-        "Largest torque or force of the drive, in N m or N.",
+        float | None, Number(above=0), "Largest torque or force of the drive, in N m or N."
     ] = None
-    armature: Annotated[float, NOT_NEGATIVE, Role.FILE, "Rotor inertia, in kg m^2 or kg."] = 0.0
+    armature: Annotated[float, NOT_NEGATIVE, "Rotor inertia, in kg m^2 or kg."] = 0.0
     damping: Annotated[
-        float, NOT_NEGATIVE, Role.FILE, "Coefficient of viscous friction, in N m s/rad or N s/m."
+        float, NOT_NEGATIVE, "Coefficient of viscous friction, in N m s/rad or N s/m."
     ] = 0.0
-    friction: Annotated[float, NOT_NEGATIVE, Role.FILE, "Coulomb friction, in N m or N."] = 0.0
+    friction: Annotated[float, NOT_NEGATIVE, "Coulomb friction, in N m or N."] = 0.0
     curve: Annotated[Curve | None, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[
@@ -117,7 +114,7 @@ class LinkTable:
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids of the link, for figures."
     ] = ()
     inertia: Annotated[
-        Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
+        Inertia | None, Table(Inertia), "Mass, centre of mass and moments of inertia."
     ] = None
 
     facts_from: ClassVar[Any] = ("joint",)

@@ -4,8 +4,6 @@ The stages of a program compute one block of runs at a time, so the cost of a co
 depend on their number. The arrays of users are flat.
 """
 
-import numpy as np
-
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, put
 from robsim.kernels.machine.routine import routine
@@ -37,23 +35,20 @@ def _load_runs(x, start, runs, first, largest, block):
 
 
 @kernel
-def allocate_block(constants, rows):
-    """Return a block of rows that is aligned to vector registers, and starts with constants."""
-    memory = np.empty((rows + 1) * WIDTH)
-    start = (-memory.ctypes.data) % (8 * WIDTH) // 8
-    block = memory[start : start + rows * WIDTH]
-    block[: constants.size] = constants
-    return block
+def fill_dynamics(code, block, runs, q, v, a, out):
+    """Compute out[run, :] of runs at coordinates q, with arrays v and a.
 
-
-@kernel
-def fill_dynamics(addresses, at, p, constants, rows, output, runs, q, v, a, out):
-    """Compute out[run, :] from rows that start at `output`, for arrays q, v and a.
-
-    The rows of a block hold q from row 0, then v and a, then constants; all arrays are flat. Return
-    whether all coordinates are usual, and all numbers and results finite. Python must check others.
+    The code holds the number of stages, the first row of the output, the addresses of the stages,
+    the offsets of their numbers, and the numbers. The rows of the block hold q from row 0, then v
+    and a; all arrays are flat. Return whether all coordinates are usual, and all numbers and
+    results finite. Python must check others.
     """
-    block, usual = allocate_block(constants, rows), True
+    stages, output, usual = code[0], code[1], True
+    addresses, at, p = (
+        code[2 : 2 + stages],
+        code[2 + stages : 2 + 2 * stages],
+        code[2 + 2 * stages :],
+    )
     nq, nv, size = q.size // runs, v.size // runs, out.size // runs
     for start in range(0, runs, WIDTH):
         usual = _load_runs(q, start, runs, 0, USUAL_COORDINATE, block) and usual
@@ -69,13 +64,19 @@ def fill_dynamics(addresses, at, p, constants, rows, output, runs, q, v, a, out)
 
 
 @kernel
-def fill_motion(addresses, at, p, constants, rows, steps, q, v, torque, q_out, v_out):
+def fill_motion(code, block, steps, q, v, torque, q_out, v_out):
     """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].
 
-    The stages perform one step. The rows of a block hold q from row 0, then v and the torque. The
-    array torque[run, step, :] has one step if it is constant.
+    The stages perform one step. The code is described in `fill_dynamics`. The rows of a block hold
+    q from row 0, then v and the torque. The array torque[run, step, :] has one step if it is
+    constant.
     """
-    block = allocate_block(constants, rows)
+    stages = code[0]
+    addresses, at, p = (
+        code[2 : 2 + stages],
+        code[2 + stages : 2 + 2 * stages],
+        code[2 + 2 * stages :],
+    )
     runs, nq = q.shape
     nv, held = v.shape[1], torque.shape[1]
     for start in range(0, runs, WIDTH):

@@ -188,13 +188,6 @@ def add_to_diagonal(w, step, n="count", diagonal="n", H="n, n"):
 
 
 @stage
-def add_scaled(w, step, n="count", factor="n", x="n", y="n"):
-    """Add the products of factors and numbers x to numbers y."""
-    for i in range(n):
-        put(w, y + i, get(w, y + i) + get(w, factor + i) * get(w, x + i))
-
-
-@stage
 def merge_mimicking_joints(
     w, step, m="count", n="count", bodies="m, m", H="n, n", each="each: ratio=row; column=whole"
 ):
