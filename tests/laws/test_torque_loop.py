@@ -149,6 +149,26 @@ def test_a_safety_of_velocities_is_refused_in_a_run():
     np.testing.assert_array_equal(run.q.values, plain.q.values)
 
 
+def test_the_controller_has_the_torques_of_the_run_and_its_rows_are_a_log():
+    made = rs.load_scenario(rs.examples.path("torque_planar")).with_(duration=0.2)
+    run, controller, rows = made.run(), rs.Controller(made), []
+    assert controller.command_quantity == "torque"
+    for pixels, q, u, t in zip(
+        run.pixels.values, run.q.values, run.qd.values, run.time.values, strict=True
+    ):
+        command = controller.step(pixels, q, t)
+        np.testing.assert_array_equal(command.torques, u)
+        assert command.velocities.size == 0
+        rows.append(controller.row())
+    held = controller.step(None, run.q.values[-1], float(run.time[-1]) + made.dt, run=False)
+    assert held.phase == "holding" and not held.torques.any()
+    log = rs.logs.read_log(rows, made)
+    np.testing.assert_array_equal(log.qd.values, run.qd.values)
+    assert log.qd.attrs["units"] == "N m"
+    notes = str(rs.explain(log, made))
+    assert "are the commands of this controller" in notes and "cannot separate" not in notes
+
+
 def weigh(arm, q):
     """The mass matrix and the gravity load of an arm, from the Jacobians of its links."""
     M = np.diag([x.joint.armature for x in arm.links if x.joint.kind == "revolute"])

@@ -40,7 +40,7 @@ def list_workload() -> list[WorkloadItem]:
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
     features = (f"task.features={name}" for name in families()["feature"].names)
-    laws = (  # without a drive, a law commands velocities
+    laws = (  # the examples have laws of torques, which need a drive
         f"task.law={name}"
         for name, kind in families()["law"].kinds.items()
         if not any(each.required for each in fields_of(kind))
