@@ -79,5 +79,10 @@ def _simulate_change(change: str) -> None:
     with suppress(InputError):  # the feature needs another target, or two cameras
         one.run()
         q0 = [one.scene.home] * RUNS
-        parts = {"sensing": one.sensing, "actuation": one.actuation}
-        robsim.simulate(one.scene, one.task, q0, dt=one.dt, duration=STEPS * one.dt, **parts)
+        robsim.simulate(
+            *(one.scene, one.task, q0),
+            dt=one.dt,
+            duration=STEPS * one.dt,
+            sensing=one.sensing,
+            actuation=one.actuation,
+        )
