@@ -285,7 +285,7 @@ class Robot(Dynamics):
         The coordinates have the names of the joints, in the order of the file, and links keep their
         names. The shapes of a link are its visual shapes, or its collision shapes if it has no
         visual shapes; opacities and textures are ignored. Mesh files are opened only when they are
-        drawn. The kinematics are read strictly. Shapes and inertias that cannot be used are left
+        drawn. The kinematics are read strictly. Shapes that cannot be used are left
         out, and long names are shortened, with one warning.
 
         Parameters
