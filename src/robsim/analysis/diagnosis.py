@@ -92,7 +92,7 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
         A run with a drive also has its torque, saturation and torque_limit, and
 
         - velocity_error: commanded minus actual velocity of each joint, at the end of the period of
-          the command; 0 at the start.
+          the command; 0 at the start. A law of torques has no velocity_error.
 
         A run with a detector also has variables of at most 200 of its pictures, which are drawn and
         searched again near the true marks:
@@ -167,14 +167,14 @@ def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
 
 def _measure_drives(run: xr.Dataset) -> dict[str, Any]:  # Any: as Dataset accepts variables
     """Return the torques of the drives with their limits, and the errors of the velocities."""
-    commands, rates = run["qd"].values, run["qd_actual"].values
+    torques: dict[str, Any] = {name: run[name].variable for name in TORQUE_NAMES}
+    commands, rates, unit = run["qd"].values, run["qd_actual"].values, run["qd"].attrs["units"]
+    if unit != run["qd_actual"].attrs["units"]:  # a law of torques
+        return torques
     error = np.zeros_like(rates)
     error[1:] = commands[:-1] - rates[1:]
-    attributes = {"units": run["qd"].attrs["units"], "long_name": LAG}
-    return {
-        **{name: run[name].variable for name in TORQUE_NAMES},
-        "velocity_error": (["time", "velocity"], error, attributes),
-    }
+    attributes = {"units": unit, "long_name": LAG}
+    return {**torques, "velocity_error": (["time", "velocity"], error, attributes)}
 
 
 def _lyapunov_function(truth: TrueError | None, rates: Array) -> dict[str, Array]:

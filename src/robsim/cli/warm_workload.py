@@ -52,9 +52,10 @@ def list_workload() -> list[WorkloadItem]:
         for name, kind in families()[noun].kinds.items()
         if not any(each.required for each in fields_of(kind))
     )
+    drives = (f"actuation.drive={name}" for name in families()["drive"].names)
     return [
         *(("example", name) for name in robsim.examples.names()),
-        *(("change", change) for change in (*CHANGES, *features, *laws, *effects)),
+        *(("change", change) for change in (*CHANGES, *features, *laws, *effects, *drives)),
         *(("docstrings", module.name) for module in modules),
     ]
 
@@ -79,5 +80,9 @@ def _simulate_change(change: str) -> None:
         one.run()
         q0 = [one.scene.home] * RUNS
         robsim.simulate(
-            *(one.scene, one.task, q0), dt=one.dt, duration=STEPS * one.dt, sensing=one.sensing
+            *(one.scene, one.task, q0),
+            dt=one.dt,
+            duration=STEPS * one.dt,
+            sensing=one.sensing,
+            actuation=one.actuation,
         )

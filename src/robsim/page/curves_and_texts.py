@@ -126,7 +126,7 @@ def _build_torque_panels(run: RunVariables, colors: list[str]) -> list[CurvePane
     names, own = run["velocity"].values[joints].tolist(), [colors[i] for i in joints]
     limited = (run["saturation"].values[:, joints] > 0.0).astype(np.uint32)
     unit, torques = str(run["torque"].attrs.get("units", "")), run["torque"].values[:, joints]
-    return [CurvePanel("torques", unit, names, own, torques, limited=limited)]
+    return [CurvePanel("drive torques", unit, names, own, torques, limited=limited)]
 
 
 def list_run_events(run: xr.Dataset) -> list[Entry]:

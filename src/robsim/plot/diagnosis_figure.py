@@ -213,6 +213,9 @@ def _draw_torques(axes: Axes, result: xr.Dataset) -> None:
 
 def _draw_velocity_errors(axes: Axes, result: xr.Dataset) -> None:
     """Draw the commanded minus the actual velocities of the driven joints over time."""
+    if "velocity_error" not in result:
+        axes.text(0.5, 0.5, "the law commands torques", transform=axes.transAxes, ha="center")
+        return
     time, error = result["time"].values, result["velocity_error"].values
     driven = np.flatnonzero(~np.isnan(result["torque_limit"].values))
     for i, joint in enumerate(driven):

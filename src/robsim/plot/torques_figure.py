@@ -93,8 +93,8 @@ def torques(
     """Draw the torque of every driven joint of a single run over time (s), in N m or N.
 
     The periods in which the drive limits the torque are shaded. The title of a panel states the
-    largest torque, which is a dashed line if the torque comes near. Each panel has its own scale, because the torques
-    of the first joint of an arm are many times the torques of the last.
+    largest torque, which is a dashed line if the torque comes near. Each panel has its own scale,
+    because the torques of the first joint of an arm are many times the torques of the last.
 
     Parameters
     ----------

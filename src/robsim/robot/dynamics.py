@@ -194,7 +194,7 @@ class Dynamics(Kinematics):
         ------
         InputError
             If the shapes do not fit, a joint has no dynamics, or the mass matrix is not positive
-            definite. The message names the joint and its links.
+            definite at q. The message names the joint and its links.
 
         Examples
         --------
@@ -333,7 +333,7 @@ class Dynamics(Kinematics):
         prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
             prepared.fill(batch_dynamics.fill_motion, count, *arrays, *results)
-        if not all(np.isfinite(x).all() for x in results):
+        if not all((np.abs(x) <= batch_dynamics.LARGEST).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
@@ -407,7 +407,9 @@ class Dynamics(Kinematics):
             self.coordinates(arrays[0], limits=False)
         for x, name in zip(arrays[1:], _OTHERS, strict=False):
             as_floats(x, name, (self.nv,))
-        if not np.isfinite(out).all():
+        invalid = ~(np.abs(out) <= batch_dynamics.LARGEST).reshape((*arrays[0].shape[:-1], -1))
+        if invalid.any():
+            self._dynamics.check_positive(arrays[0][invalid.any(axis=-1)][:1])
             raise InputError("q, v and a: too large, so that the result is not finite")
 
     @cached_property
@@ -418,7 +420,7 @@ class Dynamics(Kinematics):
 
     @cached_property
     def _has_positive_mass(self) -> bool:
-        """True; InputError unless the mass matrix is positive definite at some configurations."""
+        """True; InputError unless the mass matrix is positive definite in some configuration."""
         dynamics = self._dynamics
         home = np.broadcast_to(self.home, (len(dynamics.probes), self.nq))
         dynamics.check_positive(self.integrate(home, dynamics.probes, 1.0))

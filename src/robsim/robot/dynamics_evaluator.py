@@ -19,7 +19,12 @@ from robsim.kernels.machine.program import Program
 from robsim.robot.dynamics_stages import GRAVITY, DynamicsStages
 from robsim.robot.link import Link
 from robsim.robot.rigid_bodies import RigidBodies
-from robsim.robot.robot_weights import check_mass_matrices, collect_bodies, sum_armatures
+from robsim.robot.robot_weights import (
+    collect_bodies,
+    describe_singular_joint,
+    find_singular_joint,
+    sum_armatures,
+)
 from robsim.robot.tree import Tree
 
 Gravity = Sequence[float] | Array
@@ -198,13 +203,17 @@ class DynamicsEvaluator:
         return PreparedDynamics(parts.program, output, parts.stages.gravity, local)
 
     def check_positive(self, configurations: Array) -> None:
-        """Raise InputError unless the mass matrix is positive definite at configurations."""
+        """Raise InputError if no mass matrix at configurations (runs, nq) is positive definite."""
         n, runs = self.bodies.n, len(configurations)
         H, none = np.empty((runs, n, n)), np.empty(0)
-        prepared = self.prepare("add_mass_matrix", GRAVITY)
         flat = configurations.reshape(-1), none, none, H.reshape(-1)
+        prepared = self.prepare("add_mass_matrix", GRAVITY)
         prepared.fill(batch_dynamics.fill_dynamics, runs, *flat)
-        check_mass_matrices(self.robot, self.links, self.tree, self.bodies, H)
+        joints = [find_singular_joint(self.bodies, matrix) for matrix in H]
+        if joints and all(joint is not None for joint in joints):
+            raise InputError(
+                describe_singular_joint(self.robot, self.links, self.tree, joints[0] or 0)
+            )
 
     @cached_property
     def probes(self) -> Array:

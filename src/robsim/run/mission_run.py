@@ -16,7 +16,12 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-OF_LEGS = ("q", "qd", "torque", "saturation")  # variables of the record of a mission, if a leg has them
+OF_LEGS = (
+    "q",
+    "qd",
+    "torque",
+    "saturation",
+)  # variables of the record of a mission, if a leg has them
 
 
 @dataclass(frozen=True, eq=False)

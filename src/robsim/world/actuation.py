@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from robsim.base.arrays import is_any_nonzero
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, Time, described
+from robsim.declare import DeclaredValue, Quantity, described
 from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -32,6 +32,21 @@ from robsim.world.imperfections.rate_limits import (
 )
 from robsim.world.payload import PAYLOADS, Payload
 
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
+
+@dataclass(frozen=True)
+class SubStep(Quantity):
+    """Declaration of a sub-step, which has no slider: few lengths divide a period."""
+
+    __hash__ = Quantity.__hash__
+
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
+        return ()
+
+
+SUB_STEP = SubStep(above=0, dimension="time")
 DEFAULT_STEP = 1e-3  # seconds
 
 
@@ -70,7 +85,7 @@ class Actuation(DeclaredValue):
         "Drive that computes torques; None: the joints follow their commands without dynamics.",
     ] = None
     step: Annotated[
-        float, Time(above=0), "Length of a sub-step of the dynamics, which divides the period."
+        float, SUB_STEP, "Length of a sub-step of the dynamics, which divides the period."
     ] = DEFAULT_STEP
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
