@@ -431,6 +431,13 @@ def powered(drive, **more):
     return world(ARM_SERVO, actuation={"drive": drive, **more}), ("actuation", "drive")
 
 
+def pushed(*path):
+    """An arm whose law commands torques, with a place in its tables."""
+    law = {"kind": "torque", "stiffness": 40.0, "saturation": 0.05}
+    drive = {"kind": "torque_input", "damping": [20.0] * 7}
+    return world(part("law", law, ARM)[0], actuation={"drive": drive}), path
+
+
 def rail(curve):
     link = {"name": "cart", "joint": "rail", "curve": curve}
     made, path = make_driven_robot(link, home=["5 cm"], tip="cart", by={"cart": "9 cm"})
@@ -700,6 +707,8 @@ RECIPES = {
             {"body": ["panda.link5"], "end": ["panda.link4"]},
         )
     ],
+    "law torque": [pushed("task", "law")],
+    "drive torque_input": [(*pushed("actuation", "drive"), OF_DRIVE)],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
     "law rollout": [(*part("law", ROLLOUT, HALF_TURN, goal=ABOVE), OF_ROLLOUT)],
     "secondary motion avoid_limits": [part("secondary", SHAPED["secondary"], ARM)],
@@ -1027,7 +1036,10 @@ RECIPES = {
     "Occlusion": [
         (world(WHOLE, sensing=HIDDEN), ("sensing", "occlusions", 0), {"camera": ["second"]})
     ],
-    "Actuation": [(world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION)],
+    "Actuation": [
+        (world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION),
+        (powered("computed_torque")[0], ("actuation",), {"payloads": [[LOAD]], "step": ["5 ms"]}),
+    ],
     "Safety": [
         (
             world(ARM_SERVO, safety={"ramp": "0.2 s"}, sensing={"dropped": 0.6}),

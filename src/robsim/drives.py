@@ -2,10 +2,10 @@
 
 from robsim.world.drives.computed_torque import ComputedTorque as ComputedTorque
 from robsim.world.drives.computed_torque import GravityCompensatedPD as GravityCompensatedPD
+from robsim.world.drives.drive_rows import DriveRows as DriveRows
+from robsim.world.drives.drive_rows import DriveState as DriveState
 from robsim.world.drives.industrial_servo import IndustrialServo as IndustrialServo
 from robsim.world.drives.joint_drive import DriveModel as DriveModel
-from robsim.world.drives.joint_drive import DriveRows as DriveRows
-from robsim.world.drives.joint_drive import DriveState as DriveState
 from robsim.world.drives.joint_drive import JointDrive as JointDrive
 from robsim.world.drives.joint_drive import OwnDrive as OwnDrive
 from robsim.world.drives.position_loop import PositionLoop as PositionLoop

@@ -13,6 +13,7 @@ from robsim.servo.laws.law import CameraLaw as CameraLaw
 from robsim.servo.laws.law import JointLaw as JointLaw
 from robsim.servo.laws.partitioned_law import PartitionedLaw as PartitionedLaw
 from robsim.servo.laws.rollout_law import RolloutLaw as RolloutLaw
+from robsim.servo.laws.torque_law import TorqueLaw as TorqueLaw
 from robsim.servo.shaping.command_shaper import LargeProjection as LargeProjection
 from robsim.servo.shaping.redundancy import AvoidLimits as AvoidLimits
 from robsim.servo.shaping.redundancy import Posture as Posture

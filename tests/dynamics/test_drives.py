@@ -299,8 +299,8 @@ ERRORS = {
         "released at 1 s, expected a time after 2 s",
     ),
     "payload alone": (
-        lambda: rs.Actuation(payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
-        "give a drive",
+        lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
+        "actuation: payloads act on joints with a drive",
     ),
     "no method": (lambda: rs.Actuation(drive=object()), "drive"),
     "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),
@@ -324,3 +324,42 @@ def test_wrong_drives_are_refused_by_name(case):
     make, message = ERRORS[case]
     with pytest.raises(rs.errors.InputError, match=message.replace("(", r"\(")):
         make()
+
+
+def test_a_joint_on_a_turning_vehicle_is_flung_outward():
+    """A free slide on a vehicle that turns at w obeys r'' = w^2 r, so r = r0 cosh(w t)."""
+    w, r0 = 1.5, 0.3
+    base = rs.Robot("cart", [Link("ground"), Link("body", "ground", Joint("unicycle"))])
+    along = Joint("prismatic", place=rs.Pose.at(rpy=(0, np.pi / 2, 0)))  # along x of the cart
+    body = Inertia(1.0, tensor=np.eye(3) * 1e-3)
+    slide = rs.Robot(
+        "slide", [Link("rail"), Link("bead", "rail", along, inertia=body)], on="cart.body"
+    )
+    scene = rs.Scene([base, slide], motions=[rs.Motion("cart", rates=[0.0, w])])
+    task = rs.FollowJoints(by={"bead": 0.0}, gain=1e-9, duration=0.1)
+    errors = []
+    for dt in (0.01, 0.005):
+        run = rs.simulate(
+            scene,
+            task,
+            {"cart": [0.4, -0.2, 0.3], "slide": [r0]},
+            dt=dt,
+            duration=0.6,
+            hold=True,
+            actuation=rs.Actuation(drive=Force((0.0,)), step=dt / 10),
+        )
+        errors.append(run.q.values[-1, 3] - r0 * np.cosh(0.6 * w))
+    assert abs(errors[0]) < 2e-3
+    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.1)
+
+
+def test_an_object_on_the_robot_is_a_load():
+    box = rs.Object("box", shapes=rs.Block(0.1, 0.1, 0.1, mass=0.5), on="lift.cage")
+    robot, drive = build_lift(mass=2.0), rs.drives.GravityCompensatedPD(frequency=20.0)
+    task = rs.FollowJoints(by={"cage": 0.0}, gain=1e-9, duration=0.1)
+    settings = {"dt": 0.01, "duration": 1.0, "hold": True}
+    run = rs.simulate(
+        rs.Scene([robot], [box]), task, **settings, actuation=rs.Actuation(drive=drive)
+    )
+    np.testing.assert_allclose(run.torque.values[-1], 2.5 * G, rtol=1e-6)
+    np.testing.assert_allclose(run.q.values[:, 0], 0.0, atol=1e-9)  # the start holds the load

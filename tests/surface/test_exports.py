@@ -11,7 +11,7 @@ import pytest
 from front_door import public_objects
 
 import robsim as rs
-from robsim import plot
+from robsim import page, plot
 from robsim.cli import commands
 
 PACKAGE = Path(rs.__file__).parent
@@ -123,6 +123,7 @@ NAMES = [name if module == "robsim" else f"{module}.{name}" for module, name in 
 
 
 def value(path):
+    assert page  # a module that the package does not list
     found = rs
     for name in path.split("."):
         found = getattr(found, name)

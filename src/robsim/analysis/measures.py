@@ -118,12 +118,12 @@ def peak_turn_rate(data: RecordedRuns) -> Array:
 
 def effort_linear(data: RecordedRuns) -> Array:
     """The integral of the squared commanded velocities in m/s, in m^2/s; NaN without any."""
-    return _integrate_unit(data, "m/s", data.qd[:, :-1] ** 2)
+    return _integrate_effort(data, "m/s")
 
 
 def effort_angular(data: RecordedRuns) -> Array:
     """The integral of the squared commanded velocities in rad/s, in rad^2/s; NaN without any."""
-    return _integrate_unit(data, "rad/s", data.qd[:, :-1] ** 2)
+    return _integrate_effort(data, "rad/s")
 
 
 def travel_linear(data: RecordedRuns) -> Array:
@@ -223,6 +223,13 @@ def _joint_speeds(data: RecordedRuns) -> Array:
     """Return joint speeds (nv, M - 1) between instants; the mean of both ends if joints lag."""
     speeds = np.abs(data.velocities)
     return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in data.run else speeds[:, :-1]
+
+
+def _integrate_effort(data: RecordedRuns, unit: str) -> Array:
+    """Return the integral of the squared commanded velocities; NaN for commands of torques."""
+    if data.run["qd"].attrs.get("units", "").startswith("N"):
+        return np.full(data.runs, np.nan)
+    return _integrate_unit(data, unit, data.qd[:, :-1] ** 2)
 
 
 def _integrate_unit(data: RecordedRuns, unit: str, values: Array) -> Array:

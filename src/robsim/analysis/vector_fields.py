@@ -21,6 +21,7 @@ from robsim.servo.camera_target import CameraTarget, PairKey, compute_relative_p
 from robsim.servo.command import Command
 from robsim.servo.goals.goal_pictures import draw_exact_pictures
 from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.command_quantity import require_velocity_laws
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.servo_controller import ServoController
@@ -85,6 +86,7 @@ class VectorField:
                 f"{who}: the command of this task depends on earlier instants "
                 f"({part}), not on the state alone; leave it out"
             )
+        require_velocity_laws(list(_list_laws(task)), who)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the binding of the task gives it
             if uses_pictures(task):  # a picture has a border, and marks may leave it
@@ -284,6 +286,14 @@ def _list_memories(task: Any) -> Iterator[str]:
             yield f"{name}={kind.__name__}(...)"
     if getattr(task, "smooth_start", None) is not None:
         yield f"smooth_start={task.smooth_start:g}"
+
+
+def _list_laws(task: Any) -> Iterator[object]:
+    """Yield the laws of a task and of its inner tasks."""
+    if (law := getattr(task, "law", None)) is not None:
+        yield law
+    for part in getattr(task, "inner", ()):
+        yield from _list_laws(part)
 
 
 def _remove_belief_borders(task: Any) -> Any:

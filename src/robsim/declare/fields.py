@@ -62,7 +62,7 @@ class Role(Enum):
     Examples
     --------
     >>> [role.value for role in Role]
-    ['run', 'label', 'figure', 'robot', 'file']
+    ['run', 'label', 'figure', 'robot', 'file', 'drive']
     """
 
     RUN = "run"
@@ -70,6 +70,7 @@ class Role(Enum):
     FIGURE = "figure"  # content of figures and pictures: housings, solids of links
     ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
     FILE = "file"  # content of files for other simulators only: names of meshes, speeds of joints
+    DRIVE = "drive"  # dynamics, without effect on joints without a drive: masses, friction
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.dynamics_stages import DynamicsStages
-from robsim.world.drives.joint_drive import DriveRows
+from robsim.world.drives.drive_rows import DriveRows
 
 if TYPE_CHECKING:
     from robsim.engine.plant import Plant
@@ -48,7 +48,9 @@ class DriveStages:
         self.net, self.diagonal, self.a, self.h = rows(n), rows(n), rows(n), rows()
         self.unstable, self.count = rows(), constant(float(joints.parts))
         numbers = [joints.numbers(part) for part in ("armature", "damping", "friction")]
-        self.armature, self.damping, self.friction = (constant(each) for each in numbers)
+        self.armature, self.damping, self.friction = (
+            self.program.numbers(each, 1) for each in numbers
+        )
         self.dynamics = DynamicsStages(self.program, joints.bodies, self.q)
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
         self.drive_rows = self._make_drive_rows(weights)

@@ -20,7 +20,8 @@ from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
 from robsim.world.actuation import Actuation
-from robsim.world.drives.joint_drive import JointDrive, spread_over_joints
+from robsim.world.drives.drive_rows import spread_over_joints
+from robsim.world.drives.joint_drive import JointDrive
 from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 
@@ -85,8 +86,8 @@ class DrivenJoints:
         return [each.coordinate for each in self.joints]
 
     def numbers(self, part: str) -> Array:
-        """Return armature, damping or friction (n,) of the joints."""
-        return np.array([getattr(each.joint, part) or 0.0 for each in self.joints])
+        """Return armature, damping or friction (n,) or (n, runs) of the joints."""
+        return np.stack(np.broadcast_arrays(*(getattr(each.joint, part) for each in self.joints)))
 
     @cached_property
     def limits(self) -> Array:
@@ -110,7 +111,8 @@ class DrivenJoints:
         """Raise InputError unless the torque limits and loads fit, and all joints move a mass."""
         _ = self.limits, self.payloads
         M = np.moveaxis(self.mass_matrix.reshape(*self.mass_matrix.shape[:2], -1), -1, 0)
-        values, vectors = np.linalg.eigh(M + np.diag(self.numbers("armature")))
+        armature = self.numbers("armature").reshape(len(self.joints), -1).T
+        values, vectors = np.linalg.eigh(M + armature[:, :, None] * np.eye(len(self.joints)))
         weak = values[:, 0] <= LEAST_INERTIA * values[:, -1]
         if weak.any():
             joint = self.joints[int(np.argmax(np.abs(vectors[weak][0, :, 0])))]

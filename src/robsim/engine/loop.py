@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.declare.problems import prefix_path
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
-from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.command_checks import check_command_quantity
 from robsim.engine.endings import Ending
 from robsim.engine.image_stream import ImageStream, check_sensing
 from robsim.engine.outcome import Outcome
@@ -29,6 +30,9 @@ from robsim.servo.task_controller import TaskController
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
+
+if TYPE_CHECKING:
+    from robsim.engine.driven_joints import DrivenJoints
 
 BURST = 64  # largest number of compiled steps between two checks for a stop
 LOOK = 0.05  # approximate seconds between these checks
@@ -70,9 +74,12 @@ class Loop:
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
         if self.actuation.drive is not None:
+            from robsim.engine.driven_joints import DrivenJoints  # late: few runs have drives
+
             moved = self.actuation, controller.columns, self.dt
             self.driven = DrivenJoints.of(scene, *moved)
             self.driven.check()
+        check_command_quantity(controller, self.driven, self.guard)
         if pictured := controller.picture_sights:
             from robsim.engine.mark_detection import check_detection  # late: they import renderers
             from robsim.engine.picture_taking import check_pictures

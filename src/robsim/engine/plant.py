@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
-from robsim.engine.drive_stages import DriveStages
-from robsim.engine.driven_joints import DrivenJoints
 from robsim.kernels.bodies import integration
 from robsim.kernels.bodies.actuator_response import follow_commands
 from robsim.kernels.control.control_law import copy_rows
@@ -23,6 +23,10 @@ from robsim.robot.integration_stages import (
 from robsim.world.actuation import Actuation
 from robsim.world.imperfections.joint_effect import JointEffectStage, JointRows
 from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    from robsim.engine.drive_stages import DriveStages
+    from robsim.engine.driven_joints import DrivenJoints
 
 
 class Plant:
@@ -56,7 +60,13 @@ class Plant:
         self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
         self.placed = FKStages(program, self.scene.tree.joints, self.q)
-        self.driven = None if driven is None else DriveStages(self, driven)
+        self.driven = None if driven is None else self._bind_drives(driven)
+
+    def _bind_drives(self, driven: DrivenJoints) -> DriveStages:
+        """Return the stages of the driven joints."""
+        from robsim.engine.drive_stages import DriveStages  # late: few runs have drives
+
+        return DriveStages(self, driven)
 
     def move(self) -> None:
         """Add the stages of a period: the joints move as commanded at the previous step."""

@@ -11,7 +11,7 @@ from robsim.engine.endings import ControlInstant, Ending, find_first_ending
 from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
 from robsim.engine.recorder import OutcomeRows
-from robsim.kernels.dynamics.joint_drives import judge_stability
+from robsim.features.feature_rows import select_rows
 from robsim.kernels.linear_algebra.svd import count_truncation_rows
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
@@ -52,13 +52,9 @@ class TerminationChecks:
         if command.step is not None:
             add(outcome_rules.include_step, share=command.step, tolerance=tolerance, size=size)
         task = {"A": command.task_jacobian, "scale": scale}
-        paced_task = {
-            **task,
-            "qd": command.qd,
-            "pace": program.number(c.pace),
-            "tolerance": tolerance,
-        }
-        add(outcome_rules.count_still_periods, **paced_task, periods=self.still)
+        paced_task = {**task, "pace": program.number(c.pace), "tolerance": tolerance}
+        commanded, moving_at = self._find_rates(plant, command)
+        add(outcome_rules.count_still_periods, **paced_task, qd=moving_at, periods=self.still)
         moving = self._moving_frame(plant, images)
         status = add_maximum(program, [images.status, command.status])
         assert status is not None
@@ -104,6 +100,7 @@ class TerminationChecks:
             add(
                 outcome_rules.defer_convergence,
                 **paced_task,
+                qd=commanded,
                 size=size,
                 age=images.age,
                 periods=program.rows(),
@@ -112,12 +109,25 @@ class TerminationChecks:
                 rates=rates,
             )
         if plant.driven is not None:
+            from robsim.kernels.dynamics.joint_drives import judge_stability  # late: needs a drive
+
             code = program.constant(kernels.UNSTABLE)
             add(judge_stability, unstable=plant.driven.unstable, code=code, outcome=outcome)
         if self.endings:
             program.call(
                 lambda blocks, step: self._check_endings(blocks, step, plant, images, command)
             )
+
+    def _find_rates(self, plant: Plant, command: ControllerOutputs) -> tuple[BlockRows, BlockRows]:
+        """Return the rows of the velocities to reach, and of those that show a standstill.
+
+        Both are the command of a law of velocities. A law of torques reaches its goal at rest, and
+        its joints stand still when their own velocities do.
+        """
+        if self.controller.command_quantity == "velocity":
+            return command.qd, command.qd
+        own = select_rows(self.program, plant.rates, self.controller.columns)
+        return self.program.constant(np.zeros(command.qd.size)), own
 
     @property
     def outcome_rows(self) -> OutcomeRows:

@@ -108,7 +108,8 @@ def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
     check_is_scene(scene)
     _check_run_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
-    return np.asarray(np.einsum("ijt,tj->ti", scene.tree.jacobian(bodies, frame), run["qd"].values))
+    rates = run["qd_actual" if "qd_actual" in run else "qd"].values
+    return np.asarray(np.einsum("ijt,tj->ti", scene.tree.jacobian(bodies, frame), rates))
 
 
 def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:

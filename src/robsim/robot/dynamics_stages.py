@@ -153,6 +153,14 @@ class DynamicsStages:
         if each:
             self.program.add(articulated_bodies.accelerate_joints, each=each)
 
+    def add_potential_energy(self, energy: BlockRows) -> None:
+        """Add the stage of the potential energy in a single row, if the carriers do not turn."""
+        each = [(*self._head(i)[1:], self.inertias[i]) for i in range(len(self.states))]
+        gravity = self.gravity
+        self.program.add(
+            composite_bodies.compute_potential_energy, gravity=gravity, energy=energy, each=each
+        )
+
     def _solve_forward(
         self, v: BlockRows, tau: BlockRows, diagonal: BlockRows | None, a: BlockRows
     ) -> None:

@@ -176,7 +176,7 @@ class _BodyChoice:
                 i, first = member.body, self.coordinates[member.q.start]
                 kind = find_kind(member.kind, self._name_frame(i))
                 moved[i] = RigidBody(0, kind, i, first, self.velocities[member.v.start])
-        for i, body in enumerate(tree.joints.bodies):
+        for i, body in enumerate(tree.joints.bodies[1:], 1):
             tie = self._follow_mimics(body.x - tree.nq) if body.x >= tree.nq else None
             if tie is not None:
                 source, ratio, offset = tie
@@ -258,7 +258,7 @@ def measure_moments(inertia: Inertia, pose: Array) -> Array:
     Parameters
     ----------
     inertia : Inertia
-        Inertia in the frame.
+        Inertia in the frame. Its mass may differ from run to run.
     pose : ndarray of shape (..., 4, 4)
         Poses of the frame in the body.
 
@@ -267,13 +267,14 @@ def measure_moments(inertia: Inertia, pose: Array) -> Array:
     ndarray of shape (10,) or (10, ...)
         Entries of `RigidBodies.inertias`.
     """
-    R, m = pose[..., :3, :3], inertia.mass
+    R, mass = pose[..., :3, :3], np.asarray(inertia.mass, dtype=np.float64)  # () or (runs,)
+    m = mass[..., None]
     c = (R * inertia.centre).sum(axis=-1) + pose[..., :3, 3]
     first = (R[..., :, :, None] * inertia.tensor).sum(axis=-2)
     tensor = (first[..., :, None, :] * R[..., None, :, :]).sum(axis=-1)
-    tensor = tensor + m * ((c * c).sum(axis=-1)[..., None, None] * np.eye(3))
-    tensor = tensor - m * c[..., :, None] * c[..., None, :]
+    tensor = tensor + m[..., None] * ((c * c).sum(axis=-1)[..., None, None] * np.eye(3))
+    tensor = tensor - m[..., None] * c[..., :, None] * c[..., None, :]
     rows, columns = np.triu_indices(3)
-    mass = np.broadcast_to(np.float64(m), (*c.shape[:-1], 1))
-    result = np.concatenate([mass, m * c, tensor[..., rows, columns]], axis=-1)
+    masses = np.broadcast_to(m, (*tensor.shape[:-2], 1))
+    result = np.concatenate([masses, m * c, tensor[..., rows, columns]], axis=-1)
     return np.moveaxis(result, -1, 0)

@@ -22,6 +22,7 @@ from robsim.run import end_variables
 from robsim.run.task_error import make_error_variables
 from robsim.servo.camera_target import CameraTarget
 from robsim.servo.goals.goal import GoalFeatures, GoalPose
+from robsim.servo.laws.command_quantity import UNITS as UNITS_OF_COMMANDS
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene
@@ -74,6 +75,7 @@ DESCRIPTIONS = {
     "slack": "excess of the command over a constraint that gave way",
     "torque": "torques of the drives in the step before the instant; at first, to hold the robot",
     "saturation": "share of the last period in which the torque of a drive was limited",
+    "torque_limit": "largest torque of each drive; infinite without a limit, NaN without a drive",
     "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
@@ -120,7 +122,7 @@ def _make_recorded_variables(
             **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
             **({"normal_factor": series.factors} if series.factors.shape[-1] else {}),
             **({"active": series.active, "slack": series.slack} if series.active.shape[-1] else {}),
-            **_make_drive_variables(series),
+            **_make_drive_variables(loop, series),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -143,10 +145,14 @@ def _make_recorded_variables(
     )
 
 
-def _make_drive_variables(series: RecordedSeries) -> dict[str, Array]:
-    """Return the torques of drives and their saturation, if there are drives."""
-    has_drives = series.torque.shape[-1] > 0
-    return {"torque": series.torque, "saturation": series.saturation} if has_drives else {}
+def _make_drive_variables(loop: Loop, series: RecordedSeries) -> dict[str, Array]:
+    """Return the torques of drives, their saturation and their limits, if there are drives."""
+    driven = loop.driven
+    if driven is None:
+        return {}
+    limits = np.full(loop.scene.nv, np.nan)
+    limits[driven.velocities] = driven.limits
+    return {"torque": series.torque, "saturation": series.saturation, "torque_limit": limits}
 
 
 def _make_varied_variable(name: str, values: Array) -> tuple[tuple[str, ...], Array]:
@@ -307,13 +313,16 @@ def _make_variable_attributes(
         **UNITS,
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
-        "torque": TORQUE_UNITS.get(unit_q, "N m, N"),
+        **_make_torque_units(controller, scene),
+        **dict.fromkeys(("torque", "torque_limit"), TORQUE_UNITS.get(unit_q, "N m, N")),
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }
     attributes: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
     }
+    if controller.command_quantity == "torque":
+        attributes["qd"] |= {"long_name": "commanded torques, held for one period"}
     for name in ("camera_pose", "camera_velocity", "frame_pose", "frame_velocity"):
         attributes[name]["frame"] = controller.frame
     attributes["goal_pose"] |= end_variables.make_goal_attributes(controller)
@@ -321,6 +330,14 @@ def _make_variable_attributes(
         attributes["path_length"] |= {"long_name": "path length of the moved frame"}
     attributes["outcome"] |= _make_flag_attributes([each.name for each in Outcome], 0)
     return attributes
+
+
+def _make_torque_units(controller: TaskController, scene: Scene) -> dict[str, str]:
+    """Return the unit of the commands of a law of torques; none for a law of velocities."""
+    if controller.command_quantity == "velocity":
+        return {}
+    slides = {scene.velocity_units[i] == "m/s" for i in controller.columns}
+    return {"qd": "N, N m" if len(slides) > 1 else UNITS_OF_COMMANDS["torque"][slides.pop()]}
 
 
 def _make_flag_attributes(names: Sequence[str], first: int) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from robsim.servo.constraints.constraint_stages import BoundConstraints
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.feature_stages import FACTOR
 from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.command_quantity import CommandQuantity, get_command_quantity
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
@@ -51,6 +52,11 @@ class ServoController(TaskController):
     weighting: tuple[Weighting | MarkWeighting, ...] = ()
     detector: MarkDetector | None = None
     constraints: BoundConstraints | None = None
+
+    @property
+    def command_quantity(self) -> CommandQuantity:
+        """Quantity of the command, of velocities or torques."""
+        return get_command_quantity(self.law)
 
     @property
     def constraint_labels(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from robsim.base.arrays import Array
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.command import Decision
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.laws.command_quantity import CommandQuantity
 from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.scene import Scene
 
@@ -65,6 +66,11 @@ class TaskController(ABC):
     @abstractmethod
     def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
         """Add the stages of one instant to a program; return the rows that they write."""
+
+    @property
+    def command_quantity(self) -> CommandQuantity:
+        """Quantity of the command, of velocities or torques."""
+        return "velocity"
 
     @property
     def has_weights(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from robsim.base.arrays import is_any_nonzero
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, Time, described
+from robsim.declare import DeclaredValue, Quantity, described
 from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -31,6 +31,23 @@ from robsim.world.imperfections.rate_limits import (
     VelocityLimit,
 )
 from robsim.world.payload import PAYLOADS, Payload
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
+
+@dataclass(frozen=True)
+class SubStep(Quantity):
+    """Declaration of a sub-step, which has no slider: few lengths divide a period."""
+
+    __hash__ = Quantity.__hash__
+
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
+        return ()
+
+
+SUB_STEP = SubStep(above=0, dimension="time")
+DEFAULT_STEP = 1e-3  # seconds
 
 
 @described
@@ -68,8 +85,8 @@ class Actuation(DeclaredValue):
         "Drive that computes torques; None: the joints follow their commands without dynamics.",
     ] = None
     step: Annotated[
-        float, Time(above=0), "Length of a sub-step of the dynamics, which divides the period."
-    ] = 1e-3
+        float, SUB_STEP, "Length of a sub-step of the dynamics, which divides the period."
+    ] = DEFAULT_STEP
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
@@ -84,7 +101,7 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
             drive: JointDrive | OwnDrive | None = None,
-            step: float = 1e-3,
+            step: float = DEFAULT_STEP,
             payloads: Payload | Sequence[Payload] = (),
         ) -> None: ...
 
@@ -95,16 +112,14 @@ class Actuation(DeclaredValue):
         self._check_drive()
 
     def _check_drive(self) -> None:
-        """Raise InputError for numbers that a drive replaces, or that act with a drive alone."""
+        """Raise InputError for numbers that a drive replaces."""
         if self.drive is None:
-            if self.payloads:
-                raise InputError("actuation: payloads act on joints with a drive; give a drive")
             return
         idle = [each for each in ("velocity", "acceleration") if getattr(self, each) is not None]
         idle += ["lag"] * is_any_nonzero(self.lag)
         if idle:
             raise InputError(
-                f"actuation: a drive and {' and '.join(idle)}; give a drive alone, whose torques "
+                f"a drive and {' and '.join(idle)}; give a drive alone, whose torques "
                 "determine the response of the joints"
             )
 
@@ -140,6 +155,9 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
+            if self.drive is None and (self.payloads or self.step != DEFAULT_STEP):
+                idle = "payloads act" if self.payloads else "the step acts"
+                raise InputError(f"{idle} on joints with a drive; give a drive")
             self.response(len(velocities))
 
 

@@ -8,14 +8,15 @@ from robsim.kernels.dynamics.body_rows import (
     ACCELERATION_BIAS,
     AXIS_FORCE,
     AXIS_MOMENT,
-    BIAS_FORCE,
-    BIAS_MOMENT,
     COMPLIANCE,
     COUPLING,
     EXCESS,
     FIRST_MOMENT,
+    FORCE,
+    IMPOSSIBLE,
     MASS,
     MASSES,
+    MOMENT,
     MOMENTS,
     POSITION,
     RATE_BIAS,
@@ -35,7 +36,7 @@ from robsim.kernels.formulas.lane_vectors import (
     times_transpose,
 )
 from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.lanes import align_stack, get, put
+from robsim.kernels.machine.lanes import align_stack, get, put, where
 from robsim.kernels.machine.stages import stage
 
 
@@ -67,10 +68,10 @@ def _start_articulated(w, s, inertia):
     hx, hy, hz = get_vector(w, inertia + FIRST_MOMENT)
     ux, uy, uz = cross_product(ox, oy, oz, hx, hy, hz)
     cx, cy, cz = cross_product(ox, oy, oz, ux, uy, uz)
-    put_vector(w, s + BIAS_FORCE, cx, cy, cz)
+    put_vector(w, s + FORCE, cx, cy, cz)
     ux, uy, uz = times_symmetric(w, inertia + SECOND_MOMENT, ox, oy, oz)
     cx, cy, cz = cross_product(ox, oy, oz, ux, uy, uz)
-    put_vector(w, s + BIAS_MOMENT, cx, cy, cz)
+    put_vector(w, s + MOMENT, cx, cy, cz)
     for k in range(6):
         put(w, s + MOMENTS + k, get(w, inertia + SECOND_MOMENT + k))
     put_vector(w, s + COUPLING, 0.0, -hz, hy)
@@ -86,16 +87,16 @@ def _release_joint(w, s, kind, tau, diagonal):
     if kind == REVOLUTE:
         nx, ny, nz = get(w, s + MOMENTS + 2), get(w, s + MOMENTS + 4), get(w, s + MOMENTS + 5)
         fx, fy, fz = get_vector(w, s + COUPLING + 6)
-        d, bias = nz, get(w, s + BIAS_MOMENT + 2)
+        d, bias = nz, get(w, s + MOMENT + 2)
     else:
         nx, ny, nz = get(w, s + COUPLING + 2), get(w, s + COUPLING + 5), get(w, s + COUPLING + 8)
         fx, fy, fz = get(w, s + MASSES + 2), get(w, s + MASSES + 4), get(w, s + MASSES + 5)
-        d, bias = fz, get(w, s + BIAS_FORCE + 2)
+        d, bias = fz, get(w, s + FORCE + 2)
     if diagonal >= 0:
         d = d + get(w, diagonal)
     put_vector(w, s + AXIS_MOMENT, nx, ny, nz)
     put_vector(w, s + AXIS_FORCE, fx, fy, fz)
-    put(w, s + COMPLIANCE, 1.0 / d)
+    put(w, s + COMPLIANCE, where(d > 0.0, 1.0 / d, IMPOSSIBLE))
     put(w, s + EXCESS, get(w, tau) - bias)
 
 
@@ -126,18 +127,18 @@ def _pass_bias(w, s, parent):
     f0, f1, f2 = get_vector(w, s + AXIS_FORCE)
     ax, ay, az = times_symmetric(w, s + MOMENTS, lx, ly, lz)
     cx, cy, cz = times_matrix(w, s + COUPLING, bx, by, bz)
-    px, py, pz = get_vector(w, s + BIAS_MOMENT)
+    px, py, pz = get_vector(w, s + MOMENT)
     x0, x1, x2 = px + ax + cx + n0 * t, py + ay + cy + n1 * t, pz + az + cz + n2 * t
     ax, ay, az = times_transpose(w, s + COUPLING, lx, ly, lz)
     cx, cy, cz = times_symmetric(w, s + MASSES, bx, by, bz)
-    px, py, pz = get_vector(w, s + BIAS_FORCE)
+    px, py, pz = get_vector(w, s + FORCE)
     y0, y1, y2 = px + ax + cx + f0 * t, py + ay + cy + f1 * t, pz + az + cz + f2 * t
     px, py, pz = get_vector(w, s + POSITION)
     fx, fy, fz = times_matrix(w, s, y0, y1, y2)
     nx, ny, nz = times_matrix(w, s, x0, x1, x2)
     dx, dy, dz = cross_product(px, py, pz, fx, fy, fz)
-    add_to_vector(w, parent + BIAS_FORCE, fx, fy, fz)
-    add_to_vector(w, parent + BIAS_MOMENT, nx + dx, ny + dy, nz + dz)
+    add_to_vector(w, parent + FORCE, fx, fy, fz)
+    add_to_vector(w, parent + MOMENT, nx + dx, ny + dy, nz + dz)
 
 
 @part
@@ -210,14 +211,15 @@ def _accelerate_body(w, parent, s, kind, a):
 def accelerate_joints(
     w,
     step,
-    each="each: kind=whole; loads=whole; parent=68; body=68; inertia=10; v=row; tau=row; "
+    each="each: kind=whole; loads=whole; parent=62; body=62; inertia=10; v=row; tau=row; "
     "diagonal=row or none; a=row",
 ):
     """Compute the accelerations a of joints under the forces tau, at velocities v.
 
     The rows `diagonal` are added to the inertia at each joint: the armature, and with implicit
     integration the slopes of forces times the step. The bodies are placed in their parents, and
-    come after them. `loads` is 1 if the parent is a body on a joint.
+    come after them. `loads` is 1 if the parent is a body on a joint. If an articulated inertia is
+    not positive, accelerations are `IMPOSSIBLE` or infinite.
     """
     align_stack()
     n = each[0]

@@ -7,10 +7,10 @@ table 6.2 and section 6.5.
 
 from robsim.kernels.dynamics.body_rows import (
     FLOATING,
+    IMPOSSIBLE,
     MASS,
     MOMENTS,
     POSITION,
-    PRISMATIC,
     REVOLUTE,
     SECOND_MOMENT,
 )
@@ -18,19 +18,16 @@ from robsim.kernels.formulas.lane_vectors import (
     add_to_vector,
     cross_product,
     get_vector,
-    put_vector,
     rotate_symmetric,
     times_matrix,
     times_symmetric,
 )
 from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.lanes import align_stack, get, put
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.lanes import align_stack, get, put, where
 from robsim.kernels.machine.stages import stage
 
 # rows of a composite inertia: moments, first moment and mass
 COMPOSITE, COMPOSITE_FIRST, COMPOSITE_MASS = MOMENTS, MOMENTS + 6, MOMENTS + 9
-UNIT_FORCE = MOMENTS + 10  # force and moment that a unit acceleration of a joint needs
 FIELDS = 6  # of a record of a body
 
 
@@ -54,69 +51,56 @@ def _merge_composite(w, s, parent):
 
 
 @part
-def _start_unit_force(w, s, kind, axis):
-    """Write the force and moment that a unit acceleration along an axis of a joint needs.
-
-    The axes of a floating joint are 0 to 5, first its translations.
-    """
+def _start_unit_force(w, s, turns, k):
+    """Return the force and moment that a unit acceleration along or about an axis k needs."""
     m = get(w, s + COMPOSITE_MASS)
     hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
-    turns = kind == REVOLUTE or axis >= 3
-    k = axis % 3 if kind == FLOATING else 2
-    one = 0.0 * m + 1.0
-    x, y, z = one - 1.0, one - 1.0, one - 1.0
+    zero = 0.0 * m
+    x, y, z = zero, zero, zero + 1.0
     if k == 0:
-        x = one
+        x, z = z, zero
     elif k == 1:
-        y = one
-    else:
-        z = one
+        y, z = z, zero
     if turns:
         fx, fy, fz = cross_product(x, y, z, hx, hy, hz)
         nx, ny, nz = times_symmetric(w, s + COMPOSITE, x, y, z)
     else:
         fx, fy, fz = m * x, m * y, m * z
         nx, ny, nz = cross_product(hx, hy, hz, x, y, z)
-    put_vector(w, s + UNIT_FORCE, fx, fy, fz)
-    put_vector(w, s + UNIT_FORCE + 3, nx, ny, nz)
+    return fx, fy, fz, nx, ny, nz
 
 
 @part
-def _write_entries(w, H, n, row, force, kind, column):
-    """Write the entries of H of a unit force in a row, at the columns of a joint."""
-    first, count = force, 1
-    if kind == REVOLUTE:
-        first = force + 5
-    elif kind == PRISMATIC:
-        first = force + 2
-    else:
-        count = 6
-    for k in range(count):
-        x = get(w, first + k)
-        put(w, H + row * n + column + k, x)
-        put(w, H + (column + k) * n + row, x)
+def _write_floating(w, H, n, row, column, force):
+    """Write the entries of a force and moment at the six columns of a floating joint."""
+    for k in range(6):
+        put(w, H + row * n + column + k, force[k])
+        put(w, H + (column + k) * n + row, force[k])
 
 
-@routine
-def _carry_unit_force(w, each, i, row, H, n):
-    """Carry the unit force of body i to the root; write the entries of its row of H."""
-    k = i
-    force = each[1 + FIELDS * i + 3] + UNIT_FORCE
+@part
+def _write_row(w, each, i, row, H, n, force):
+    """Write the entries of H of a unit force on body i, and carry the force to the root."""
+    fx, fy, fz, nx, ny, nz = force
+    at = 1 + FIELDS * i
     while True:
-        at = 1 + FIELDS * k
-        s = each[at + 3]
-        _write_entries(w, H, n, row, force, each[at], each[at + 2])
+        kind, column, s = each[at], each[at + 2], each[at + 3]
+        if kind == FLOATING:
+            _write_floating(w, H, n, row, column, (fx, fy, fz, nx, ny, nz))
+        else:
+            entry = fz
+            if kind == REVOLUTE:
+                entry = nz
+            put(w, H + row * n + column, entry)
+            put(w, H + column * n + row, entry)
         if each[at + 1] < 0:
-            return
-        px, py, pz = get_vector(w, s + POSITION)
-        fx, fy, fz = get_vector(w, force)
-        nx, ny, nz = get_vector(w, force + 3)
+            break
         fx, fy, fz = times_matrix(w, s, fx, fy, fz)
         nx, ny, nz = times_matrix(w, s, nx, ny, nz)
+        px, py, pz = get_vector(w, s + POSITION)
         dx, dy, dz = cross_product(px, py, pz, fx, fy, fz)
-        put_vector(w, force, fx, fy, fz)
-        put_vector(w, force + 3, nx + dx, ny + dy, nz + dz)
-        k = each[at + 1]
+        nx, ny, nz = nx + dx, ny + dy, nz + dz
+        at = 1 + FIELDS * each[at + 1]
 
 
 @stage
@@ -125,7 +109,7 @@ def compute_mass_matrix(
     step,
     n="count",
     H="n, n",
-    each="each: kind=whole; above=whole; column=whole; body=68; parent=68; inertia=10",
+    each="each: kind=whole; above=whole; column=whole; body=62; parent=62; inertia=10",
 ):
     """Compute the mass matrix H of bodies on joints.
 
@@ -147,9 +131,61 @@ def compute_mass_matrix(
         kind, s = each[at], each[at + 3]
         if each[at + 1] >= 0:
             _merge_composite(w, s, each[at + 4])
+        row = each[at + 2]
         for axis in range(6 if kind == FLOATING else 1):
-            _start_unit_force(w, s, kind, axis)
-            _carry_unit_force(w, each, i, each[at + 2] + axis, H, n)
+            turns = kind == REVOLUTE or axis >= 3
+            k = axis % 3 if kind == FLOATING else 2
+            _write_row(w, each, i, row + axis, H, n, _start_unit_force(w, s, turns, k))
+
+
+@stage
+def compute_potential_energy(
+    w, step, gravity="3", energy="row", each="each: loads=whole; parent=62; body=62; inertia=10"
+):
+    """Compute the potential energy -g' sum(m c) of bodies on joints, zero at their carrier.
+
+    The carrier does not turn. The bodies are placed in their parents, and come after them. `loads`
+    is 1 if the parent is a body on a joint.
+    """
+    total = 0.0 * get(w, gravity)
+    for i in range(each[0]):
+        s, inertia = each[4 * i + 3], each[4 * i + 4]
+        put(w, s + COMPOSITE_MASS, get(w, inertia + MASS))
+        for k in range(3):
+            put(w, s + COMPOSITE_FIRST + k, get(w, inertia + 1 + k))
+    for i in range(each[0] - 1, -1, -1):
+        parent, s = each[4 * i + 2], each[4 * i + 3]
+        m = get(w, s + COMPOSITE_MASS)
+        hx, hy, hz = get_vector(w, s + COMPOSITE_FIRST)
+        px, py, pz = get_vector(w, s + POSITION)
+        rx, ry, rz = times_matrix(w, s, hx, hy, hz)
+        rx, ry, rz = rx + m * px, ry + m * py, rz + m * pz
+        if each[4 * i + 1]:
+            add_to_vector(w, parent + COMPOSITE_FIRST, rx, ry, rz)
+            put(w, parent + COMPOSITE_MASS, get(w, parent + COMPOSITE_MASS) + m)
+        else:
+            gx, gy, gz = get_vector(w, gravity)
+            total = total - (gx * rx + gy * ry + gz * rz)
+    put(w, energy, total)
+
+
+@stage
+def compute_kinetic_energy(w, step, n="count", H="n, n", armature="n", v="n", energy="row"):
+    """Compute the kinetic energy v' (H + diag(armature)) v / 2."""
+    total = 0.0 * get(w, v)
+    for i in range(n):
+        y = get(w, armature + i) * get(w, v + i)
+        for j in range(n):
+            y = y + get(w, H + i * n + j) * get(w, v + j)
+        total = total + y * get(w, v + i)
+    put(w, energy, 0.5 * total)
+
+
+@stage
+def add_to_diagonal(w, step, n="count", diagonal="n", H="n, n"):
+    """Add numbers to the diagonal of a matrix."""
+    for i in range(n):
+        put(w, H + i * (n + 1), get(w, H + i * (n + 1)) + get(w, diagonal + i))
 
 
 @stage
@@ -175,7 +211,8 @@ def solve_mass_matrix(
 ):
     """Solve (H + diag(diagonal)) a = tau - bias by the factors L D L' of the matrix.
 
-    L receives the factors.
+    L receives the factors. If the matrix is not positive, accelerations are `IMPOSSIBLE` or
+    infinite.
     """
     for i in range(n):
         for j in range(i):
@@ -195,7 +232,8 @@ def solve_mass_matrix(
             y = y - get(w, L + i * n + k) * get(w, a + k)
         put(w, a + i, y)
     for i in range(n - 1, -1, -1):
-        y = get(w, a + i) / get(w, L + i * n + i)
+        d = get(w, L + i * n + i)
+        y = where(d > 0.0, get(w, a + i) / d, IMPOSSIBLE)
         for k in range(i + 1, n):
             y = y - get(w, L + k * n + i) * get(w, a + k)
         put(w, a + i, y)

@@ -110,7 +110,7 @@ def _pass_force(w, s, parent):
 def compute_joint_forces(
     w,
     step,
-    each="each: kind=whole; loads=whole; parent=68; body=68; inertia=10; v=row or none; "
+    each="each: kind=whole; loads=whole; parent=62; body=62; inertia=10; v=row or none; "
     "a=row or none; tau=row",
 ):
     """Compute the forces tau at joints for velocities v and accelerations a.

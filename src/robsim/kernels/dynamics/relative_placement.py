@@ -9,7 +9,7 @@ from robsim.kernels.machine.stages import stage
 
 
 @stage
-def place_on_revolute(w, step, each="each: place=3, 4; x=row; body=68"):
+def place_on_revolute(w, step, each="each: place=3, 4; x=row; body=62"):
     """Compute the poses of bodies on revolute joints in their parents.
 
     All cosines and sines are computed first, without a call of a library.
@@ -41,7 +41,7 @@ def place_on_revolute(w, step, each="each: place=3, 4; x=row; body=68"):
 
 
 @stage
-def place_on_prismatic(w, step, each="each: place=3, 4; x=row; body=68"):
+def place_on_prismatic(w, step, each="each: place=3, 4; x=row; body=62"):
     """Compute the poses of bodies on prismatic joints in their parents."""
     for i in range(each[0]):
         place, body = each[3 * i + 1], each[3 * i + 3]
@@ -53,7 +53,7 @@ def place_on_prismatic(w, step, each="each: place=3, 4; x=row; body=68"):
 
 
 @stage
-def place_on_floating(w, step, each="each: place=3, 4; x=row; body=68"):
+def place_on_floating(w, step, each="each: place=3, 4; x=row; body=62"):
     """Compute the poses of floating bodies in their parents: position, quaternion (x, y, z, w)."""
     for i in range(each[0]):
         place, q, body = each[3 * i + 1], each[3 * i + 2], each[3 * i + 3]
@@ -92,7 +92,7 @@ def collect_forces(w, step, n="count", tau="n", each="each: force=row; ratio=row
 
 
 @stage
-def move_carriers(w, step, gravity="3", each="each: rotation=9; omega=3; acceleration=3; body=68"):
+def move_carriers(w, step, gravity="3", each="each: rotation=9; omega=3; acceleration=3; body=62"):
     """Write the motion of carriers, with their acceleration against gravity, to their bodies."""
     gx, gy, gz = get_vector(w, gravity)
     for i in range(each[0]):

@@ -150,7 +150,8 @@ export class View {
 
   // Add rows from an instant on; arrays without rows replace the arrays of their names.
   extend(from, arrays) {
-    const timed = new Set(["time", "poses", "constraints holding", "constraints yielding", ...this.header.curves.map((curve) => curve.values)]);
+    const timed = new Set(["time", "poses", "constraints holding", "constraints yielding"]);
+    for (const { values, limited } of this.header.curves) timed.add(values).add(limited);
     for (const { pixels, second } of this.header.cameras) timed.add(pixels).add(second);
     for (const [name, more] of Object.entries(arrays)) {
       if (timed.has(name)) extend(this.arrays[name], from, more);
@@ -234,6 +235,7 @@ export class View {
     const figure = element("figure");
     const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
     caption.append(...legendOf(curve));
+    if (curve.limited) caption.append(element("span", "broad: limited", "key several"));
     const plot = element("div", "", "plot");
     figure.append(caption, plot);
     find("charts").append(figure);

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args
 
-from robsim.base.arrays import Array
+import numpy as np
+
+from robsim.base.arrays import Array, make_read_only
 from robsim.kernels.control import command_limits
 
+EMPTY = make_read_only(np.empty(0))
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
 PHASES: tuple[Doing, ...] = get_args(Doing)
 
@@ -72,7 +75,8 @@ class DriveCommand(NamedTuple):
     Attributes
     ----------
     velocities : ndarray of shape (n,)
-        Commanded velocities in rad/s and m/s, in the order of `Controller.velocity_names`.
+        Commanded velocities in rad/s and m/s, in the order of `Controller.velocity_names`; empty if
+        the law commands torques.
     error : ndarray of shape (k,)
         Error of the features, in their units; empty while the controller waits.
     phase : {"waiting", "moving", "holding", "stopped", "converged"}
@@ -80,6 +84,10 @@ class DriveCommand(NamedTuple):
         while the robot may not move, and "stopped" until a reset.
     health : Health
         State of images, joints and limits.
+    torques : ndarray of shape (n,)
+        Commanded torques in N m and forces in N, in the same order; empty if the law commands
+        velocities. The drive adds the damping of the joints and their gravity. A robot that is held
+        gets zero torques.
 
     See Also
     --------
@@ -99,6 +107,7 @@ class DriveCommand(NamedTuple):
     error: Array
     phase: Doing
     health: Health
+    torques: Array = EMPTY
 
 
 def list_active_limits(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...]:

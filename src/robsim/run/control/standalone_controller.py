@@ -17,6 +17,7 @@ from robsim.files.overrides import Changes
 from robsim.kernels.control import command_limits
 from robsim.run.control.clock import ControlClock
 from robsim.run.control.drive_command import (
+    EMPTY,
     Doing,
     DriveCommand,
     Health,
@@ -34,7 +35,6 @@ from robsim.servo.command import Decision
 from robsim.servo.constraints.start_check import check_constraints
 from robsim.servo.single_step import SingleStepController
 
-EMPTY = make_read_only(np.empty(0))
 BEYOND = 0.1  # tolerance of measured joints outside their limits, as a share of their range
 LATENESS = 1e-3  # periods: tolerance of the longest time of a command, as clocks are not exact
 PAUSE, PERIODS = 0.25, 5  # seconds and periods without a call after which the robot stands still
@@ -62,6 +62,8 @@ class Controller:
         Control period in seconds.
     velocity_names : tuple of str
         Names of the commanded velocities.
+    command_quantity : {"velocity", "torque"}
+        Quantity of the command. Torques are in N m and N; the drive adds damping and gravity.
     cameras : tuple of str
         Names of the cameras that the task uses.
 
@@ -94,6 +96,8 @@ class Controller:
             make_command_guard(experiment, experiment.safety),
         )
         check_constraints(bound)
+        guard.check_command_quantity(bound)
+        self.command_quantity = bound.command_quantity
         self._standalone = SingleStepController(bound, self.dt, guard)
         self._safety, self._longest_hold = guard.safety, guard.hold
         self._longest_pause = max(PAUSE, PERIODS * self.dt, guard.hold)
@@ -242,9 +246,9 @@ class Controller:
         -------
         dict of str to float or str
             `time` in seconds; `phase`, `limits` (separated by semicolons) and `fault` of the
-            command; coordinates `q[...]`, velocities `qd[...]`, and for each new image its capture
-            time `image_time[camera,target]` in seconds and its `pixels[...]`; NaN without a new
-            image.
+            command; coordinates `q[...]`, commanded velocities or torques `qd[...]`, and for each
+            new image its capture time `image_time[camera,target]` in seconds and its `pixels[...]`;
+            NaN without a new image.
 
         Raises
         ------
@@ -254,7 +258,7 @@ class Controller:
         if self._last is None:
             raise InputError("row: call step first")
         qd = np.zeros(self.scene.nv)
-        qd[self._standalone.controller.columns] = self._last.velocities
+        qd[self._standalone.controller.columns] = self._last_numbers
         parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
         health = self._last.health
         row: dict[str, float | str] = {
@@ -350,10 +354,16 @@ class Controller:
         self._standalone.perform(self._blocks, step)
         self._released_periods, self._reset_reason = self._released_periods + (permission > 0), ""
         command = self._make_command(unused, age, fault)
-        self._rests_first = self._rests_first and bool(command.velocities.any())
+        self._rests_first = self._rests_first and bool(self._last_numbers.any())
         if self._rests_first:
             self._reset_reason = reset_reason
         return command
+
+    @property
+    def _last_numbers(self) -> Array:
+        """The last commanded velocities or torques (n,)."""
+        assert self._last is not None
+        return self._last.torques if self.command_quantity == "torque" else self._last.velocities
 
     def _is_late(self) -> bool:
         """Return whether the last command acted longer than the safety allows."""
@@ -375,10 +385,17 @@ class Controller:
         health = Health(
             converged, self._images.list_lost_marks(), stale, age, limits, unused, fault
         )
-        self._last = DriveCommand(
-            make_read_only(qd), make_read_only(error), classify_activity(why, converged), health
-        )
+        activity = classify_activity(why, converged)
+        self._last = self._fill_command(make_read_only(qd), make_read_only(error), activity, health)
         return self._last
+
+    def _fill_command(
+        self, command: Array, error: Array, phase: Doing, health: Health
+    ) -> DriveCommand:
+        """Return a command with the numbers as velocities, or as torques."""
+        if self.command_quantity == "torque":
+            return DriveCommand(EMPTY, error, phase, health, command)
+        return DriveCommand(command, error, phase, health)
 
     def _make_stop(self, phase: Doing, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
         """Return a command that stops the robot, without the stages of the loop."""
@@ -386,7 +403,7 @@ class Controller:
         health = Health(lost=self._images.list_lost_marks(), age=age, unused=unused, fault=fault)
         self._command_time = self._clock.now
         qd = self._standalone.compute_braking(self._blocks)
-        self._last = DriveCommand(make_read_only(qd), EMPTY, phase, health)
+        self._last = self._fill_command(make_read_only(qd), EMPTY, phase, health)
         return self._last
 
     def _repeat_command(self, unused: tuple[str, ...], fault: str) -> DriveCommand:

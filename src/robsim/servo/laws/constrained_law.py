@@ -17,6 +17,7 @@ from robsim.servo.constraints.user_constraint import (
     ConstraintLike,
     adapt_constraint,
 )
+from robsim.servo.laws.command_quantity import require_velocity_laws
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.law import LAWS, Law, LawLike
 from robsim.servo.servo_controller import ServoController
@@ -87,6 +88,7 @@ class ConstrainedLaw(DeclaredValue):
         super().__post_init__()
         if isinstance(self.law, ConstrainedLaw):
             raise InputError("constraints within constraints: give all of them in one list")
+        require_velocity_laws([self.law], "ConstrainedLaw")
         if hasattr(self.law, "bind"):
             raise InputError(
                 f"law: {type(self.law).__name__} chooses among laws, and constraints belong to its "

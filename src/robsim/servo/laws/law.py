@@ -39,6 +39,8 @@ class Law(Protocol):
 
     The attribute `in_camera = True` declares that the law reads `state.interaction` and
     `state.jacobian`. They exist only if all cameras of the task move as one.
+    The attribute `command_quantity = "torque"` declares that `command` returns torques in N m and
+    forces in N, which need a drive such as `rs.drives.TorqueInput`.
     `robsim.testing.check_law` checks a law.
 
     Examples
@@ -57,7 +59,7 @@ class Law(Protocol):
     """
 
     def command(self, state: ControlState) -> Array:
-        """Return the velocities of the commanded joints.
+        """Return the velocities of the commanded joints, or their torques.
 
         Parameters
         ----------
@@ -67,7 +69,7 @@ class Law(Protocol):
         Returns
         -------
         ndarray of shape (B, n)
-            Velocities in rad/s or m/s.
+            Velocities in rad/s or m/s; torques in N m or N if `command_quantity` is "torque".
         """
 
 

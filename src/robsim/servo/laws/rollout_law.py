@@ -13,6 +13,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.declare import DeclaredValue, KindOf, ListOf, Number, PerRun, Time, register
 from robsim.declare.problems import prefix_path
 from robsim.servo.goals.goal import GoalFeatures
+from robsim.servo.laws.command_quantity import require_velocity_laws
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.law import LAWS, Law, LawLike
 from robsim.servo.rollout_controller import RolloutSettings, make_rollout_controller
@@ -116,7 +117,9 @@ class RolloutLaw(DeclaredValue):
                 raise InputError(f"schemes: expected a servo task, got {format_value(each)}")
         free = [replace(cast(Any, each), belief=None) for each in self.schemes]
         object.__setattr__(self, "schemes", tuple(free))  # the belief is that of the task
-        for law in (*self.laws, *(cast(ServoTask, each).law for each in self.schemes)):
+        candidates = *self.laws, *(cast(ServoTask, each).law for each in self.schemes)
+        require_velocity_laws(candidates, "RolloutLaw")
+        for law in candidates:
             if isinstance(law, RolloutLaw):
                 raise InputError("RolloutLaw: a candidate cannot be a RolloutLaw")
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.kernels.control import command_limits, control_law
 from robsim.kernels.control.constrained_command import constrain_command, count_constraint_rows
 from robsim.kernels.control.scaled_target import scale_target
@@ -41,6 +42,17 @@ class SafetyGuard:
     safety: Safety
     believed: Scene
     hold: float
+
+    def check_command_quantity(self, controller: TaskController) -> None:
+        """Raise InputError if the commands are torques and the safety limits velocities."""
+        if controller.command_quantity == "velocity":
+            return
+        for field in ("speed", "acceleration", "margin", "fence"):
+            if getattr(self.safety, field) is not None:
+                raise InputError(
+                    f"safety: {field} limits velocities, and the law commands torques: leave "
+                    f"{field} out, and limit torques by the effort of the joints"
+                )
 
     def stages(self, controller: TaskController, inputs: ControllerInputs) -> SafetyStages:
         """Add the stages of a controller, and then the stages that limit its command."""

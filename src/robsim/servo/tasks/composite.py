@@ -21,6 +21,7 @@ from robsim.kernels.machine.program import Program
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.constraints.row_names import number_repeated_names
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.laws.command_quantity import CommandQuantity, check_equal_quantities
 from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.task import Task, TaskLike
@@ -65,6 +66,11 @@ class CompositeController(TaskController):
     def factor_count(self) -> int:
         """Number of entries of the factors of normal equations, in all tasks."""
         return sum(part.factor_count for part in self.parts)
+
+    @property
+    def command_quantity(self) -> CommandQuantity:
+        """Quantity of the commands of all tasks."""
+        return self.parts[0].command_quantity
 
     @property
     def constraint_labels(self) -> tuple[str, ...]:
@@ -214,6 +220,7 @@ class CompositeTask(DeclaredValue):
                 controllers.append(task.bind(scene, own))
                 if sum(each.k for each in controllers) > MAX_FEATURES:
                     raise InputError(f"all tasks together have more than {MAX_FEATURES} features")
+        check_equal_quantities([each.command_quantity for each in controllers])
         return tuple(controllers)
 
 

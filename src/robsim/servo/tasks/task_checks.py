@@ -16,6 +16,7 @@ from robsim.features.points import PixelPoints, Points
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.goals.goal import GoalFeatures, GoalKind
 from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.command_quantity import check_torque_task
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.laws.inverse import CAMERA_TWIST, JacobianTranspose, compute_rank
@@ -26,6 +27,7 @@ from robsim.vision.camera import Camera
 def check_servo_fields(task: Any) -> None:
     """Raise InputError for fields of a servo task that contradict one another in any scene."""
     _check_law_fields(task)
+    check_torque_task(task)
     _check_depth_fields(task)
     _check_goal_fields(task)
     _check_weighting_fields(task)

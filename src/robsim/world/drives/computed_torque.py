@@ -10,7 +10,7 @@ from robsim.world.drives.joint_drive import TRUE_MODEL, Model, TorqueLimit
 from robsim.world.drives.servo_loop import LoopNumbers, ServoLoop
 
 Frequency = Annotated[
-    float, Number(above=0, unit="rad/s"), PerRun(()), "Natural frequency of each joint in rad/s."
+    float, Number(above=0, unit="1/s"), PerRun(()), "Natural frequency of each joint in rad/s."
 ]
 DampingRatio = Annotated[
     float, Number(above=0), PerRun(()), "Damping ratio of each joint; 1 is critical damping."
@@ -31,7 +31,7 @@ class SecondOrderLoop(ServoLoop):
 
 
 @register("drive", "gravity_compensated_pd")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GravityCompensatedPD(SecondOrderLoop):
     """Proportional and derivative control of each joint, with gravity compensation.
 
@@ -55,7 +55,7 @@ class GravityCompensatedPD(SecondOrderLoop):
 
 
 @register("drive", "computed_torque")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComputedTorque(SecondOrderLoop):
     """Computed torque: the believed model turns wished accelerations into torques.
 

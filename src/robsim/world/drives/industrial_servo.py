@@ -12,7 +12,7 @@ from robsim.world.drives.servo_loop import IntegralRate, LoopNumbers, PositionGa
 
 
 @register("drive", "industrial_servo")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class IndustrialServo(ServoLoop):
     """Servo drive of an industrial arm: loops of each joint alone, sampled, without a model.
 
@@ -30,7 +30,7 @@ class IndustrialServo(ServoLoop):
 
     bandwidth: Annotated[
         float,
-        Number(above=0, unit="rad/s"),
+        Number(above=0, unit="1/s"),
         PerRun(()),
         "Bandwidth of the velocity loop in rad/s, at the inertia of each joint at home.",
     ] = 100.0

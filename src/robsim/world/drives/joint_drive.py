@@ -1,25 +1,22 @@
-"""The base class of drives, and the program rows that they read and write."""
+"""The base class of drives, and their model of the joints."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, view_for_user, view_runs_first
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, Flag, KindOf, Number, PerRun, Table, described, family
 from robsim.declare.array_types import Numbers
 from robsim.declare.scalars import POSITIVE
-from robsim.kernels.dynamics.joint_drives import limit_torques
-from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.program import Blocks, Program
-from robsim.world.drives.believed_dynamics import BelievedDynamics
-from robsim.world.imperfections.image_effect import check_effect_result
+
+if TYPE_CHECKING:  # the stages are imported only if there is a drive
+    from robsim.world.drives.drive_rows import DriveRows, DriveState
 
 DRIVES = family("drive")
 VELOCITY, TORQUE = "velocity", "torque"  # the quantities that a law commands
@@ -60,133 +57,6 @@ class DriveModel(DeclaredValue):
 TRUE_MODEL = DriveModel()
 
 
-@dataclass(frozen=True, eq=False)
-class DriveState:
-    """State of the n joints of B runs in a sub-step, for a user's drive.
-
-    Attributes
-    ----------
-    seconds : float
-        Time at the start of the control period.
-    command : ndarray of shape (B, n)
-        Velocities that the controller commands, in rad/s or m/s; torques of a law that commands
-        torques.
-    v, q : ndarray of shape (B, n)
-        True velocities and coordinates of the joints.
-    gap : ndarray of shape (B, n)
-        Integral of the command, minus the motion of the joint since the start, in rad or m.
-    gravity : ndarray of shape (B, n)
-        Believed gravity load in N m or N.
-    runs : ndarray of shape (B,)
-        Numbers of the runs.
-    """
-
-    seconds: float
-    command: Array
-    v: Array
-    q: Array
-    gap: Array
-    gravity: Array
-    runs: NDArray[np.int64]
-
-
-@dataclass
-class DriveRows:
-    """Program rows of the n driven joints of a scene.
-
-    Attributes
-    ----------
-    program : Program
-        Stages of a control period. A drive stores its state in new rows of the program.
-    names : tuple of str
-        Names of the joints.
-    seconds : float
-        Control period.
-    parts : int
-        Number of sub-steps in a control period.
-    h : BlockRows
-        Length of a sub-step in seconds.
-    command : BlockRows of shape (n,)
-        Commanded velocities, or commanded torques.
-    v, q, gap : BlockRows of shape (n,)
-        Velocities, coordinates, and integral of the command minus the motion.
-    torque : BlockRows of shape (n,)
-        Torques of the drives, written by the drive and then limited.
-    slope : BlockRows of shape (n,)
-        Derivative of -torque by v, integrated implicitly; 0 for a torque that is held.
-    saturation : BlockRows of shape (n,)
-        Share of the control period in which the torque was limited.
-    limits, damping, friction : BlockRows of shape (n,)
-        Largest torques, infinite without a limit, and the friction of the joints.
-    share : BlockRows
-        Share of a sub-step in the control period.
-    inertia : Array of shape (n,) or (n, runs)
-        Diagonal of the believed mass matrix at home, with the armature.
-    load : Array of shape (n, runs)
-        Torques that hold the joints at the start.
-    fed : Array of shape (n, runs)
-        Believed gravity load at the start.
-    believed : BelievedDynamics
-        Model of the drive.
-    """
-
-    program: Program
-    names: tuple[str, ...]
-    seconds: float
-    parts: int
-    h: BlockRows
-    command: BlockRows
-    v: BlockRows
-    q: BlockRows
-    gap: BlockRows
-    torque: BlockRows
-    slope: BlockRows
-    saturation: BlockRows
-    limits: BlockRows
-    damping: BlockRows
-    friction: BlockRows
-    share: BlockRows
-    inertia: Array
-    load: Array
-    fed: Array
-    believed: BelievedDynamics
-
-    @property
-    def n(self) -> int:
-        """Number of driven joints."""
-        return len(self.names)
-
-    def limit(self, share: BlockRows) -> None:
-        """Add the stage that limits torques, which hold for a share of the control period."""
-        rows = {"torque": self.torque, "slope": self.slope, "saturation": self.saturation}
-        self.program.add(limit_torques, limits=self.limits, share=share, **rows)
-
-    def call(
-        self, torque: Callable[[DriveState], Array], name: str, runs: NDArray[np.int64]
-    ) -> None:
-        """Add a Python function from the state of the joints to torques (B, n)."""
-        gravity = self.program.rows(self.n)
-        self.believed.add_gravity(gravity)
-        self.program.call(partial(self._call_python, torque, name, runs, gravity))
-
-    def _call_python(
-        self,
-        torque: Callable[[DriveState], Array],
-        name: str,
-        runs: NDArray[np.int64],
-        gravity: BlockRows,
-        blocks: Blocks,
-        step: int,
-    ) -> None:
-        """Call a user's drive and store its torques."""
-        names = self.command, self.v, self.q, self.gap, gravity
-        command, v, q, gap, load = (view_for_user(blocks.get(rows)) for rows in names)
-        seconds = (step - 1) * self.seconds
-        state = DriveState(seconds, command, v, q, gap, load, runs[blocks.rows])
-        shape = view_runs_first(blocks.get(self.torque))
-        blocks.put(self.torque, check_effect_result(shape, torque(state), f"{name}.torque").T)
-
-
 class JointDrive(DeclaredValue):
     """Base class of drives, which compute the torques of joints.
 
@@ -201,6 +71,22 @@ class JointDrive(DeclaredValue):
         Largest torques, for all joints or each. None: the effort limits of the joints.
     quantity : str
         Quantity that the law commands, "velocity" or "torque".
+
+    Examples
+    --------
+    A compiled drive that adds a constant torque to a velocity loop, by stages of its own:
+
+    >>> import robsim as rs
+    >>> from robsim.kernels.dynamics.joint_drives import add_torques
+    >>> class Pushed(rs.drives.VelocityLoop):
+    ...     def bind(self, rows, runs):
+    ...         push, loop = rows.program.constant([5.0]), super().bind(rows, runs)
+    ...         def add():
+    ...             loop()
+    ...             rows.program.add(add_torques, more=push, torque=rows.torque)
+    ...         return add
+    >>> isinstance(Pushed(), rs.drives.JointDrive)
+    True
     """
 
     quantity: ClassVar[str] = VELOCITY
@@ -301,13 +187,4 @@ TorqueLimit = Annotated[
     "joints.",
 ]
 GravityFed = Annotated[bool, Flag(), "Whether the drive adds the believed gravity load."]
-DRIVE = KindOf(DRIVES, protocol=OwnDrive)
-
-
-def spread_over_joints(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
-    """Return one number for each joint; InputError for a list of another length."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.shape not in ((), (len(names),)):
-        each = ", ".join(names)
-        raise InputError(f"{what}: {array.size} numbers for {len(names)} driven joints: {each}")
-    return np.array(np.broadcast_to(array, (len(names),)))
+DRIVE = KindOf(DRIVES, none="none", protocol=OwnDrive)

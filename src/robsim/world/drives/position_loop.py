@@ -17,7 +17,7 @@ from robsim.world.drives.servo_loop import (
 
 
 @register("drive", "position_loop")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PositionLoop(ServoLoop):
     """Position loop around a velocity loop on each joint, which follows the integral of commands.
 

@@ -15,12 +15,13 @@ from robsim.base.errors import InputError
 from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
-from robsim.world.drives.joint_drive import DriveRows, JointDrive
+from robsim.world.drives.drive_rows import DriveRows
+from robsim.world.drives.joint_drive import JointDrive
 
 PERIOD_SLACK = 1e-9  # relative error of periods that count as equal
 Bandwidth = Annotated[
     float,
-    Number(above=0, unit="rad/s"),
+    Number(above=0, unit="1/s"),
     PerRun(()),
     "Bandwidth of the velocity loop in rad/s, at the believed inertia of each joint at home.",
 ]

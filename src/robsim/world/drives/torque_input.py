@@ -15,20 +15,19 @@ from robsim.declare.array_types import Numbers
 from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
+from robsim.world.drives.drive_rows import DriveRows, spread_over_joints
 from robsim.world.drives.joint_drive import (
     TORQUE,
     TRUE_MODEL,
-    DriveRows,
     GravityFed,
     JointDrive,
     Model,
     TorqueLimit,
-    spread_over_joints,
 )
 
 
 @register("drive", "torque_input")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TorqueInput(JointDrive):
     """Drive whose command is a torque, with damping and gravity compensation.
 

@@ -10,7 +10,7 @@ from robsim.world.drives.servo_loop import Bandwidth, IntegralRate, LoopNumbers,
 
 
 @register("drive", "velocity_loop")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class VelocityLoop(ServoLoop):
     """Velocity loop on each joint, proportional or with an integral.
 

@@ -1,0 +1,101 @@
+"""Dynamics at many configurations, and motion over many steps, for run-first arrays of users.
+
+The stages of a program compute one block of runs at a time, so the cost of a configuration does not
+depend on their number. The arrays of users are flat.
+"""
+
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import WIDTH, put
+from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.stages import perform_on_block
+
+USUAL_COORDINATE = 12.0  # metres or radians: a larger angle, about two turns, may be in degrees
+LARGEST = 1e300  # other numbers may be infinite or NaN
+
+
+@routine
+def _load_runs(x, start, runs, first, largest, block):
+    """Copy the runs x[start:] of a flat array to rows of a block.
+
+    If fewer than WIDTH runs remain, copies of the last run fill the block. Return whether the
+    magnitudes of all numbers are at most `largest`.
+    """
+    count, usual = x.size // runs, True
+    if runs == 1:
+        for i in range(count):
+            put(block, first + i, x[i])
+            usual &= abs(x[i]) <= largest
+        return usual
+    for lane in range(WIDTH):
+        at = min(start + lane, runs - 1) * count
+        for i in range(count):
+            block[(first + i) * WIDTH + lane] = x[at + i]
+            usual &= abs(x[at + i]) <= largest
+    return usual
+
+
+@kernel
+def fill_dynamics(code, block, runs, q, v, a, out):
+    """Compute out[run, :] of runs at coordinates q, with arrays v and a.
+
+    The code holds the number of stages, the first row of the output, the addresses of the stages,
+    the offsets of their numbers, and the numbers. The rows of the block hold q from row 0, then v
+    and a; all arrays are flat. Return whether all coordinates are usual, and all numbers and
+    results finite. Python must check others.
+    """
+    stages, output, usual = code[0], code[1], True
+    addresses, at, p = (
+        code[2 : 2 + stages],
+        code[2 + stages : 2 + 2 * stages],
+        code[2 + 2 * stages :],
+    )
+    nq, nv, size = q.size // runs, v.size // runs, out.size // runs
+    for start in range(0, runs, WIDTH):
+        usual = _load_runs(q, start, runs, 0, USUAL_COORDINATE, block) and usual
+        usual = _load_runs(v, start, runs, nq, LARGEST, block) and usual
+        usual = _load_runs(a, start, runs, nq + nv, LARGEST, block) and usual
+        perform_on_block(addresses, at, p, block, 0)
+        for lane in range(min(WIDTH, runs - start)):
+            for i in range(size):
+                x = block[(output + i) * WIDTH + lane]
+                out[(start + lane) * size + i] = x
+                usual &= abs(x) <= LARGEST
+    return usual
+
+
+@kernel
+def fill_motion(code, block, steps, q, v, torque, q_out, v_out):
+    """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].
+
+    The stages perform one step. The code is described in `fill_dynamics`. The rows of a block hold
+    q from row 0, then v and the torque. The array torque[run, step, :] has one step if it is
+    constant.
+    """
+    stages = code[0]
+    addresses, at, p = (
+        code[2 : 2 + stages],
+        code[2 + stages : 2 + 2 * stages],
+        code[2 + 2 * stages :],
+    )
+    runs, nq = q.shape
+    nv, held = v.shape[1], torque.shape[1]
+    for start in range(0, runs, WIDTH):
+        for lane in range(WIDTH):
+            run = min(start + lane, runs - 1)
+            for i in range(nq):
+                block[i * WIDTH + lane] = q[run, i]
+            for i in range(nv):
+                block[(nq + i) * WIDTH + lane] = v[run, i]
+        for step in range(steps + 1):
+            for lane in range(WIDTH):
+                run = min(start + lane, runs - 1)
+                for i in range(nv):
+                    tau = torque[run, min(step, held - 1), i]
+                    block[(nq + nv + i) * WIDTH + lane] = tau
+            for lane in range(min(WIDTH, runs - start)):
+                for i in range(nq):
+                    q_out[start + lane, step, i] = block[i * WIDTH + lane]
+                for i in range(nv):
+                    v_out[start + lane, step, i] = block[(nq + i) * WIDTH + lane]
+            if step < steps:
+                perform_on_block(addresses, at, p, block, step)
