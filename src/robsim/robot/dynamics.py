@@ -43,6 +43,14 @@ class FreeMotion(NamedTuple):
         Coordinates in rad and m.
     v : ndarray of shape (..., steps + 1, nv)
         Velocities in rad/s and m/s.
+
+    Examples
+    --------
+    >>> from robsim import Robot
+    >>> from robsim.shapes import Ball
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], shapes=[[], [Ball(0.1, mass=2.0)]])
+    >>> arm.swing([0.0], seconds=0.1).times[-1]
+    np.float64(0.1)
     """
 
     times: Array
