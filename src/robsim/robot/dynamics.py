@@ -367,13 +367,14 @@ class Dynamics(Kinematics):
             and (v is None or (_is_dense(v) and v.shape == prepared.v_shape))
             and (a is None or (_is_dense(a) and a.shape == prepared.v_shape))
         ):
-            out = np.empty(prepared.size)
+            out = np.empty(prepared.shape)
             if v is None:
                 usual = prepared.fill(fill_positions, 1, q, out)
             else:
-                usual = prepared.fill(fill_dynamics, 1, q, v, _NONE if a is None else a, out)
+                flat = out if out.ndim else out.reshape(-1)
+                usual = prepared.fill(fill_dynamics, 1, q, v, _NONE if a is None else a, flat)
             if usual:
-                return out if prepared.shape is None else out.reshape(prepared.shape)
+                return out
         if prepared is None:
             prepared = self._prepare_dynamics(quantity, gravity)
         return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not None])
@@ -384,8 +385,7 @@ class Dynamics(Kinematics):
         lead = arrays[0].shape[:-1]
         if any(x.shape[:-1] != lead for x in arrays):
             lead, arrays = _broadcast_runs(arrays)
-        shape = (prepared.size,) if prepared.shape is None else prepared.shape
-        out, runs = np.empty(lead + shape), math.prod(lead)
+        out, runs = np.empty(lead + prepared.shape), math.prod(lead)
         flat = [x.reshape(-1) for x in arrays]
         flat += [_NONE] if len(flat) == 2 else []
         kernel = fill_positions if len(flat) == 1 else fill_dynamics

@@ -50,8 +50,7 @@ class PreparedDynamics:
         self.code[:2] = self.code.size, self.block.ctypes.data
         self.address = self.code.ctypes.data
         self.q_shape, self.v_shape = (stages.bodies.nq,), (stages.n,)
-        self.size, shape = output.size, output.shape
-        self.shape = None if len(shape) == 1 else shape  # of a result with other axes than (size,)
+        self.shape = output.shape
 
     def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
         """Call a kernel with the address of the code, and return its result."""

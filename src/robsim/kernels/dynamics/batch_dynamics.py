@@ -90,10 +90,13 @@ def fill_dynamics(code, runs, q, v, a, out):
 
 @kernel
 def fill_positions(code, runs, q, out):
-    """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone."""
+    """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone.
+
+    The array `out` is flat, or has the shape of the quantity for a single run.
+    """
     numbers = wholes(code, wholes(code, 1)[0])
     block = reals(numbers[1], WIDTH * numbers[2])
-    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], out)
+    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], out.reshape(-1))
 
 
 @kernel
