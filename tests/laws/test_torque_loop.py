@@ -169,6 +169,18 @@ def test_the_controller_has_the_torques_of_the_run_and_its_rows_are_a_log():
     assert "are the commands of this controller" in notes and "cannot separate" not in notes
 
 
+def test_messages_of_torques_have_efforts():
+    made = rs.load_scenario(rs.examples.path("torque_planar")).with_(duration=0.01)
+    run = made.run()
+    ros = rs.control.RosMessages(rs.Controller(made), make=lambda kind, **parts: parts)
+    joints, twist = "sensor_msgs/msg/JointState", "geometry_msgs/msg/Twist"
+    message = ros.command(run.qd.values[0], joints)
+    np.testing.assert_array_equal(message["effort"], run.qd.values[0])
+    assert message["velocity"].size == 0
+    with pytest.raises(InputError, match="the law commands torques, and messages of geometry"):
+        ros.command(run.qd.values[0], twist)
+
+
 def weigh(arm, q):
     """The mass matrix and the gravity load of an arm, from the Jacobians of its links."""
     M = np.diag([x.joint.armature for x in arm.links if x.joint.kind == "revolute"])

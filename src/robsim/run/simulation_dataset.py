@@ -148,7 +148,7 @@ def _make_recorded_variables(
 def _make_drive_variables(loop: Loop, series: RecordedSeries) -> dict[str, Array]:
     """Return the torques of drives, their saturation and their limits, if there are drives."""
     driven = loop.driven
-    if driven is None:
+    if driven is None or not series.torque.shape[-1]:  # a log has no torques
         return {}
     limits = np.full(loop.scene.nv, np.nan)
     limits[driven.velocities] = driven.limits
