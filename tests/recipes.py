@@ -1038,7 +1038,11 @@ RECIPES = {
     ],
     "Actuation": [
         (world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION),
-        (powered("computed_torque")[0], ("actuation",), {"payloads": [[LOAD]], "step": ["5 ms"]}),
+        (
+            powered("computed_torque")[0],
+            ("actuation",),
+            {"payloads": [[LOAD]], "step": ["5 ms"], "gravity": ["0, 0, -1.6 m/s^2"]},
+        ),
     ],
     "Safety": [
         (

@@ -150,6 +150,13 @@ def test_a_joint_slides_and_stops_under_coulomb_friction():
     assert abs(v.max() - speed) < 2e-3 * speed
 
 
+def test_gravity_is_a_number_of_the_actuation():
+    moon = (0.0, 0.0, -1.62)
+    drive = rs.drives.VelocityLoop(bandwidth=50.0, integral_rate=0.0, gravity=False)
+    run = hold(build_lift(), drive, 1.0, gravity=moon)
+    np.testing.assert_allclose(run.qd_actual.values[-1], -1.62 / 50.0, rtol=1e-9)
+
+
 def test_a_proportional_loop_sags_at_the_velocity_of_its_load():
     robot = build_lift(mass=2.0)
     drive = rs.drives.VelocityLoop(bandwidth=50.0, integral_rate=0.0, gravity=False)
@@ -300,7 +307,7 @@ ERRORS = {
     ),
     "payload alone": (
         lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
-        "actuation: payloads act on joints with a drive",
+        "actuation: payloads: given without a drive",
     ),
     "no method": (lambda: rs.Actuation(drive=object()), "drive"),
     "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),

@@ -52,6 +52,7 @@ class DriveStages:
             self.program.numbers(each, 1) for each in numbers
         )
         self.dynamics = DynamicsStages(self.program, joints.bodies, self.q)
+        self.dynamics.gravity = constant(joints.gravity)
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
         self.drive_rows = self._make_drive_rows(weights)
         self.add_torques = joints.drive.bind(self.drive_rows, plant.numbers)

@@ -14,7 +14,6 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
 from robsim.engine.scene_dynamics import SceneDynamics, evaluate_mass_matrix
 from robsim.geometry.inertia import Inertia
-from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.joint import Joint
 from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
@@ -54,6 +53,7 @@ class DrivenJoints:
     drive: JointDrive
     joints: tuple[DrivenJoint, ...]
     loads: tuple[Payload, ...]
+    gravity: Array  # true acceleration (3,), in axes of the world
     parts: int  # sub-steps in a period
 
     @classmethod
@@ -68,7 +68,8 @@ class DrivenJoints:
                 "so that there is nothing to drive"
             )
         drive, parts = JointDrive.wrap(actuation.drive), count_substeps(actuation.step, dt)
-        return cls(scene, drive, joints, actuation.payloads, parts)
+        gravity = np.array(actuation.gravity)
+        return cls(scene, drive, joints, actuation.payloads, gravity, parts)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -121,11 +122,6 @@ class DrivenJoints:
                 f"joint '{joint.joint_name}' of '{joint.robot.name}'{source} moves no mass: give "
                 "its link or a link behind it an inertia, or the joint an armature"
             )
-
-    @property
-    def gravity(self) -> Array:
-        """True acceleration of gravity (3,), in axes of the world."""
-        return np.array(GRAVITY)
 
     @cached_property
     def payloads(self) -> tuple[tuple[Payload, tuple[int, Array]], ...]:

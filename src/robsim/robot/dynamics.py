@@ -349,12 +349,13 @@ class Dynamics(Kinematics):
         prepared = self._usual_dynamics.get(quantity) if gravity is GRAVITY else None
         if (
             prepared is not None
-            and _is_row(q, self.nq)
-            and (v is _NONE or _is_row(v, self.nv))
-            and (a is _NONE or _is_row(a, self.nv))
+            and _is_dense(q)
+            and q.shape == prepared.q_shape
+            and (v is _NONE or (_is_dense(v) and v.shape == prepared.v_shape))
+            and (a is _NONE or (_is_dense(a) and a.shape == prepared.v_shape))
         ):
             out = np.empty(prepared.size)
-            if prepared.fill(batch_dynamics.fill_dynamics, 1, q, v, a, out):
+            if prepared.fill_one(q, v, a, out):
                 return out if prepared.shape is None else out.reshape(prepared.shape)
         if prepared is None:
             prepared = self._prepare_dynamics(quantity, gravity)
@@ -427,9 +428,9 @@ class Dynamics(Kinematics):
         return True
 
 
-def _is_row(x: Any, size: int) -> bool:
-    """Return whether a value is a contiguous array (size,) of float64."""
-    return type(x) is np.ndarray and x.dtype is _FLOAT and x.shape == (size,) and x.strides == (8,)
+def _is_dense(x: Any) -> bool:
+    """Return whether a value is an array of float64 whose last axis is contiguous."""
+    return type(x) is np.ndarray and x.dtype is _FLOAT and x.strides == (8,)
 
 
 def _broadcast_runs(values: Sequence[Array]) -> tuple[tuple[int, ...], list[Array]]:

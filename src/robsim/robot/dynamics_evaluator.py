@@ -39,16 +39,27 @@ class PreparedDynamics:
     """
 
     def __init__(
-        self, program: Program, output: BlockRows, gravity: BlockRows, vector: Array
+        self, program: Program, output: BlockRows, stages: DynamicsStages, vector: Array
     ) -> None:
         addresses, at, p, block = program.prepared()
-        first = int(gravity) * WIDTH
+        first = int(stages.gravity) * WIDTH
         block[first : first + 3 * WIDTH] = np.repeat(vector, WIDTH)
         self.program = program  # owns the machine code
         self.code = np.concatenate([[len(addresses), int(output)], addresses, at, p])
         self.block, self.lock = align_block(block), Lock()
+        self.q_shape, self.v_shape = (stages.bodies.nq,), (stages.n,)
         self.size, shape = output.size, output.shape
         self.shape = None if len(shape) == 1 else shape  # of a result with other axes than (size,)
+
+    def fill_one(self, q: Array, v: Array, a: Array, out: Array) -> bool:
+        """Fill the result of one configuration; return as `batch_dynamics.fill_dynamics` does."""
+        if self.lock.acquire(False):
+            try:
+                usual: bool = batch_dynamics.fill_dynamics(self.code, self.block, 1, q, v, a, out)
+                return usual
+            finally:
+                self.lock.release()
+        return self.fill(batch_dynamics.fill_dynamics, 1, q, v, a, out)
 
     def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
         """Call a kernel with the code and the block, and return its result."""
@@ -200,7 +211,7 @@ class DynamicsEvaluator:
         add: Callable[..., BlockRows] = getattr(parts, quantity)
         output = add(*numbers)
         local = (self.base.T * gravity).sum(axis=1)
-        return PreparedDynamics(parts.program, output, parts.stages.gravity, local)
+        return PreparedDynamics(parts.program, output, parts.stages, local)
 
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError if no mass matrix at configurations (runs, nq) is positive definite."""

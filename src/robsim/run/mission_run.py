@@ -114,6 +114,9 @@ class MissionRun:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_get_leg_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
         dataset: xr.Dataset = xr.concat(parts, dim="time")
+        limits = [leg.run["torque_limit"] for leg in self.legs if "torque_limit" in leg.run]
+        if limits:  # NaN for joints that no phase drives
+            dataset["torque_limit"] = limits[0].copy(data=np.fmax.reduce(limits))
         own = {"title": MISSION, "succeeded": int(self.succeeded)}
         dataset.attrs = {**self.attrs, **own}
         return dataset

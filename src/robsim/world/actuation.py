@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Annotated
 
-from robsim.base.arrays import is_any_nonzero
+import numpy as np
+
+from robsim.base.arrays import Array, is_any_nonzero
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, Quantity, described
+from robsim.declare import DeclaredValue, Quantity, Vector, described
 from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -48,6 +50,7 @@ class SubStep(Quantity):
 
 SUB_STEP = SubStep(above=0, dimension="time")
 DEFAULT_STEP = 1e-3  # seconds
+EARTH_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 
 
 @described
@@ -90,6 +93,11 @@ class Actuation(DeclaredValue):
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
+    gravity: Annotated[
+        Sequence[float] | Array,
+        Vector("acceleration"),
+        "Acceleration of gravity in the axes of the world, in m/s^2, for a drive.",
+    ] = EARTH_GRAVITY
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -103,6 +111,7 @@ class Actuation(DeclaredValue):
             drive: JointDrive | OwnDrive | None = None,
             step: float = DEFAULT_STEP,
             payloads: Payload | Sequence[Payload] = (),
+            gravity: Sequence[float] | Array = EARTH_GRAVITY,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -121,6 +130,18 @@ class Actuation(DeclaredValue):
             raise InputError(
                 f"a drive and {' and '.join(idle)}; give a drive alone, whose torques "
                 "determine the response of the joints"
+            )
+
+    def _check_idle_numbers(self) -> None:
+        """Raise InputError for numbers that act with a drive alone."""
+        if self.drive is not None:
+            return
+        idle = ["payloads"] * bool(self.payloads) + ["step"] * (self.step != DEFAULT_STEP)
+        idle += ["gravity"] * (not np.array_equal(self.gravity, EARTH_GRAVITY))
+        if idle:
+            raise InputError(
+                f"{' and '.join(idle)}: given without a drive, so that the joints have no "
+                "dynamics; give a drive"
             )
 
     def list_active(self) -> list[ActiveImperfection[JointEffect]]:
@@ -155,9 +176,7 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
-            if self.drive is None and (self.payloads or self.step != DEFAULT_STEP):
-                idle = "payloads act" if self.payloads else "the step acts"
-                raise InputError(f"{idle} on joints with a drive; give a drive")
+            self._check_idle_numbers()
             self.response(len(velocities))
 
 

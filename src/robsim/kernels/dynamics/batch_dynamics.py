@@ -5,7 +5,7 @@ depend on their number. The arrays of users are flat.
 """
 
 from robsim.kernels.machine.jit import kernel
-from robsim.kernels.machine.lanes import WIDTH, put
+from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put
 from robsim.kernels.machine.routine import routine
 from robsim.kernels.machine.stages import perform_on_block
 
@@ -14,24 +14,33 @@ LARGEST = 1e300  # other numbers may be infinite or NaN
 
 
 @routine
-def _load_runs(x, start, runs, first, largest, block):
+def _load_runs(x, start, runs, first, block):
     """Copy the runs x[start:] of a flat array to rows of a block.
 
-    If fewer than WIDTH runs remain, copies of the last run fill the block. Return whether the
-    magnitudes of all numbers are at most `largest`.
+    If fewer than WIDTH runs remain, copies of the last run fill the block.
     """
-    count, usual = x.size // runs, True
+    count = x.size // runs
     if runs == 1:
         for i in range(count):
             put(block, first + i, x[i])
-            usual &= abs(x[i]) <= largest
-        return usual
-    for lane in range(WIDTH):
-        at = min(start + lane, runs - 1) * count
+    elif start + WIDTH <= runs:
         for i in range(count):
-            block[(first + i) * WIDTH + lane] = x[at + i]
-            usual &= abs(x[at + i]) <= largest
-    return usual
+            for lane in range(WIDTH):
+                block[(first + i) * WIDTH + lane] = x[(start + lane) * count + i]
+    else:
+        for i in range(count):
+            for lane in range(WIDTH):
+                at = min(start + lane, runs - 1) * count
+                block[(first + i) * WIDTH + lane] = x[at + i]
+
+
+@routine
+def _are_within(block, first, count, largest):
+    """Return whether the magnitudes of all numbers in rows are at most `largest`."""
+    excess = absolute(get(block, first)) < 0.0
+    for i in range(count):
+        excess = excess | ~(absolute(get(block, first + i)) <= largest)
+    return not any_lane(excess)
 
 
 @kernel
@@ -51,15 +60,21 @@ def fill_dynamics(code, block, runs, q, v, a, out):
     )
     nq, nv, size = q.size // runs, v.size // runs, out.size // runs
     for start in range(0, runs, WIDTH):
-        usual = _load_runs(q, start, runs, 0, USUAL_COORDINATE, block) and usual
-        usual = _load_runs(v, start, runs, nq, LARGEST, block) and usual
-        usual = _load_runs(a, start, runs, nq + nv, LARGEST, block) and usual
+        _load_runs(q, start, runs, 0, block)
+        _load_runs(v, start, runs, nq, block)
+        _load_runs(a, start, runs, nq + nv, block)
         perform_on_block(addresses, at, p, block, 0)
-        for lane in range(min(WIDTH, runs - start)):
+        usual = usual and _are_within(block, 0, nq, USUAL_COORDINATE)
+        usual = usual and _are_within(block, nq, 2 * nv, LARGEST)
+        usual = usual and _are_within(block, output, size, LARGEST)
+        if start + WIDTH <= runs:
             for i in range(size):
-                x = block[(output + i) * WIDTH + lane]
-                out[(start + lane) * size + i] = x
-                usual &= abs(x) <= LARGEST
+                for lane in range(WIDTH):
+                    out[(start + lane) * size + i] = block[(output + i) * WIDTH + lane]
+        else:
+            for lane in range(runs - start):
+                for i in range(size):
+                    out[(start + lane) * size + i] = block[(output + i) * WIDTH + lane]
     return usual
 
 

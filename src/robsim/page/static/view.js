@@ -14,6 +14,7 @@ const NAMES = {
   follow: "follow", views: "views of cameras", rays: "rays to feature points", frames: "axes of frames", ground: "ground",
 };
 
+const LIMITED = "same colours; broad: limited"; // in place of the names of the joints
 const MOST_NAMES = 8; // of the curves in a legend
 const CURVES = 120; // milliseconds between drawings of growing curves
 
@@ -234,8 +235,7 @@ export class View {
   chart(curve) {
     const figure = element("figure");
     const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
-    caption.append(...legendOf(curve));
-    if (curve.limited) caption.append(element("span", "broad: limited", "key several"));
+    caption.append(...(curve.limited ? [element("span", LIMITED, "key several")] : legendOf(curve)));
     const plot = element("div", "", "plot");
     figure.append(caption, plot);
     find("charts").append(figure);
