@@ -25,7 +25,7 @@ class JointStateFields(NamedTuple):
 
 
 class JointValues:
-    """The last positions, velocities or efforts of joints, from messages that contain some of the joints.
+    """The last positions, velocities or efforts of joints, from messages of some of the joints.
 
     Parameters
     ----------
