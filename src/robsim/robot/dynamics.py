@@ -13,7 +13,12 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, as_positive, is_kernel_array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, broadcast_leading_shape
-from robsim.kernels.dynamics import batch_dynamics
+from robsim.kernels.dynamics.batch_dynamics import (
+    LARGEST,
+    fill_dynamics,
+    fill_motion,
+    fill_positions,
+)
 from robsim.robot.dynamics_evaluator import DynamicsEvaluator, Gravity, PreparedDynamics
 from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.kinematics import Kinematics
@@ -38,6 +43,14 @@ class FreeMotion(NamedTuple):
         Coordinates in rad and m.
     v : ndarray of shape (..., steps + 1, nv)
         Velocities in rad/s and m/s.
+
+    Examples
+    --------
+    >>> from robsim import Robot
+    >>> from robsim.shapes import Ball
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], shapes=[[], [Ball(0.1, mass=2.0)]])
+    >>> arm.swing([0.0], seconds=0.1).times[-1]
+    np.float64(0.1)
     """
 
     times: Array
@@ -332,14 +345,14 @@ class Dynamics(Kinematics):
         results = np.empty((runs, count + 1, self.nq)), np.empty((runs, count + 1, self.nv))
         prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
-            prepared.fill(batch_dynamics.fill_motion, count, *arrays, *results)
-        if not all((np.abs(x) <= batch_dynamics.LARGEST).all() for x in results):
+            prepared.fill(fill_motion, count, *arrays, *results)
+        if not all((np.abs(x) <= LARGEST).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
 
     def _evaluate_dynamics(
-        self, quantity: str, gravity: Gravity, q: Any, v: Any = _NONE, a: Any = _NONE
+        self, quantity: str, gravity: Gravity, q: Any, v: Any = None, a: Any = None
     ) -> Array:
         """Return a quantity at q (..., nq), v and a (..., nv), of other types Any if convertible.
 
@@ -351,15 +364,20 @@ class Dynamics(Kinematics):
             prepared is not None
             and _is_dense(q)
             and q.shape == prepared.q_shape
-            and (v is _NONE or (_is_dense(v) and v.shape == prepared.v_shape))
-            and (a is _NONE or (_is_dense(a) and a.shape == prepared.v_shape))
+            and (v is None or (_is_dense(v) and v.shape == prepared.v_shape))
+            and (a is None or (_is_dense(a) and a.shape == prepared.v_shape))
         ):
-            out = np.empty(prepared.size)
-            if prepared.fill_one(q, v, a, out):
-                return out if prepared.shape is None else out.reshape(prepared.shape)
+            out = np.empty(prepared.shape)
+            if v is None:
+                usual = prepared.fill(fill_positions, 1, q, out)
+            else:
+                flat = out if out.ndim else out.reshape(-1)
+                usual = prepared.fill(fill_dynamics, 1, q, v, _NONE if a is None else a, flat)
+            if usual:
+                return out
         if prepared is None:
             prepared = self._prepare_dynamics(quantity, gravity)
-        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not _NONE])
+        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not None])
 
     def _evaluate_batch(self, prepared: PreparedDynamics, values: Sequence[Any]) -> Array:
         """Return a quantity at numbers of any shape and type."""
@@ -367,10 +385,10 @@ class Dynamics(Kinematics):
         lead = arrays[0].shape[:-1]
         if any(x.shape[:-1] != lead for x in arrays):
             lead, arrays = _broadcast_runs(arrays)
-        shape = (prepared.size,) if prepared.shape is None else prepared.shape
-        out, runs = np.empty(lead + shape), math.prod(lead)
-        flat = [*(x.reshape(-1) for x in arrays), _NONE, _NONE][:3]
-        kernel = batch_dynamics.fill_dynamics
+        out, runs = np.empty(lead + prepared.shape), math.prod(lead)
+        flat = [x.reshape(-1) for x in arrays]
+        flat += [_NONE] if len(flat) == 2 else []
+        kernel = fill_positions if len(flat) == 1 else fill_dynamics
         if runs and not prepared.fill(kernel, runs, *flat, out.reshape(-1)):
             self._check_values(arrays, out, self._is_plain)
         return out
@@ -408,7 +426,7 @@ class Dynamics(Kinematics):
             self.coordinates(arrays[0], limits=False)
         for x, name in zip(arrays[1:], _OTHERS, strict=False):
             as_floats(x, name, (self.nv,))
-        invalid = ~(np.abs(out) <= batch_dynamics.LARGEST).reshape((*arrays[0].shape[:-1], -1))
+        invalid = ~(np.abs(out) <= LARGEST).reshape((*arrays[0].shape[:-1], -1))
         if invalid.any():
             self._dynamics.check_positive(arrays[0][invalid.any(axis=-1)][:1])
             raise InputError("q, v and a: too large, so that the result is not finite")

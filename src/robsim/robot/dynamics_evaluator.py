@@ -44,31 +44,24 @@ class PreparedDynamics:
         addresses, at, p, block = program.prepared()
         first = int(stages.gravity) * WIDTH
         block[first : first + 3 * WIDTH] = np.repeat(vector, WIDTH)
-        self.program = program  # owns the machine code
-        self.code = np.concatenate([[len(addresses), int(output)], addresses, at, p])
-        self.block, self.lock = align_block(block), Lock()
+        self.program, self.lock = program, Lock()  # the program owns the machine code
+        head = [0, 0, program.size, len(addresses), int(output)]
+        self.code, self.block = np.concatenate([head, addresses, at, p]), align_block(block)
+        self.code[:2] = self.code.size, self.block.ctypes.data
+        self.address = self.code.ctypes.data
         self.q_shape, self.v_shape = (stages.bodies.nq,), (stages.n,)
-        self.size, shape = output.size, output.shape
-        self.shape = None if len(shape) == 1 else shape  # of a result with other axes than (size,)
-
-    def fill_one(self, q: Array, v: Array, a: Array, out: Array) -> bool:
-        """Fill the result of one configuration; return as `batch_dynamics.fill_dynamics` does."""
-        if self.lock.acquire(False):
-            try:
-                usual: bool = batch_dynamics.fill_dynamics(self.code, self.block, 1, q, v, a, out)
-                return usual
-            finally:
-                self.lock.release()
-        return self.fill(batch_dynamics.fill_dynamics, 1, q, v, a, out)
+        self.shape = output.shape
 
     def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
-        """Call a kernel with the code and the block, and return its result."""
+        """Call a kernel with the address of the code, and return its result."""
         if self.lock.acquire(False):
             try:
-                return kernel(self.code, self.block, *arguments)
+                return kernel(self.address, *arguments)
             finally:
                 self.lock.release()
-        return kernel(self.code, align_block(self.block), *arguments)
+        code, block = self.code.copy(), align_block(self.block)
+        code[1] = block.ctypes.data
+        return kernel(code.ctypes.data, *arguments)
 
 
 def align_block(values: Array) -> Array:
@@ -216,10 +209,10 @@ class DynamicsEvaluator:
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError if no mass matrix at configurations (runs, nq) is positive definite."""
         n, runs = self.bodies.n, len(configurations)
-        H, none = np.empty((runs, n, n)), np.empty(0)
-        flat = configurations.reshape(-1), none, none, H.reshape(-1)
+        H = np.empty((runs, n, n))
         prepared = self.prepare("add_mass_matrix", GRAVITY)
-        prepared.fill(batch_dynamics.fill_dynamics, runs, *flat)
+        flat = configurations.reshape(-1), H.reshape(-1)
+        prepared.fill(batch_dynamics.fill_positions, runs, *flat)
         joints = [find_singular_joint(self.bodies, matrix) for matrix in H]
         if joints and all(joint is not None for joint in joints):
             raise InputError(

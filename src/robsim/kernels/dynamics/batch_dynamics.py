@@ -4,6 +4,7 @@ The stages of a program compute one block of runs at a time, so the cost of a co
 depend on their number. The arrays of users are flat.
 """
 
+from robsim.kernels.machine.array_views import reals, wholes
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put
 from robsim.kernels.machine.routine import routine
@@ -43,20 +44,14 @@ def _are_within(block, first, count, largest):
     return not any_lane(excess)
 
 
-@kernel
-def fill_dynamics(code, block, runs, q, v, a, out):
-    """Compute out[run, :] of runs at coordinates q, with arrays v and a.
-
-    The code holds the number of stages, the first row of the output, the addresses of the stages,
-    the offsets of their numbers, and the numbers. The rows of the block hold q from row 0, then v
-    and a; all arrays are flat. Return whether all coordinates are usual, and all numbers and
-    results finite. Python must check others.
-    """
-    stages, output, usual = code[0], code[1], True
+@routine
+def _fill_runs(code, block, runs, q, v, a, out):
+    """Compute out[run, :], see `fill_dynamics`."""
+    stages, output, usual = code[3], code[4], True
     addresses, at, p = (
-        code[2 : 2 + stages],
-        code[2 + stages : 2 + 2 * stages],
-        code[2 + 2 * stages :],
+        code[5 : 5 + stages],
+        code[5 + stages : 5 + 2 * stages],
+        code[5 + 2 * stages :],
     )
     nq, nv, size = q.size // runs, v.size // runs, out.size // runs
     for start in range(0, runs, WIDTH):
@@ -79,18 +74,45 @@ def fill_dynamics(code, block, runs, q, v, a, out):
 
 
 @kernel
-def fill_motion(code, block, steps, q, v, torque, q_out, v_out):
+def fill_dynamics(code, runs, q, v, a, out):
+    """Compute out[run, :] of runs at coordinates q, with arrays v and a; all arrays are flat.
+
+    `code` is the address of whole numbers: the length of the code, the address of a block and its
+    number of rows, the number of stages, the first row of the output, the addresses of the stages,
+    the offsets of their numbers, and the numbers. The rows of the block hold q from row 0, then v
+    and a. Return whether all coordinates are usual, and all numbers and results finite. Python must
+    check others.
+    """
+    numbers = wholes(code, wholes(code, 1)[0])
+    block = reals(numbers[1], WIDTH * numbers[2])
+    return _fill_runs(numbers, block, runs, q, v, a, out)
+
+
+@kernel
+def fill_positions(code, runs, q, out):
+    """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone.
+
+    The array `out` is flat, or has the shape of the quantity for a single run.
+    """
+    numbers = wholes(code, wholes(code, 1)[0])
+    block = reals(numbers[1], WIDTH * numbers[2])
+    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], out.reshape(-1))
+
+
+@kernel
+def fill_motion(code, steps, q, v, torque, q_out, v_out):
     """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].
 
-    The stages perform one step. The code is described in `fill_dynamics`. The rows of a block hold
-    q from row 0, then v and the torque. The array torque[run, step, :] has one step if it is
+    The stages perform one step. The code is described in `fill_dynamics`. The rows of the block
+    hold q from row 0, then v and the torque. The array torque[run, step, :] has one step if it is
     constant.
     """
-    stages = code[0]
+    code = wholes(code, wholes(code, 1)[0])
+    block, stages = reals(code[1], WIDTH * code[2]), code[3]
     addresses, at, p = (
-        code[2 : 2 + stages],
-        code[2 + stages : 2 + 2 * stages],
-        code[2 + 2 * stages :],
+        code[5 : 5 + stages],
+        code[5 + stages : 5 + 2 * stages],
+        code[5 + 2 * stages :],
     )
     runs, nq = q.shape
     nv, held = v.shape[1], torque.shape[1]
