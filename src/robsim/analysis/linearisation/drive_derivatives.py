@@ -20,7 +20,7 @@ from robsim.kernels.machine.program import Blocks, Program
 from robsim.run.experiment import Experiment
 from robsim.world.actuation import Actuation
 
-STEP = 1e-4  # step of central differences, in the units of each row
+STEPS = 1e-4, 1e-7  # steps of central differences in the units of each row; the latter if curved
 ROUGHNESS = 0.02  # largest ratio of second to first difference of a smooth motion
 INSTANT = 1e-9  # seconds in which the state hardly changes
 UNLIMITED = 1e100  # torque in N m or N; finite, as derivatives of infinite numbers are NaN
@@ -84,14 +84,16 @@ class DriveProgram:
         """Return the torques (m,) of the drives at the start."""
         return self._perform(np.zeros((0, 1)), []).first(self.stages.drive_rows.torque)
 
-    def differentiate(self, inputs: list[int], outputs: list[int]) -> tuple[Array, Array]:
+    def differentiate(
+        self, inputs: list[int], outputs: list[int], step: float = STEPS[0]
+    ) -> tuple[Array, Array]:
         """Return derivatives (outputs, inputs), and second differences over the step."""
         count = len(inputs)
         errors = np.concatenate([np.eye(count), -np.eye(count), np.zeros((count, 1))], axis=1)
-        blocks = self._perform(STEP * errors, inputs)
+        blocks = self._perform(step * errors, inputs)
         values = np.stack([blocks.get(row, 1)[0] for row in outputs])
         ahead, behind, rest = values[:, :count], values[:, count:-1], values[:, -1:]
-        return (ahead - behind) / (2.0 * STEP), (ahead + behind - 2.0 * rest) / STEP
+        return (ahead - behind) / (2.0 * step), (ahead + behind - 2.0 * rest) / step
 
     def _perform(self, errors: Array, inputs: list[int]) -> Blocks:
         """Return the rows of B runs after the motion, with errors (inputs, B) of rows."""
@@ -217,7 +219,11 @@ class DriveDerivatives:
         state = [*program.coordinates, *self.inner]
         commands = program.command_rows(self._driven_commands)
         push = [int(program.push) + i for i in range(len(self.joints.names))]
-        slopes, bends = program.differentiate([*state, *commands, *push], state)
+        inputs = [*state, *commands, *push]
+        for step in STEPS:
+            slopes, bends = program.differentiate(inputs, state, step)
+            if not _is_rough(slopes, bends):
+                break
         self._check_smooth(slopes, bends)
         s, n = len(state), len(commands)
         A, B, E = slopes[:, :s], slopes[:, s : s + n], slopes[:, s + n :]
@@ -241,7 +247,7 @@ class DriveDerivatives:
         name = self.joints.drive.label
         if not (np.isfinite(slopes).all() and np.isfinite(bends).all()):
             raise InputError(f"advise: the torques of {name} near rest are not finite")
-        if (np.abs(bends) > ROUGHNESS * np.abs(slopes).max(axis=0)).any():
+        if _is_rough(slopes, bends):
             raise InputError(
                 f"advise: the torques of {name} have no derivative at rest (as with a dead zone), "
                 "and so the loop has no linear map: simulate it"
@@ -266,6 +272,11 @@ def find_inner_state(program: DriveProgram, columns: NDArray[np.int64]) -> list[
         if len(used) == len(kept):
             return kept
         kept = used
+
+
+def _is_rough(slopes: Array, bends: Array) -> bool:
+    """Return whether second differences are large beside first differences."""
+    return bool((np.abs(bends) > ROUGHNESS * np.abs(slopes).max(axis=0)).any())
 
 
 def _keep_drive(actuation: Actuation) -> Actuation:
