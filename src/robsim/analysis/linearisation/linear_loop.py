@@ -77,12 +77,23 @@ class LinearLoop:
         """The loop with the drives; None without a drive."""
         if self.drives is None:
             return None
-        from robsim.analysis.linearisation.driven_loop import DrivenLoop
-
         own = list_servo_tasks(self.task)
         is_scaled = bool(own) and all(map(has_single_gain, own))
-        doubled = self._doubled.moved_response if is_scaled else None
-        return DrivenLoop.of(self.moved_response, doubled, self.drives)
+        return self._make_driven(self._doubled) if is_scaled else self.proportional_driven
+
+    @property
+    def proportional_driven(self) -> DrivenLoop | None:
+        """The loop with the drives of a command that is proportional to the gains."""
+        return self._make_driven(None)
+
+    def _make_driven(self, doubled: LinearLoop | None) -> DrivenLoop | None:
+        """Return the loop with the drives from the loop with twice the gains."""
+        if self.drives is None:
+            return None
+        from robsim.analysis.linearisation.driven_loop import DrivenLoop
+
+        twice = None if doubled is None else doubled.moved_response
+        return DrivenLoop.of(self.moved_response, twice, self.drives)
 
     @property
     def moved_response(self) -> LinearResponse:

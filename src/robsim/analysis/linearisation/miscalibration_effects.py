@@ -123,11 +123,14 @@ def _change_of_limit(
     """Return the relative change of the largest factor of the gains, of first order with drives."""
     if not limit:
         return 0.0
-    if linear.driven is None or perturbed.driven is None:
+    if linear.driven is None:
         return find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0
     if not math.isfinite(limit):
         return 0.0
-    return estimate_limit_change(linear.driven, perturbed.driven, linear.lossless, limit)
+    proportional = linear.gain_dependence.is_proportional
+    changed = perturbed.proportional_driven if proportional else perturbed.driven
+    assert changed is not None
+    return estimate_limit_change(linear.driven, changed, linear.lossless, limit)
 
 
 def _relative_offset(field: VectorField, q: Array, motion: Array) -> tuple[float, float]:
