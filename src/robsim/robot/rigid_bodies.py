@@ -16,6 +16,8 @@ from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.mimic import Mimic
 from robsim.robot.tree import Tree
 
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in axes of the world
+Gravity = Sequence[float] | Array
 KINDS = {"revolute": REVOLUTE, "prismatic": PRISMATIC, "floating": FLOATING}
 
 
