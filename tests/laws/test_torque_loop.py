@@ -8,6 +8,7 @@ from planar_arm import CASES, PLANAR, TIMES, build_scene, build_task
 
 import robsim as rs
 from robsim.base.errors import InputError
+from robsim.page.curves_and_texts import build_joint_panels
 
 STATE = np.array([0.1, 0.3])
 CONSERVATIVE = "linear", "rolled_camera", "saturated"  # models that are true
@@ -167,6 +168,15 @@ def test_the_controller_has_the_torques_of_the_run_and_its_rows_are_a_log():
     assert log.qd.attrs["units"] == "N m"
     notes = str(rs.explain(log, made))
     assert "are the commands of this controller" in notes and "cannot separate" not in notes
+
+
+def test_a_page_shows_velocities_and_torques_of_the_joints():
+    run = simulate(CASES["linear"], duration=0.02)
+    panels = {panel.title: panel for panel in build_joint_panels(run)}
+    assert list(panels)[:2] == ["joint velocities", "commanded torques"]
+    np.testing.assert_array_equal(panels["joint velocities"].values, run.qd_actual.values)
+    assert panels["joint velocities"].unit == "rad/s"
+    assert panels["commanded torques"].unit == "N m"
 
 
 def test_messages_of_torques_have_efforts():

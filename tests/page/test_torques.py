@@ -85,7 +85,8 @@ def unfold(page, *names):
 def test_a_page_draws_torques_and_the_limited_parts_broadly(opened, run, tmp_path):
     page = opened(export_html(run, tmp_path / "run.html").as_uri())
     figure = page.locator("#charts figure").last
-    assert "drive torques (N m)" in figure.inner_text() and "broad: limited" in figure.inner_text()
+    caption = figure.inner_text().replace("\u00a0", " ")
+    assert "drive torques (N m)" in caption and "broad: limited" in caption
     pixels = """() => {
       const { plot } = robsim.charts.at(-1);
       const [x, y] = [plot.valToPos(0.3, "x", true), plot.valToPos(-9, "y", true)];
@@ -116,9 +117,8 @@ def test_a_drive_and_a_load_are_chosen_and_changed_in_the_studio(chromium):
         mass = row(page, "mass (kg)").locator("input")
         mass.fill("2.5")
         mass.press("Enter")
-        until(
-            page, "robsim.listed.find((c) => c.path === 'actuation.payloads.0.mass').value === 2.5"
-        )
+        value = "robsim.listed.find((c) => c.path === 'actuation.payloads.0.mass').value"
+        until(page, f"{value} === 2.5")
         loads = desk.app.bench.experiment.actuation.payloads
         assert loads == (rs.drives.Payload("panda.flange", 2.5),)
         page.locator("#speed").select_option("0")

@@ -6,7 +6,7 @@ import math
 import warnings
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from robsim.analysis.linearisation.noise_floor import (
     compute_noise_floor,
     pixel_deviation,
 )
-from robsim.analysis.linearisation.stability_limit import find_largest_factor, find_limiting_cause
+from robsim.analysis.linearisation.stability_limit import find_limiting_cause, find_loop_limit
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RankWarning
@@ -35,6 +35,9 @@ from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.run_checks import check_instance
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
+
+if TYPE_CHECKING:  # few experiments have drives
+    from robsim.analysis.linearisation.drive_advice import DriveAdvice
 
 SHOWN_EFFECTS = 5  # effects in the printed text
 
@@ -69,6 +72,8 @@ class Advice(Value):
         Effects of a small error in each believed number, most harmful first.
     notes : tuple of str
         Caveats: properties of the experiment that the linear loop neglects.
+    drive : DriveAdvice or None
+        Joint that limits the gain, and errors at rest by weight and friction, with a drive.
 
     Examples
     --------
@@ -89,6 +94,7 @@ class Advice(Value):
     radians: float
     effects: tuple[MiscalibrationEffect, ...]
     notes: tuple[str, ...]
+    drive: DriveAdvice | None = None
 
     @property
     def stability(self) -> str:
@@ -121,6 +127,7 @@ class Advice(Value):
         if not math.isnan(self.metres):
             offset = f"{format_offset(self.metres, self.radians)} off the goal"
             rows.append(("End", offset if self.metres or self.radians else "at the goal"))
+        rows += [] if self.drive is None else self.drive.rows()
         harmful = [str(one) for one in self.effects if one.notable][:SHOWN_EFFECTS]
         if not any(one.moves for one in self.effects):
             rows.append(("Calibration", "no small mistake moves the end" + ", but" * bool(harmful)))
@@ -204,7 +211,7 @@ def _check_linear(experiment: Experiment) -> None:
 def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
     gains: list[Any] = [leaf.gain for leaf in list_servo_tasks(linear.task)]
     gain = max(map(float, gains), default=math.nan)
-    margin = find_largest_factor(linear.gain_dependence, linear.timing)
+    margin = find_loop_limit(linear)
     metres, radians = _final_offset(experiment, linear)
     return Advice(
         gain=gain,
@@ -218,7 +225,17 @@ def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
         radians=radians,
         effects=compute_effects(linear),
         notes=tuple(generate_caveats(experiment, linear)),
+        drive=_advise_drives(linear),
     )
+
+
+def _advise_drives(linear: LinearLoop) -> DriveAdvice | None:
+    """Return the effects of the drives; None without a drive."""
+    if linear.drives is None:
+        return None
+    from robsim.analysis.linearisation.drive_advice import advise_drives
+
+    return advise_drives(linear)
 
 
 def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
@@ -231,7 +248,7 @@ def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
     detectors = field.controller.detectors.values()
     pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task), detectors)
     return compute_noise_floor(
-        linear.response, linear.gain_dependence, linear.timing, pixel, encoder
+        linear.response, linear.gain_dependence, linear.timing, pixel, encoder, linear.driven
     )
 
 

@@ -10,7 +10,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError
 from robsim.logs import message_types, twists
 from robsim.logs.bag_files import TimedMessage
-from robsim.logs.joint_states import JointStateFields, JointValues, stack_stream
+from robsim.logs.joint_states import JointStateFields, JointValues, Part, stack_stream
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import Stream
 
@@ -39,7 +39,7 @@ class CommandReader:
         self._columns = [names.index(name) for name in controller.velocity_names]
         torques = controller.command_quantity == "torque"
         check_torque_messages(torques, kind)
-        part = "effort" if torques else "velocity"
+        part: Part = "effort" if torques else "velocity"
         self._joints = JointValues([log_names.get(name, name) for name in names], part, every=False)
         self._twist = twists.twist_components(names) if kind in message_types.TWISTS else ()
         self._row = {

@@ -106,13 +106,27 @@ def _compare_image_errors(run: RunVariables, second: RunVariables) -> CurvePanel
 
 
 def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
-    """Return the panels of the commands of the joints, and of the torques of drives if any."""
+    """Return the panels of the velocities of the joints and of their torques, if there are any.
+
+    The velocities are commands, except if torques are commanded.
+    """
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]
-    unit = str(run["qd"].attrs.get("units", ""))
-    title = "joint torques" if unit.startswith("N") else "joint velocities"
-    commands = CurvePanel(title, unit, names, colors, run["qd"].values)
-    return [commands, *_build_torque_panels(run, colors)]
+    torques = _build_torque_panels(run, colors)
+    shown = {"qd": "joint velocities"}
+    if _get_unit(run, "qd").startswith("N"):
+        shown = {"qd_actual": "joint velocities", "qd": "commanded torques"}
+    panels = [
+        CurvePanel(title, _get_unit(run, name), names, colors, run[name].values)
+        for name, title in shown.items()
+        if name in run
+    ]
+    return [*panels, *torques]
+
+
+def _get_unit(run: RunVariables, name: str) -> str:
+    """Return the unit of a variable of a run."""
+    return str(run[name].attrs.get("units", ""))
 
 
 def _build_torque_panels(run: RunVariables, colors: list[str]) -> list[CurvePanel]:

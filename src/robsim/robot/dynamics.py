@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,18 +13,14 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, as_positive, is_kernel_array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, broadcast_leading_shape
-from robsim.kernels.dynamics.batch_dynamics import (
-    LARGEST,
-    fill_dynamics,
-    fill_motion,
-    fill_positions,
-)
-from robsim.robot.dynamics_evaluator import DynamicsEvaluator, Gravity, PreparedDynamics
-from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.kinematics import Kinematics
+from robsim.robot.rigid_bodies import GRAVITY, Gravity
 from robsim.robot.robot_coordinates import Coordinates
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.robot_weights import describe_source
+
+if TYPE_CHECKING:  # not imported before use, to keep the start of RobSim quick
+    from robsim.robot.dynamics_evaluator import DynamicsEvaluator, PreparedDynamics
 
 _FLOAT = np.dtype(np.float64)
 STEP_SLACK = 1e-9  # relative error of a time that is a whole number of steps
@@ -345,8 +341,8 @@ class Dynamics(Kinematics):
         results = np.empty((runs, count + 1, self.nq)), np.empty((runs, count + 1, self.nv))
         prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
-            prepared.fill(fill_motion, count, *arrays, *results)
-        if not all((np.abs(x) <= LARGEST).all() for x in results):
+            prepared.fill(prepared.fill_motion, count, *arrays, *results)
+        if not all(self._dynamics.are_valid(x).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
@@ -369,10 +365,12 @@ class Dynamics(Kinematics):
         ):
             out = np.empty(prepared.shape)
             if v is None:
-                usual = prepared.fill(fill_positions, 1, q, out)
+                usual = prepared.fill(prepared.fill_positions, 1, q, out)
             else:
                 flat = out if out.ndim else out.reshape(-1)
-                usual = prepared.fill(fill_dynamics, 1, q, v, _NONE if a is None else a, flat)
+                usual = prepared.fill(
+                    prepared.fill_dynamics, 1, q, v, _NONE if a is None else a, flat
+                )
             if usual:
                 return out
         if prepared is None:
@@ -388,7 +386,7 @@ class Dynamics(Kinematics):
         out, runs = np.empty(lead + prepared.shape), math.prod(lead)
         flat = [x.reshape(-1) for x in arrays]
         flat += [_NONE] if len(flat) == 2 else []
-        kernel = fill_positions if len(flat) == 1 else fill_dynamics
+        kernel = prepared.fill_positions if len(flat) == 1 else prepared.fill_dynamics
         if runs and not prepared.fill(kernel, runs, *flat, out.reshape(-1)):
             self._check_values(arrays, out, self._is_plain)
         return out
@@ -426,7 +424,7 @@ class Dynamics(Kinematics):
             self.coordinates(arrays[0], limits=False)
         for x, name in zip(arrays[1:], _OTHERS, strict=False):
             as_floats(x, name, (self.nv,))
-        invalid = ~(np.abs(out) <= LARGEST).reshape((*arrays[0].shape[:-1], -1))
+        invalid = ~self._dynamics.are_valid(out).reshape((*arrays[0].shape[:-1], -1))
         if invalid.any():
             self._dynamics.check_positive(arrays[0][invalid.any(axis=-1)][:1])
             raise InputError("q, v and a: too large, so that the result is not finite")
@@ -434,6 +432,8 @@ class Dynamics(Kinematics):
     @cached_property
     def _dynamics(self) -> DynamicsEvaluator:
         """Compiled dynamics, built once."""
+        from robsim.robot.dynamics_evaluator import DynamicsEvaluator  # here, for a quick start
+
         source = describe_source(self.name, self.origin)
         return DynamicsEvaluator(source, self.links, self.tree, self.base.rotation)
 

@@ -8,6 +8,7 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
@@ -16,9 +17,9 @@ from robsim.kernels.dynamics.body_rows import FLOATING
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Program
-from robsim.robot.dynamics_stages import GRAVITY, DynamicsStages
+from robsim.robot.dynamics_stages import DynamicsStages
 from robsim.robot.link import Link
-from robsim.robot.rigid_bodies import RigidBodies
+from robsim.robot.rigid_bodies import GRAVITY, Gravity, RigidBodies
 from robsim.robot.robot_weights import (
     collect_bodies,
     describe_singular_joint,
@@ -27,7 +28,6 @@ from robsim.robot.robot_weights import (
 )
 from robsim.robot.tree import Tree
 
-Gravity = Sequence[float] | Array
 MOST_PROGRAMS = 64  # in the cache of a robot
 PROBES = 16  # configurations at which the mass matrix is checked
 
@@ -37,6 +37,10 @@ class PreparedDynamics:
 
     Overlapping calls from several threads work on copies of the block.
     """
+
+    fill_positions = staticmethod(batch_dynamics.fill_positions)
+    fill_dynamics = staticmethod(batch_dynamics.fill_dynamics)
+    fill_motion = staticmethod(batch_dynamics.fill_motion)
 
     def __init__(
         self, program: Program, output: BlockRows, stages: DynamicsStages, vector: Array
@@ -205,6 +209,11 @@ class DynamicsEvaluator:
         output = add(*numbers)
         local = (self.base.T * gravity).sum(axis=1)
         return PreparedDynamics(parts.program, output, parts.stages, local)
+
+    @staticmethod
+    def are_valid(values: Array) -> NDArray[np.bool_]:
+        """Return whether results are finite, and not marked as impossible."""
+        return np.asarray(np.abs(values) <= batch_dynamics.LARGEST)
 
     def check_positive(self, configurations: Array) -> None:
         """Raise InputError if no mass matrix at configurations (runs, nq) is positive definite."""

@@ -17,9 +17,9 @@ from robsim.kernels.dynamics import (
 from robsim.kernels.dynamics.body_rows import FLOATING, PRISMATIC, REVOLUTE, ROWS
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
+from robsim.robot.rigid_bodies import GRAVITY as GRAVITY
 from robsim.robot.rigid_bodies import RigidBodies
 
-GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in axes of the world
 _PLACING = {
     REVOLUTE: relative_placement.place_on_revolute,
     PRISMATIC: relative_placement.place_on_prismatic,

@@ -26,11 +26,21 @@ def list_imperfections(analysis: RunAnalysis) -> list[Ablation]:
     return [
         *_list_acting_effects("sensing", analysis),
         *_list_acting_effects("actuation", analysis),
+        *_list_drive_imperfections(analysis),
         *list_safety_limits(analysis),
         *list_depth_errors(analysis),
         *find_false_beliefs(analysis.case),
         *list_own_motions(analysis),
     ]
+
+
+def _list_drive_imperfections(analysis: RunAnalysis) -> list[Ablation]:
+    """Return the imperfections of driven joints."""
+    if analysis.loop.driven is None:
+        return []
+    from robsim.analysis.explanation.drive_imperfections import list_drive_imperfections
+
+    return list(list_drive_imperfections(analysis))
 
 
 def _list_acting_effects(part: str, analysis: RunAnalysis) -> Iterator[Ablation]:

@@ -66,12 +66,24 @@ def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
         yield distant
         if analysis.outcome is not Outcome.LOCAL_MINIMUM:
             return
-    for reason in _REASONS[analysis.outcome]:
+    drive_reasons = _list_drive_reasons(analysis)
+    for reason in (*drive_reasons, *_REASONS[analysis.outcome]):
         finding = reason(analysis)
         if finding:
             yield finding
             if "converges_after_s" in finding.evidence:
                 return  # there is no other obstacle
+
+
+def _list_drive_reasons(analysis: RunAnalysis) -> tuple[ReasonReporter, ...]:
+    """Return the reporters of causes in driven joints; none without a drive."""
+    if analysis.loop.driven is None:
+        return ()
+    from robsim.analysis.explanation import drive_reasons
+
+    if analysis.outcome is Outcome.CONVERGED:
+        return (drive_reasons.report_saturation,)
+    return drive_reasons.report_unstable_drive, drive_reasons.report_drive_gain
 
 
 _UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # outcomes of runs to an unreachable goal

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def find_remedies(analysis: RunAnalysis) -> list[Finding]:
             trial = run_trial(case) if case is not None and len(advice) < MOST_REMEDIES else None
             if case is not None and trial is not None and trial.converged:
                 advice.append(report_trial(analysis, about, how, case, trial))
-                if remedy in (propose_lower_gain, propose_higher_gain):
+                if remedy in (propose_lower_gain, propose_higher_gain, propose_slower_drive):
                     break
     if analysis.outcome is Outcome.LOCAL_MINIMUM and len(advice) < MOST_REMEDIES:
         advice += advise_via_pose(analysis)
@@ -203,6 +204,18 @@ def propose_feed_forward(analysis: RunAnalysis) -> Iterator[Proposal]:
         yield "feed_forward", f"With feed_forward='{which}'", case
 
 
+def propose_slower_drive(analysis: RunAnalysis) -> Iterator[Proposal]:
+    """Yield the case with lower bandwidths of its drive, if the drive has a bandwidth."""
+    drive: Any = analysis.case.actuation.drive
+    name = next((each for each in ("bandwidth", "frequency") if hasattr(drive, each)), None)
+    for factor, word in LOWER_GAINS.items() if name is not None else ():
+        value = factor * getattr(drive, str(name))
+        slower = replace(drive, **{str(name): value})
+        actuation = replace(analysis.case.actuation, drive=slower)
+        how = f"With {word} the {name} of the drive ({format_number(value)} rad/s)"
+        yield str(name), how, analysis.extended_case.with_(actuation=actuation)
+
+
 def propose_tolerance(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with a tolerance above the final error."""
     if analysis.is_falling:
@@ -224,7 +237,7 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.NO_GRADIENT: (),
     Outcome.NOTHING_IN_VIEW: (propose_coarser_pictures, propose_interaction, propose_lower_gain),
     Outcome.CONVERGED: (),
-    Outcome.UNSTABLE: (propose_lower_gain,),
+    Outcome.UNSTABLE: (propose_lower_gain, propose_slower_drive),
     Outcome.LOCAL_MINIMUM: (
         *(propose_coarser_pictures, propose_metric, propose_rollout, propose_interaction),
         *(propose_law, propose_scheme),
@@ -256,6 +269,7 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
     Outcome.SINGULAR: (propose_interaction, propose_inverse, propose_law, propose_scheme),
     Outcome.DIVERGED: (
         propose_lower_gain,
+        propose_slower_drive,
         propose_inverse,
         propose_interaction,
         propose_law,

@@ -32,9 +32,14 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
         yield f"the error at rest is {residual}: the goal is out of reach, or beliefs are wrong"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
         yield "the gain at zero error stands for an adaptive gain"
-    if linear.timing.lost and not linear.gain_dependence.is_image_only:
+    is_covered = linear.gain_dependence.is_image_only and linear.drives is None
+    if linear.timing.lost and not is_covered:
         yield "lost images are not considered in the largest gain"
     yield from _imperfection_caveats(experiment)
+    if linear.drives is not None:
+        from robsim.analysis.linearisation.drive_advice import generate_drive_caveats
+
+        yield from generate_drive_caveats(linear)
     controller = experiment.task.bind(experiment.scene)
     nearest = find_nearest_constraint(controller, experiment.start, experiment.dt)
     if nearest is not None:

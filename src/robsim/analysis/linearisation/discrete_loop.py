@@ -1,16 +1,14 @@
-"""The linear loop from one image to the next, with delayed images and lagging joints."""
+"""The linear loop from one image to the next, with delayed images, and the joints."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from robsim.analysis.linearisation.linear_plant import LagPlant, LinearPlant, Matrix
 from robsim.analysis.linearisation.loop_delays import LoopDelays
-
-Matrix = Any  # real, or complex for a single mode
 
 
 class LinearStep(NamedTuple):
@@ -27,52 +25,53 @@ class LinearStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A discrete loop with a command that is linear in the motion.
+    """A discrete loop with a command (n,) that is linear in the motion (k,).
 
     The command is qd = image_part @ (motion in the image) + joint_part @ (present motion). The
-    state at the arrival of an image consists of the motion, the velocity, the command of the last
-    image, and the motions in the images that have not arrived yet, each (n,).
+    state at the arrival of an image consists of the state of the plant, the command of the last
+    image, and the motions in the images that have not arrived yet. The plant of joints with a lag
+    has the motion and the velocity, each (n,).
     """
 
-    image_part: Matrix  # (n, n)
-    joint_part: Matrix  # (n, n)
+    image_part: Matrix  # (n, k)
+    joint_part: Matrix  # (n, k)
     timing: LoopDelays
+    drives: LinearPlant | None = None  # None: joints with a lag
+
+    @property
+    def plant(self) -> LinearPlant:
+        """The joints under a held command."""
+        return self.drives or LagPlant(len(self.image_part), self.timing.lag)
 
     @property
     def size(self) -> int:
         """The number of components of the state."""
-        return len(self.image_part) * (3 + self.timing.delay)
+        n, k = self.image_part.shape
+        return int(self.plant.size + n + self.timing.delay * k)
 
     def steps(self, lost: bool = False) -> tuple[LinearStep, list[LinearStep]]:
         """Return the map to the state at the next image, and the map to the motion in each period.
 
         If the image is `lost`, the previous image is used again.
         """
-        n, t = len(self.image_part), self.timing
+        t, plant = self.timing, self.plant
+        n, k = self.image_part.shape
         whole = np.eye(self.size + n, dtype=self.image_part.dtype)
-        motion, v, command, *queue, error = (whole[i : i + n] for i in range(0, len(whole), n))
+        sizes = [plant.size, n, *[k] * t.delay]
+        state, command, *queue, error = np.split(whole, np.cumsum(sizes))
         if not lost:
-            command = self.image_part @ (queue[0] if queue else motion) + error
+            command = self.image_part @ (queue[0] if queue else plant.motion(state)) + error
         path, until_image = [], t.time_until_use
         for _ in range(t.every):
+            motion = plant.motion(state)
             path.append(self._split(motion))
             u = command + self.joint_part @ motion
             if queue and 0.0 <= until_image < t.dt:
-                imaged_motion = _integrate_lag(motion, v, u, until_image, t.lag)[0]
+                imaged_motion = plant.motion(plant.advance(state, u, until_image))
             until_image -= t.dt
-            motion, v = _integrate_lag(motion, v, u, t.dt, t.lag)
-        after = [motion, v, command, *([*queue[1:], imaged_motion] if queue else [])]
+            state = plant.advance(state, u, t.dt)
+        after = [state, command, *([*queue[1:], imaged_motion] if queue else [])]
         return self._split(np.concatenate(after)), path
 
     def _split(self, rows: Matrix) -> LinearStep:
         return LinearStep(rows[:, : self.size], rows[:, self.size :])
-
-
-def _integrate_lag(
-    motion: Matrix, v: Matrix, u: Matrix, seconds: float, lag: float
-) -> tuple[Matrix, Matrix]:
-    """Return motion and velocity after some seconds under a constant command u: lag v' = u - v."""
-    if lag == 0.0:
-        return motion + seconds * u, u
-    decayed = -math.expm1(-seconds / lag)  # decayed share of u - v
-    return motion + seconds * u - (u - v) * (lag * decayed), v + (u - v) * decayed

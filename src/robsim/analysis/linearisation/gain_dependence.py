@@ -8,7 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from robsim.analysis.linearisation.discrete_loop import DiscreteLoop, Matrix
+from robsim.analysis.linearisation.discrete_loop import DiscreteLoop
+from robsim.analysis.linearisation.linear_plant import Matrix
 from robsim.analysis.linearisation.linear_response import LinearResponse
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.base.arrays import Array

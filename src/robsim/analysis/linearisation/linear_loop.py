@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from robsim.analysis.linearisation.gain_dependence import GainDependence
 from robsim.analysis.linearisation.linear_response import LinearResponse
@@ -17,6 +17,10 @@ from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
 from robsim.servo.tasks.task import Task
 
+if TYPE_CHECKING:  # few experiments have drives
+    from robsim.analysis.linearisation.drive_derivatives import DriveDerivatives
+    from robsim.analysis.linearisation.driven_loop import DrivenLoop
+
 CALLER = "advise"  # subject of error messages
 
 
@@ -28,6 +32,7 @@ class LinearLoop:
     field: VectorField
     q: Array
     timing: LoopDelays
+    drives: DriveDerivatives | None = None
 
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
@@ -38,7 +43,7 @@ class LinearLoop:
             raise InputError(f"{CALLER}: the task uses no camera")
         q = find_rest_state(field, experiment)
         field.check_memoryless(q, CALLER)
-        return cls(task, field, q, LoopDelays.of(experiment))
+        return cls(task, field, q, LoopDelays.of(experiment), _differentiate(experiment, field, q))
 
     def with_task(self, task: Task) -> Self:
         """Return the same loop with another task at the same state."""
@@ -60,5 +65,51 @@ class LinearLoop:
         own = list_servo_tasks(self.task)
         if not own or not all(map(has_single_gain, own)):
             return GainDependence.of(self.response, None)
-        twice = self.with_task(make_steady(self.task, 2.0))
-        return GainDependence.of(self.response, twice.response)
+        return GainDependence.of(self.response, self._doubled.response)
+
+    @cached_property
+    def _doubled(self) -> LinearLoop:
+        """The loop with twice the gains."""
+        return self.with_task(make_steady(self.task, 2.0))
+
+    @cached_property
+    def driven(self) -> DrivenLoop | None:
+        """The loop with the drives; None without a drive."""
+        if self.drives is None:
+            return None
+        own = list_servo_tasks(self.task)
+        is_scaled = bool(own) and all(map(has_single_gain, own))
+        return self._make_driven(self._doubled) if is_scaled else self.proportional_driven
+
+    @property
+    def proportional_driven(self) -> DrivenLoop | None:
+        """The loop with the drives of a command that is proportional to the gains."""
+        return self._make_driven(None)
+
+    def _make_driven(self, doubled: LinearLoop | None) -> DrivenLoop | None:
+        """Return the loop with the drives from the loop with twice the gains."""
+        if self.drives is None:
+            return None
+        from robsim.analysis.linearisation.driven_loop import DrivenLoop
+
+        twice = None if doubled is None else doubled.moved_response
+        return DrivenLoop.of(self.moved_response, twice, self.drives)
+
+    @property
+    def moved_response(self) -> LinearResponse:
+        """The derivatives of the command by the motions of all joints that move."""
+        assert self.drives is not None
+        if self.drives.moved.size == self.field.n:
+            return self.response
+        from robsim.analysis.linearisation.driven_loop import MovedField
+
+        return LinearResponse.of(MovedField(self.field.controller, self.drives.moved), self.q)
+
+
+def _differentiate(experiment: Experiment, field: VectorField, q: Array) -> DriveDerivatives | None:
+    """Return the derivatives of the driven joints at rest; None without a drive."""
+    if experiment.actuation.drive is None:
+        return None
+    from robsim.analysis.linearisation.drive_derivatives import DriveDerivatives
+
+    return DriveDerivatives.of(experiment, field.controller.columns, q)

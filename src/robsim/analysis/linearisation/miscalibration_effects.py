@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,11 @@ from robsim.analysis.explanation.text_format import format_offset
 from robsim.analysis.linearisation.gain_dependence import GainDependence
 from robsim.analysis.linearisation.linear_loop import LinearLoop
 from robsim.analysis.linearisation.perturbations import BeliefPerturbation, generate_perturbations
-from robsim.analysis.linearisation.stability_limit import find_mode_limit
+from robsim.analysis.linearisation.stability_limit import (
+    estimate_limit_change,
+    find_loop_limit,
+    find_mode_limit,
+)
 from robsim.analysis.vector_fields import VectorField
 from robsim.base.arrays import Array
 from robsim.run import end_variables
@@ -76,7 +81,7 @@ def compute_effects(linear: LinearLoop) -> tuple[MiscalibrationEffect, ...]:
     A displacement counts as the angle under which it appears from the target. Errors without
     displacement are sorted by their reduction of the largest gain or of the slowest rate.
     """
-    field, limit = linear.field, find_mode_limit(linear.gain_dependence.modes, linear.lossless)
+    field, limit = linear.field, _find_limit(linear)
     depth = float(np.mean([Z.mean() for Z in field.images(linear.q).depth.values()]))
     perturbations = generate_perturbations(linear.task, field.scene, field.controller.sights)
     computed = [_compute_effect(linear, mistake, limit) for mistake in perturbations]
@@ -101,9 +106,31 @@ def _compute_effect(
         else perturbed.gain_dependence
     )
     slowest = scaled.rates[0].real / linear.gain_dependence.rates[0].real - 1.0
-    limit_change = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
-    changes = float(slowest), limit_change
+    changes = float(slowest), _change_of_limit(linear, perturbed, scaled, limit)
     return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, *changes)
+
+
+def _find_limit(linear: LinearLoop) -> float:
+    """Return the largest factor of the gains that a small error changes."""
+    if linear.driven is None:
+        return find_mode_limit(linear.gain_dependence.modes, linear.lossless)
+    return find_loop_limit(linear, linear.lossless)
+
+
+def _change_of_limit(
+    linear: LinearLoop, perturbed: LinearLoop, scaled: GainDependence, limit: float
+) -> float:
+    """Return the relative change of the largest factor of the gains, of first order with drives."""
+    if not limit:
+        return 0.0
+    if linear.driven is None:
+        return find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0
+    if not math.isfinite(limit):
+        return 0.0
+    proportional = linear.gain_dependence.is_proportional
+    changed = perturbed.proportional_driven if proportional else perturbed.driven
+    assert changed is not None
+    return estimate_limit_change(linear.driven, changed, linear.lossless, limit)
 
 
 def _relative_offset(field: VectorField, q: Array, motion: Array) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from robsim.analysis.linearisation.stability_limit import is_stable
 from robsim.base.arrays import Array
 from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.sensing import Sensing
+
+if TYPE_CHECKING:  # few loops have drives
+    from robsim.analysis.linearisation.driven_loop import DrivenLoop
 
 DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12  # of the sums of covariances
 
@@ -61,12 +65,15 @@ def compute_noise_floor(
     timing: LoopDelays,
     pixel: float,
     encoder: Array,
+    driven: DrivenLoop | None = None,
 ) -> NoiseFloor:
     """Return the jitter for the standard deviations of a pixel and of the measured joints (n,).
 
     The covariance X of the state is the solution of X = A X A' + B W B', with the covariance W of
-    the command.
+    the command. A loop `driven` by drives takes the place of the response to commands.
     """
+    if driven is not None:
+        return _driven_noise_floor(driven, response, timing, pixel, encoder)
     U, short = response.basis, timing.with_rarer_images
     loop = scaled.at(1.0, short)
     together = short.every // timing.every  # images for each image of the shorter loop
@@ -74,9 +81,29 @@ def compute_noise_floor(
         return NoiseFloor(math.inf, math.inf, math.inf)
     share = pixel / math.sqrt(together)
     noise = np.hstack([U.T @ response.pixels * share, U.T @ response.joint_part * encoder])
+    return _measure_jitter(loop, noise, U, response)
+
+
+def _driven_noise_floor(
+    driven: DrivenLoop, response: LinearResponse, timing: LoopDelays, pixel: float, encoder: Array
+) -> NoiseFloor:
+    """Return the jitter of a loop with drives."""
+    short = timing.with_rarer_images
+    loop = driven.at(1.0, short)
+    if not is_stable(loop):
+        return NoiseFloor(math.inf, math.inf, math.inf)
+    share = pixel / math.sqrt(short.every // timing.every)
+    noise = np.hstack([response.pixels * share, response.joint_part * encoder])
+    return _measure_jitter(loop, noise, driven.basis, driven.response)
+
+
+def _measure_jitter(
+    loop: DiscreteLoop, noise: Array, basis: Array, response: LinearResponse
+) -> NoiseFloor:
+    """Return the jitter for errors of the command, columns of `noise`, of deviation 1."""
     size = float(np.abs(noise).max()) or 1.0
     W = (noise / size) @ (noise / size).T
-    C = U @ _mean_covariance(loop, _stationary_covariance(loop, W), W) @ U.T
+    C = basis @ _mean_covariance(loop, _stationary_covariance(loop, W), W) @ basis.T
     marks, place, turn = (A @ C @ A.T for A in (response.marks, response.place, response.turn))
     each = np.trace(marks) * 2.0 / len(marks), np.trace(place), np.trace(turn)
     return NoiseFloor(*(size * math.sqrt(max(float(x), 0.0)) for x in each))
@@ -109,8 +136,9 @@ def _sum_powers(A: Array, Q: Array) -> Array:
 
 def _mean_covariance(loop: DiscreteLoop, X: Array, W: Array) -> Array:
     """Return the covariance of the motion, averaged over the periods from one image to the next."""
-    p, total = loop.timing.lost, np.zeros_like(W)
+    p, k = loop.timing.lost, loop.image_part.shape[1]
+    total = np.zeros((k, k))
     for share, lost in ((1.0 - p, False), (p, True)):
         path = loop.steps(lost)[1] if share else []
-        total += share * sum((step.covariance(X, W) for step in path), start=np.zeros_like(W))
+        total += share * sum((step.covariance(X, W) for step in path), start=np.zeros_like(total))
     return total / loop.timing.every

@@ -5,24 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.analysis.explanation.text_format import format_number
-from robsim.analysis.linearisation.discrete_loop import DiscreteLoop, Matrix
+from robsim.analysis.linearisation.discrete_loop import DiscreteLoop
 from robsim.analysis.linearisation.gain_dependence import GainDependence, make_mode_loop
 from robsim.analysis.linearisation.linear_loop import LinearLoop
+from robsim.analysis.linearisation.linear_plant import Matrix
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.base.arrays import Array
 from robsim.run.experiment import Experiment
+
+if TYPE_CHECKING:  # few loops have drives
+    from robsim.analysis.linearisation.driven_loop import DrivenLoop
 
 FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor; largest factor over the first
 UP, BLOCK = 1.1, 64  # ratio of consecutive factors, and number of factors tested at once
 LOWER, LOWEST = 0.1, 1e-8  # ratio of falling factors; least factor over the first
 PARTS, CUTS = 33, 4  # parts of an interval, and number of subdivisions
 ROUNDS, PER_LOSS = 400, 150.0  # least rounds of a power iteration, and rounds times (1 - lost)
+NUDGE = 1e-3  # relative change of a factor, for differences
 NOTABLE_RISE = 1.05  # least ratio of the limits without and with a cause
 
 
@@ -68,6 +73,43 @@ def find_largest_factor(scaled: GainDependence, timing: LoopDelays) -> float:
     short = replace(timing.with_rarer_images, lost=0.0)
     first = _small_factor(list(scaled.rates), short)
     return _search_limit(lambda factors: _stack_maps([scaled.at(f, short) for f in factors]), first)
+
+
+def find_loop_limit(linear: LinearLoop, timing: LoopDelays | None = None) -> float:
+    """Return the largest factor of the gains of a loop, with its drives if there are any.
+
+    `timing` replaces the delays of the loop. Lost images are not considered with a drive.
+    """
+    times = linear.timing if timing is None else timing
+    if linear.driven is None:
+        return find_largest_factor(linear.gain_dependence, times)
+    return find_driven_limit(linear.driven, times, linear.gain_dependence.rates)
+
+
+def find_driven_limit(
+    driven: DrivenLoop, timing: LoopDelays, rates: Sequence[complex] | Array
+) -> float:
+    """Return the largest factor of the gains of a loop with drives."""
+    short = replace(timing.with_rarer_images, lost=0.0)
+    first = _small_factor(list(rates), short)
+    return _search_limit(lambda factors: _stack_maps([driven.at(f, short) for f in factors]), first)
+
+
+def estimate_limit_change(
+    driven: DrivenLoop, perturbed: DrivenLoop, timing: LoopDelays, limit: float
+) -> float:
+    """Return the relative change of the largest factor of a perturbed loop, of first order.
+
+    The largest modulus of the eigenvalues at the limit changes by the perturbation as much as by a
+    change of the factor.
+    """
+    short = timing.with_rarer_images
+    pairs = (driven, limit * (1.0 + NUDGE)), (driven, limit * (1.0 - NUDGE))
+    loops = [loop.at(f, short) for loop, f in (*pairs, (driven, limit), (perturbed, limit))]
+    maps = _stack_maps(loops).arrival_map
+    above, below, here, other = np.abs(np.linalg.eigvals(maps)).max(axis=-1)
+    slope = (above - below) / (2.0 * NUDGE)
+    return float((here - other) / slope) if slope > 0.0 else 0.0
 
 
 def find_mode_limit(rates: Sequence[complex], timing: LoopDelays) -> float:
@@ -146,7 +188,7 @@ def find_limiting_cause(experiment: Experiment, linear: LinearLoop, gain: float)
     `gain` is the gain of the task, the decay rate of all motions under true beliefs.
     """
     limits = sorted(_limits_without_causes(experiment, linear, gain))
-    limit = find_largest_factor(linear.gain_dependence, linear.timing)
+    limit = find_loop_limit(linear)
     if not limits or not limits[-1][0] > NOTABLE_RISE * limit:
         return f"the control period of {format_number(1000 * linear.timing.dt)} ms"
     return limits[-1][1]
@@ -161,9 +203,23 @@ def _limits_without_causes(
         for each in holder.list_active():
             timing = LoopDelays.of(experiment.with_(**{part: each.remove_from(holder)}))
             if timing != linear.timing:
-                yield (
-                    find_largest_factor(linear.gain_dependence, timing),
-                    each.effect.cause(experiment.dt),
-                )
+                yield (find_loop_limit(linear, timing), each.effect.cause(experiment.dt))
     if math.isfinite(gain):
-        yield find_mode_limit([gain], linear.timing), "wrong beliefs, or the law"
+        yield _limit_with_true_law(linear, gain), "wrong beliefs, or the law"
+    if linear.driven is not None and linear.drives is not None:
+        from robsim.analysis.linearisation.driven_loop import idealise_joints
+
+        all_joints = range(len(linear.drives.joints.names))
+        ideal = idealise_joints(linear.driven, linear.drives, all_joints)
+        rates = linear.gain_dependence.rates
+        label = f"the drive {linear.drives.joints.drive.label}"
+        yield find_driven_limit(ideal, linear.timing, rates), label
+
+
+def _limit_with_true_law(linear: LinearLoop, gain: float) -> float:
+    """Return the largest factor of the gains if all motions decay at the rate `gain`."""
+    if linear.driven is None:
+        return find_mode_limit([gain], linear.timing)
+    n = linear.field.n
+    true = linear.driven.with_image_part(-gain * linear.driven.basis[:n])
+    return find_driven_limit(true, linear.timing, [complex(gain)])

@@ -234,7 +234,7 @@ export class View {
 
   chart(curve) {
     const figure = element("figure");
-    const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
+    const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit.replaceAll(" ", "\u00a0")})` : ""));
     caption.append(...(curve.limited ? [element("span", LIMITED, "key several")] : legendOf(curve)));
     const plot = element("div", "", "plot");
     figure.append(caption, plot);
