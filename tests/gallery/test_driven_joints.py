@@ -43,7 +43,7 @@ def test_friction_leaves_an_error_that_a_higher_gain_reduces(gain, left):
     found = run("joint_friction", f"task.gain={gain}")
     assert found.outcome == rs.Outcome.TIME_LIMIT
     assert float(found.pixel_error) == pytest.approx(left, abs=0.2)
-    assert (found.qd_actual.values[-1, [0, 3]] == 0.0).all()  # the joints stick
+    assert np.abs(found.qd_actual.values[-1]).max() < 1e-5  # the arm is at rest
 
 
 @pytest.mark.parametrize("change", ["integral_rate=10", "model.friction=1"])
