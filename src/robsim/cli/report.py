@@ -45,7 +45,20 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
             print_text(f"final error  {away:.3g} px")
         _print_final_pose(result, folder)
         print_text(f"path length  {100 * float(result.path_length):.2f} cm")
+        _print_saturation(result)
     print_text(f"results      {folder}")
+
+
+def _print_saturation(result: xr.Dataset) -> None:
+    """Print the joints whose torques were limited in a run with drives."""
+    if "saturation" not in result or "time" not in result["saturation"].dims:
+        return
+    shares = result["saturation"].isel(time=slice(1, None)).mean("time").to_series()
+    limited = [
+        f"'{name}' {100 * share:.3g} % of the run" for name, share in shares.items() if share > 0
+    ]
+    if limited:
+        print_text(f"torque limit {', '.join(limited)}")
 
 
 def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
