@@ -48,7 +48,7 @@ def test_the_changes_of_a_cause_make_the_run_converge():
 def test_numbers_of_saturation_and_friction():
     run = FAILURES["saturation"].run()
     cause = rs.explain(run, FAILURES["saturation"]).causes[0]
-    last = int(round(float(run.end_time) / 0.01)) + 1
+    last = round(float(run.end_time) / 0.01) + 1
     assert cause.evidence["saturated"] == pytest.approx(run.saturation.values[1:last].mean(0).max())
     assert "'upper' at 10 N m for 100 %" in cause.sentence
     held = explain(FAILURES["friction"]).causes[0]

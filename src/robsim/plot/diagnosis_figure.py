@@ -104,9 +104,9 @@ def diagnosis(
         raise InputError(f"this diagnosis is incomplete: it has no {missing}")
     time = diagnosis["time"].values
     with figure_style():
-        draws, titles, height = DRAWS, TITLES, 5.6
-        if "torque" in diagnosis:
-            draws, titles, height = (*draws, *DRIVE_DRAWS), (*titles, *OF_DRIVES), 8.2
+        driven = "torque" in diagnosis
+        draws = (*DRAWS, *DRIVE_DRAWS) if driven else DRAWS
+        titles, height = ((*TITLES, *OF_DRIVES), 8.2) if driven else (TITLES, 5.6)
         figure, panels = prepare_panels(axes, len(draws), size, (9.6, height), 2, sharex=True)
         if axes is None:
             how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")

@@ -145,8 +145,8 @@ class LiveRun:
         now, still = self.now, 0.0 * self.now.qd
         later = now.time + self.segment.dt
         free = 0.0 * now.active
-        rest = {"qd": still, "qd_actual": still, "saturation": 0.0 * now.saturation}
-        self.instants.append(replace(now, time=later, active=free, slack=free, **rest))
+        rest = replace(now, qd=still, qd_actual=still, saturation=0.0 * now.saturation)
+        self.instants.append(replace(rest, time=later, active=free, slack=free))
 
     def _advance(self) -> Chunk:
         """Simulate the next instant, store it, and return the chunk of the simulation."""
