@@ -120,11 +120,11 @@ def torques(
     Examples
     --------
     >>> import robsim as rs
-    >>> scene = rs.Scene(rs.library.robot("planar_two_link"))
-    >>> task = rs.FollowJoints(by={"link1": 0.3}, duration=0.2)
-    >>> drives = rs.Actuation(drive=rs.drives.VelocityLoop())
-    >>> figure = torques(rs.simulate(scene, task, duration=0.4, actuation=drives))
-    >>> [axes.get_ylabel() for axes in figure.axes]
+    >>> scene, drive = rs.Scene(rs.robots.planar_2r()), rs.drives.VelocityLoop()
+    >>> task = rs.FollowJoints(by={"upper": 0.3}, duration=0.2)
+    >>> run = rs.simulate(scene, task, duration=0.4, actuation=rs.Actuation(drive=drive))
+    >>> [axes.get_ylabel() for axes in torques(run).axes]
+    ['upper (N m)', 'fore (N m)']
     """
     one = run_data.extract_single_run(run)
     if "torque" not in one:
