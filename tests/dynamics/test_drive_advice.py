@@ -56,8 +56,7 @@ def decays(experiment, gain):
 
 
 @pytest.mark.parametrize(
-    "i",
-    [i if i in SHOWN else pytest.param(i, marks=pytest.mark.full) for i in range(CASES)],
+    "i", [i if i in SHOWN else pytest.param(i, marks=pytest.mark.full) for i in range(CASES)]
 )
 def test_runs_below_the_largest_gain_settle_and_runs_above_it_do_not(i):
     experiment = random_case(i)
