@@ -370,3 +370,16 @@ def test_an_object_on_the_robot_is_a_load():
     )
     np.testing.assert_allclose(run.torque.values[-1], 2.5 * G, rtol=1e-6)
     np.testing.assert_allclose(run.q.values[:, 0], 0.0, atol=1e-9)  # the start holds the load
+
+
+def test_a_rolling_wheel_weighs_on_the_lift_that_carries_it():
+    """The wheel follows the rail, so it moves ideally, and its mass is that of a fixed body."""
+    robot = rs.robots.inspection_a()
+    links = {link.name: link for link in robot.links}
+    carried = sum(links[name].inertial.mass for name in ("front_lift", "front_wheel"))
+    task = rs.FollowJoints(by={"front_lift": 0.0}, duration=0.1)
+    actuation = rs.Actuation(drive=rs.drives.VelocityLoop())
+    run = rs.simulate(rs.Scene([robot]), task, dt=0.01, duration=0.1, actuation=actuation)
+    tilt = robot.fk(robot.home, "front_lift")[2, 2]
+    weight = float(run.torque.values[0, list(robot.velocity_names).index("front_lift")])
+    np.testing.assert_allclose(weight, carried * G * tilt, rtol=1e-9)

@@ -154,6 +154,11 @@ def advise(experiment: Experiment) -> Advice:
     if all eigenvalues of this map lie within the unit circle (Franklin, Powell and Workman 1998,
     "Digital Control of Dynamic Systems"). If images are lost, the mean square of the state must
     decay. The jitter that noise causes follows from the discrete Lyapunov equation of the same map.
+
+    With a drive the map is that of the simulated sub-steps, differentiated about rest without
+    Coulomb friction and limits of torques. Held torques at the joints, such as a weight that the
+    drive does not hold, displace the state of rest of the same map.
+
     An error dp of a believed number displaces the state of rest by
 
         dq = -(dqd/dq)^-1 (dqd/dp) dp.

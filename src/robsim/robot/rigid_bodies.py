@@ -11,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.geometry.inertia import Inertia
+from robsim.geometry.pose import homogeneous_matrix
 from robsim.kernels.dynamics.body_rows import FLOATING, PRISMATIC, REVOLUTE
 from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.mimic import Mimic
@@ -218,7 +219,7 @@ class _BodyChoice:
         """Return the moments (bodies, 10) or (bodies, 10, runs); `index` numbers the bodies."""
         rows = []
         for name, inertia in inertias:
-            body, pose = self.tree.find(name)
+            body, pose = self._find_moved_body(*self.tree.find(name))
             if body in self.lost:
                 raise InputError(self._describe_lost(body))
             if body in index:
@@ -228,6 +229,18 @@ class _BodyChoice:
         for i, moments in rows:
             total[i] += moments if moments.ndim == total.ndim - 1 else moments[:, None]
         return total
+
+    def _find_moved_body(self, body: int, pose: Array) -> tuple[int, Array]:
+        """Return the body that forces move below a coupled body, and the pose of a frame in it.
+
+        A coupled body, such as a wheel that rolls, counts as fixed at its coordinate zero.
+        """
+        tree = self.tree
+        while body in self.lost and tree.joints.bodies[body].x >= tree.nq:
+            place = tree.joints.place[body]
+            T = homogeneous_matrix(place.reshape(3, 4, -1), (-1,) * (place.ndim - 2))
+            pose, body = T @ pose, int(tree.parent[body])
+        return body, pose
 
     def _describe_lost(self, body: int) -> str:
         kind = self.tree.models[body].name
