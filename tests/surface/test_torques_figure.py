@@ -53,7 +53,8 @@ def test_each_joint_has_its_torque_its_limit_and_shaded_saturation(run):
         title = axes.get_title(loc="right")
         share = run.saturation.values[1:, i].mean()
         assert title.startswith(f"at most {LIMITS[i]:g} N m")
-        assert (f"limited for {100 * share:.0f} %" in title) == (share > 0)
+        words = f"limited for {100 * share:.3g} % of the time"
+        assert (words in title) == (share > 0)
     assert any(len(axes.patches) for axes in figure.axes)
 
 

@@ -82,7 +82,7 @@ def _print_torques(result: xr.Dataset) -> None:
         nearest = names[int(shares.argmax("velocity"))]
         print_text(f"torque       at most {100 * most:.0f} % of the limit, at {nearest}")
     limited = zip(names, driven["saturation"].mean("time").values.tolist(), strict=True)
-    if parts := [f"{name} {100 * share:.2g} %" for name, share in limited if share > 0.0]:
+    if parts := [f"{name} {100 * share:.3g} %" for name, share in limited if share > 0.0]:
         print_text(f"limited      {', '.join(parts)} of the time")
 
 

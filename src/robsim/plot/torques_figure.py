@@ -165,7 +165,7 @@ def _draw_joint_torque(axes: Axes, table: DriveTorques, joint: int) -> None:
     axes.set(ylabel=f"{table.names[joint]} ({unit})", ylim=(low, high))
     if np.isfinite(limit):
         share = float(np.nanmean(table.saturation[1:, joint])) if len(time) > 1 else 0.0
-        saturated = f", limited for {100 * share:.2g} % of the time" if share > 0.0 else ""
+        saturated = f", limited for {100 * share:.3g} % of the time" if share > 0.0 else ""
         text = f"at most {limit:.4g} {unit}{saturated}"
         axes.set_title(text, loc="right", fontsize=8, color="#666666")
 
