@@ -119,10 +119,21 @@ def test_the_drive_and_the_joint_that_limit_the_gain_are_named():
     assert late.limited_by == "100 ms of latency"
 
 
-def test_limits_below_the_weight_are_a_caveat():
+def test_limits_of_torques_are_a_caveat():
+    weight = driven_arms.build_arm().gravity(driven_arms.HOME)
     advice = rs.advise(driven_arms.servo(rs.drives.VelocityLoop(), effort=(10.0, 50.0)))
-    assert any("'upper'" in note and "above its limit of 10" in note for note in advice.notes)
-    assert any("limits of torques" in note for note in advice.notes)
+    words = f"the weight needs {10 * weight[0]:.3g} % of the limit of 'upper'"
+    assert any(words in note for note in advice.notes)
+    free = rs.advise(driven_arms.servo(rs.drives.VelocityLoop()))
+    assert not any("torques" in note or "friction" in note for note in free.notes)
+
+
+def test_a_loop_without_rest_has_no_errors_at_rest():
+    unstable = driven_arms.servo(rs.drives.IndustrialServo(), gain=120.0)
+    advice = rs.advise(unstable)
+    assert advice.margin < 1.0
+    assert np.isnan([advice.drive.sag.pixels, advice.drive.friction.pixels]).all()
+    assert "the loop does not come to rest" in str(advice)
 
 
 @dataclass(frozen=True)

@@ -171,10 +171,9 @@ def generate_drive_caveats(linear: LinearLoop) -> Iterator[str]:
         )
     limits, loads = joints.limits, np.abs(linear.drives.loads)
     if np.isfinite(limits).any():
-        yield "limits of torques are not considered in the largest gain"
-    for name, load, most in zip(names, loads, limits, strict=True):
-        if load > most:
-            yield (
-                f"at rest the weight loads '{name}' with {format_number(float(load))} N m, above "
-                f"its limit of {format_number(float(most))}"
-            )
+        j = int(np.argmax(loads / limits))
+        share = format_number(100.0 * float(loads[j] / limits[j]))
+        yield (
+            "limits of torques are not considered, and the largest gain is lower if they act; at "
+            f"rest the weight needs {share} % of the limit of '{names[j]}'"
+        )
