@@ -221,4 +221,10 @@ def commands(tables) -> dict:
     return {i: np.asarray(command.velocities) for i, command in enumerate(steps)}
 
 
-PROBES = {Role.RUN: results, Role.FIGURE: pictures, Role.FILE: files, Role.ROBOT: commands}
+PROBES = {
+    Role.RUN: results,
+    Role.FIGURE: pictures,
+    Role.FILE: files,
+    Role.DRIVE: results,
+    Role.ROBOT: commands,
+}

@@ -280,8 +280,8 @@ def solid(table):
 
 
 def shaped(table):
-    """The same solid before a camera, and as a part of a link."""
-    return [solid(table), linked("shapes", [table], 0)]
+    """The same solid before a camera, and as a part of a link, also of one that has weight."""
+    return [solid(table), linked("shapes", [table], 0), weighed("shapes", [table], 0)]
 
 
 def pictured(table, **others):
@@ -402,6 +402,22 @@ def linked(key, value, *more, others=None):
         *links, home=["5 deg", "9 deg"], tip="b", by={"a": "9 deg", "b": "5 deg"}
     )
     return made, (*path, "links", 2, key, *more), others or {}
+
+
+def weighed(key, value, *more, others=None):
+    """An arm of two links with weight and drives; the second has this besides."""
+    inertia = {"mass": "1 kg", "moments": "0.1, 0.1, 0.1 kg m^2", "centre": "10, 0, 0 cm"}
+    link = {"joint": "revolute", "limits": ["-90 deg", "90 deg"], "inertia": inertia}
+    across = {"position": "20, 0, 0 cm", "rpy": "90, 0, 0 deg"}
+    links = [{"name": "a", **link}, {"name": "b", **link, "place": across, key: value}]
+    if key == "shapes":
+        del links[1]["inertia"]
+        links[1]["shapes"] = [*value, {"kind": "ball", "radius": "8 cm", "mass": "1 kg"}]
+    made, path = make_driven_robot(
+        *links, home=["5 deg", "9 deg"], tip="b", by={"a": "9 deg", "b": "5 deg"}
+    )
+    tables = world(made, actuation={"drive": "velocity_loop"})
+    return tables, (*path, "links", 2, key, *more), others or {}
 
 
 def imperfect(key, effect, base=None):
@@ -539,7 +555,7 @@ OF_LINK = {
     "joint": ["prismatic"],
     "joint_name": ["other"],
     "speed": ["1 rad/s"],
-    "effort": [5.0],
+    "effort": [0.9],
     "armature": [0.02],
     "damping": [0.3],
     "friction": [0.4],
@@ -981,6 +997,7 @@ RECIPES = {
     "LinkTable": [
         (*linked("parent", "a")[:1], ("robots", 0, "links", 2), OF_LINK),
         (*linked("dh", ROW)[:1], ("robots", 0, "links", 2)),
+        (*weighed("parent", "a")[:1], ("robots", 0, "links", 2), OF_LINK),
         (*car("rolling")[:1], ("robots", 0, "links", 1)),
         (with_random_starts(*linked("parent", "a")[:2], "b")[0], ("robots", 0, "links", 2)),
         (*rail({"kind": "arc", "radius": "1 m", "angle": "1 rad"})[:1], ("robots", 0, "links", 1)),
@@ -988,8 +1005,8 @@ RECIPES = {
     ],
     "DHRow": [linked("dh", ROW)],
     "InertiaTable": [
-        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}),
-        linked("inertia", {"mass": "1 kg", "moments": "1, 1, 3 kg m^2", "strict": False}),
+        weighed("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}),
+        weighed("inertia", {"mass": "1 kg", "moments": "1, 1, 3 kg m^2", "strict": False}),
     ],
     "Steering": [steered()],
     "ObjectText": [
@@ -1019,7 +1036,14 @@ RECIPES = {
     "Occlusion": [
         (world(WHOLE, sensing=HIDDEN), ("sensing", "occlusions", 0), {"camera": ["second"]})
     ],
-    "Actuation": [(world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION)],
+    "Actuation": [
+        (world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION),
+        (
+            powered("computed_torque")[0],
+            ("actuation",),
+            {"payloads": [[LOAD]], "step": ["5 ms"], "gravity": ["0, 0, -1.6 m/s^2"]},
+        ),
+    ],
     "Safety": [
         (
             world(ARM_SERVO, safety={"ramp": "0.2 s"}, sensing={"dropped": 0.6}),

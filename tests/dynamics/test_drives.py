@@ -150,6 +150,13 @@ def test_a_joint_slides_and_stops_under_coulomb_friction():
     assert abs(v.max() - speed) < 2e-3 * speed
 
 
+def test_gravity_is_a_number_of_the_actuation():
+    moon = (0.0, 0.0, -1.62)
+    drive = rs.drives.VelocityLoop(bandwidth=50.0, integral_rate=0.0, gravity=False)
+    run = hold(build_lift(), drive, 1.0, gravity=moon)
+    np.testing.assert_allclose(run.qd_actual.values[-1], -1.62 / 50.0, rtol=1e-9)
+
+
 def test_a_proportional_loop_sags_at_the_velocity_of_its_load():
     robot = build_lift(mass=2.0)
     drive = rs.drives.VelocityLoop(bandwidth=50.0, integral_rate=0.0, gravity=False)
@@ -300,7 +307,7 @@ ERRORS = {
     ),
     "payload alone": (
         lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
-        "actuation: payloads act on joints with a drive",
+        "actuation: payloads: given without a drive",
     ),
     "no method": (lambda: rs.Actuation(drive=object()), "drive"),
     "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),
@@ -324,3 +331,55 @@ def test_wrong_drives_are_refused_by_name(case):
     make, message = ERRORS[case]
     with pytest.raises(rs.errors.InputError, match=message.replace("(", r"\(")):
         make()
+
+
+def test_a_joint_on_a_turning_vehicle_is_flung_outward():
+    """A free slide on a vehicle that turns at w obeys r'' = w^2 r, so r = r0 cosh(w t)."""
+    w, r0 = 1.5, 0.3
+    base = rs.Robot("cart", [Link("ground"), Link("body", "ground", Joint("unicycle"))])
+    along = Joint("prismatic", place=rs.Pose.at(rpy=(0, np.pi / 2, 0)))  # along x of the cart
+    body = Inertia(1.0, tensor=np.eye(3) * 1e-3)
+    slide = rs.Robot(
+        "slide", [Link("rail"), Link("bead", "rail", along, inertia=body)], on="cart.body"
+    )
+    scene = rs.Scene([base, slide], motions=[rs.Motion("cart", rates=[0.0, w])])
+    task = rs.FollowJoints(by={"bead": 0.0}, gain=1e-9, duration=0.1)
+    errors = []
+    for dt in (0.01, 0.005):
+        run = rs.simulate(
+            scene,
+            task,
+            {"cart": [0.4, -0.2, 0.3], "slide": [r0]},
+            dt=dt,
+            duration=0.6,
+            hold=True,
+            actuation=rs.Actuation(drive=Force((0.0,)), step=dt / 10),
+        )
+        errors.append(run.q.values[-1, 3] - r0 * np.cosh(0.6 * w))
+    assert abs(errors[0]) < 2e-3
+    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.1)
+
+
+def test_an_object_on_the_robot_is_a_load():
+    box = rs.Object("box", shapes=rs.Block(0.1, 0.1, 0.1, mass=0.5), on="lift.cage")
+    robot, drive = build_lift(mass=2.0), rs.drives.GravityCompensatedPD(frequency=20.0)
+    task = rs.FollowJoints(by={"cage": 0.0}, gain=1e-9, duration=0.1)
+    settings = {"dt": 0.01, "duration": 1.0, "hold": True}
+    run = rs.simulate(
+        rs.Scene([robot], [box]), task, **settings, actuation=rs.Actuation(drive=drive)
+    )
+    np.testing.assert_allclose(run.torque.values[-1], 2.5 * G, rtol=1e-6)
+    np.testing.assert_allclose(run.q.values[:, 0], 0.0, atol=1e-9)  # the start holds the load
+
+
+def test_a_rolling_wheel_weighs_on_the_lift_that_carries_it():
+    """The wheel follows the rail, so it moves ideally, and its mass is that of a fixed body."""
+    robot = rs.robots.inspection_a()
+    links = {link.name: link for link in robot.links}
+    carried = sum(links[name].inertial.mass for name in ("front_lift", "front_wheel"))
+    task = rs.FollowJoints(by={"front_lift": 0.0}, duration=0.1)
+    actuation = rs.Actuation(drive=rs.drives.VelocityLoop())
+    run = rs.simulate(rs.Scene([robot]), task, dt=0.01, duration=0.1, actuation=actuation)
+    tilt = robot.fk(robot.home, "front_lift")[2, 2]
+    weight = float(run.torque.values[0, list(robot.velocity_names).index("front_lift")])
+    np.testing.assert_allclose(weight, carried * G * tilt, rtol=1e-9)

@@ -8,12 +8,15 @@ import robsim as rs
 ENDINGS = {  # of those that do not converge
     "camera_law_stalls": "LOCAL_MINIMUM",
     "desired_through_the_target": "BEHIND_CAMERA",
+    "joint_friction": "TIME_LIMIT",
     "local_minimum": "LOCAL_MINIMUM",
     "marks_that_lie": "TIME_LIMIT",
     "noise_floor": "TIME_LIMIT",
     "pbvs_loses_target": "OUT_OF_IMAGE",
     "tilted_square": "LOCAL_MINIMUM",
     "uneven_depth": "LOCAL_MINIMUM",
+    "unknown_payload": "TIME_LIMIT",
+    "velocity_loop": "TIME_LIMIT",
 }
 
 

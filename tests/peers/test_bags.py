@@ -248,3 +248,15 @@ def test_the_example_finds_gain_delay_and_lag(tmp_path, monkeypatch, capsys):
     out, err = capsys.readouterr()
     assert err == "" and "with a lag of 0.1 +- " in out and "are 0.804" in out
     assert "to the bit with its own experiment: True, lag 0.1 s" in out
+
+
+def test_a_bag_has_torques_as_efforts(tmp_path):
+    made = rs.load_scenario(rs.examples.path("torque_planar")).with_(duration=0.2)
+    run = made.run()
+    path = rs.logs.write_bag(run, tmp_path / "bag")
+    messages = [message for _, message in every(path, "/joint_commands")]
+    np.testing.assert_array_equal([each.effort for each in messages], run.qd)
+    assert not any(len(each.velocity) for each in messages)
+    log = rs.logs.read_bag(path, made)
+    np.testing.assert_array_equal(log.qd.values, run.qd.values)
+    assert log.qd.attrs["units"] == "N m"

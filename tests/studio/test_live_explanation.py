@@ -20,7 +20,7 @@ from robsim.studio.live_explanation import (
 )
 from robsim.studio.workbench import Workbench
 
-COMMANDS = 68  # commands in the remarks of all shipped experiments
+COMMANDS = 78  # commands in the remarks of all shipped experiments
 NO_BUTTON = {"local_minimum": "robsim study", "straight_image_lines": "robsim run visp_tutorial"}
 
 

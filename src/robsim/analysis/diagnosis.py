@@ -41,6 +41,8 @@ LONG_NAMES = {
     "singularity": "smallest over largest singular value of the true L J",
 }
 UNITS = {"border_margin": "px"}
+TORQUE_NAMES = ("torque", "saturation", "torque_limit")  # of the run
+LAG = "commanded minus actual velocity of each joint at the end of its period"
 
 
 def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Dataset:
@@ -86,6 +88,11 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
         - limit_margin, limit_coordinate: distance (as a share of its range) and number of the
           coordinate nearest to a limit; NaN and -1 without limits.
         - singularity: ratio of the smallest to the largest singular value of the true L J.
+
+        A run with a drive also has its torque, saturation and torque_limit, and
+
+        - velocity_error: commanded minus actual velocity of each joint, at the end of the period of
+          the command; 0 at the start. A law of torques has no velocity_error.
 
         A run with a detector also has variables of at most 200 of its pictures, which are drawn and
         searched again near the true marks:
@@ -148,11 +155,26 @@ def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
     variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
     variables["lyapunov_rate"][2]["units"] = f"{variables['lyapunov'][2]['units']}/s"
     variables |= measure_detection(again)
-    coordinate_names = ("time", "coordinate", "mark_camera", "mark_target")
+    coordinate_names = ["time", "coordinate", "mark_camera", "mark_target"]
     instants = again.run.isel(time=slice(0, T))
+    if "torque" in instants:
+        variables |= _measure_drives(instants)
+        coordinate_names.append("velocity")
     coordinates = {name: instants[name] for name in coordinate_names}
     attributes = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
     return xr.Dataset(variables, coordinates, attributes)
+
+
+def _measure_drives(run: xr.Dataset) -> dict[str, Any]:  # Any: as Dataset accepts variables
+    """Return the torques of the drives with their limits, and the errors of the velocities."""
+    torques: dict[str, Any] = {name: run[name].variable for name in TORQUE_NAMES}
+    commands, rates, unit = run["qd"].values, run["qd_actual"].values, run["qd"].attrs["units"]
+    if unit != run["qd_actual"].attrs["units"]:  # a law of torques
+        return torques
+    error = np.zeros_like(rates)
+    error[1:] = commands[:-1] - rates[1:]
+    attributes = {"units": unit, "long_name": LAG}
+    return {**torques, "velocity_error": (["time", "velocity"], error, attributes)}
 
 
 def _lyapunov_function(truth: TrueError | None, rates: Array) -> dict[str, Array]:

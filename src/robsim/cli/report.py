@@ -45,20 +45,8 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
             print_text(f"final error  {away:.3g} px")
         _print_final_pose(result, folder)
         print_text(f"path length  {100 * float(result.path_length):.2f} cm")
-        _print_saturation(result)
+        _print_torques(result)
     print_text(f"results      {folder}")
-
-
-def _print_saturation(result: xr.Dataset) -> None:
-    """Print the joints whose torques were limited in a run with drives."""
-    if "saturation" not in result or "time" not in result["saturation"].dims:
-        return
-    shares = result["saturation"].isel(time=slice(1, None)).mean("time").to_series()
-    limited = [
-        f"'{name}' {100 * share:.3g} % of the run" for name, share in shares.items() if share > 0
-    ]
-    if limited:
-        print_text(f"torque limit {', '.join(limited)}")
 
 
 def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
@@ -81,6 +69,21 @@ def print_mission_report(result: MissionRun, folder: Path) -> None:
     print_text(f"outcome      {'all phases as expected' if result.succeeded else 'not completed'}")
     print_text(f"time         {result.legs[-1].end:.2f} s")
     print_text(f"results      {folder}")
+
+
+def _print_torques(result: xr.Dataset) -> None:
+    """Print the joint whose torque comes nearest to its limit, and the joints that are limited."""
+    if "torque" not in result or "time" not in result.dims:
+        return
+    driven = result.isel(time=slice(1, None))  # the first torques hold the robot at rest
+    shares = (abs(driven["torque"]) / driven["torque_limit"]).max("time").fillna(0.0)
+    names = result["velocity"].values.tolist()
+    if (most := float(shares.max())) > 0.0:
+        nearest = names[int(shares.argmax("velocity"))]
+        print_text(f"torque       at most {100 * most:.0f} % of the limit, at {nearest}")
+    limited = zip(names, driven["saturation"].mean("time").values.tolist(), strict=True)
+    if parts := [f"{name} {100 * share:.2g} %" for name, share in limited if share > 0.0]:
+        print_text(f"limited      {', '.join(parts)} of the time")
 
 
 def _print_final_pose(result: xr.Dataset, folder: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base import si_units
-from robsim.cli.robot_weights import format_weight_table
+from robsim.cli.weight_table import format_weight_table
 from robsim.files import robots
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot

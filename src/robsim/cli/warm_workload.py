@@ -36,13 +36,15 @@ def list_workload() -> list[WorkloadItem]:
     True
     """
     from robsim.declare import families, fields_of
+    from robsim.servo.laws.command_quantity import get_command_quantity
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
     features = (f"task.features={name}" for name in families()["feature"].names)
-    laws = (
+    laws = (  # the examples have laws of torques, which need a drive
         f"task.law={name}"
         for name, kind in families()["law"].kinds.items()
         if not any(each.required for each in fields_of(kind))
+        and get_command_quantity(kind) == "velocity"
     )
     effects = (
         f'{path}=["{name}"]'
@@ -50,9 +52,10 @@ def list_workload() -> list[WorkloadItem]:
         for name, kind in families()[noun].kinds.items()
         if not any(each.required for each in fields_of(kind))
     )
+    drives = (f"actuation.drive={name}" for name in families()["drive"].names)
     return [
         *(("example", name) for name in robsim.examples.names()),
-        *(("change", change) for change in (*CHANGES, *features, *laws, *effects)),
+        *(("change", change) for change in (*CHANGES, *features, *laws, *effects, *drives)),
         *(("docstrings", module.name) for module in modules),
     ]
 
@@ -77,5 +80,9 @@ def _simulate_change(change: str) -> None:
         one.run()
         q0 = [one.scene.home] * RUNS
         robsim.simulate(
-            *(one.scene, one.task, q0), dt=one.dt, duration=STEPS * one.dt, sensing=one.sensing
+            *(one.scene, one.task, q0),
+            dt=one.dt,
+            duration=STEPS * one.dt,
+            sensing=one.sensing,
+            actuation=one.actuation,
         )

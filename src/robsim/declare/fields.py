@@ -62,14 +62,15 @@ class Role(Enum):
     Examples
     --------
     >>> [role.value for role in Role]
-    ['run', 'label', 'figure', 'robot', 'file']
+    ['run', 'label', 'figure', 'robot', 'file', 'drive']
     """
 
     RUN = "run"
     LABEL = "label"  # texts for people: titles, sources, colours
     FIGURE = "figure"  # content of figures and pictures: housings, solids of links
     ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
-    FILE = "file"  # content of files for other simulators: masses, limits of drives
+    FILE = "file"  # content of files for other simulators only: names of meshes, speeds of joints
+    DRIVE = "drive"  # dynamics, without effect on joints without a drive: masses, friction
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.value import make_hashable
 from robsim.declare.dotted_paths import find_field_parts, get_inner_context
-from robsim.declare.fields import DeclaredField, fields_of, get_default, is_default, is_identical
+from robsim.declare.fields import (
+    DeclaredField,
+    Role,
+    fields_of,
+    get_default,
+    is_default,
+    is_identical,
+)
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
@@ -236,11 +243,19 @@ def _check_undeclared_fields(source: Any, own: Fields) -> None:
 def yield_controls(
     value: Any, place: ControlPlace, form: DeclaredClass | None = None
 ) -> Iterator[Control]:
-    """Yield the controls of all declared fields of an object, in their order."""
+    """Yield the controls of the declared fields of an object, in their order.
+
+    Content of files is left out. Dynamics have controls if a drive acts, with the fact `driven`.
+    A class may name the fields that it offers in `offered`.
+    """
     form = form or get_text_form(type(value))
     source = value if form is type(value) else form.of(value, place.c)
     c = get_inner_context(form, value, place.c)
+    offered = getattr(form, "offered", None)
     for each in fields_of(form):
+        idle = each.role is Role.FILE or (each.role is Role.DRIVE and not c.facts.get("driven"))
+        if idle or (offered is not None and each.name not in offered):
+            continue
         inner = place.at(each.name, each.meaning, c)
         yield from each.spec.controls(getattr(source, each.name), inner)
 
@@ -345,10 +360,14 @@ class Table(Spec):
 
 @dataclass(frozen=True)
 class PartTable(Table):
-    """A table of a frozen part, whose controls depend on the part alone and are cached in it."""
+    """A table of a frozen part, whose controls are cached in it.
+
+    The controls depend on the part, and on whether a drive acts.
+    """
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
-        known: dict[str, list[Control]] = vars(value).setdefault("_controls", {})  # by path
-        if place.path not in known:
-            known[place.path] = list(super().controls(value, place))
-        return known[place.path]
+        known: dict[tuple[str, bool], list[Control]] = vars(value).setdefault("_controls", {})
+        key = place.path, bool(place.c.facts.get("driven"))
+        if key not in known:
+            known[key] = list(super().controls(value, place))
+        return known[key]

@@ -48,8 +48,11 @@ class DriveStages:
         self.net, self.diagonal, self.a, self.h = rows(n), rows(n), rows(n), rows()
         self.unstable, self.count = rows(), constant(float(joints.parts))
         numbers = [joints.numbers(part) for part in ("armature", "damping", "friction")]
-        self.armature, self.damping, self.friction = (constant(each) for each in numbers)
+        self.armature, self.damping, self.friction = (
+            self.program.numbers(each, 1) for each in numbers
+        )
         self.dynamics = DynamicsStages(self.program, joints.bodies, self.q)
+        self.dynamics.gravity = constant(joints.gravity)
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
         self.drive_rows = self._make_drive_rows(weights)
         self.add_torques = joints.drive.bind(self.drive_rows, plant.numbers)

@@ -14,7 +14,6 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
 from robsim.engine.scene_dynamics import SceneDynamics, evaluate_mass_matrix
 from robsim.geometry.inertia import Inertia
-from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.joint import Joint
 from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
@@ -54,6 +53,7 @@ class DrivenJoints:
     drive: JointDrive
     joints: tuple[DrivenJoint, ...]
     loads: tuple[Payload, ...]
+    gravity: Array  # true acceleration (3,), in axes of the world
     parts: int  # sub-steps in a period
 
     @classmethod
@@ -68,7 +68,8 @@ class DrivenJoints:
                 "so that there is nothing to drive"
             )
         drive, parts = JointDrive.wrap(actuation.drive), count_substeps(actuation.step, dt)
-        return cls(scene, drive, joints, actuation.payloads, parts)
+        gravity = np.array(actuation.gravity)
+        return cls(scene, drive, joints, actuation.payloads, gravity, parts)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,8 +87,8 @@ class DrivenJoints:
         return [each.coordinate for each in self.joints]
 
     def numbers(self, part: str) -> Array:
-        """Return armature, damping or friction (n,) of the joints."""
-        return np.array([getattr(each.joint, part) or 0.0 for each in self.joints])
+        """Return armature, damping or friction (n,) or (n, runs) of the joints."""
+        return np.stack(np.broadcast_arrays(*(getattr(each.joint, part) for each in self.joints)))
 
     @cached_property
     def limits(self) -> Array:
@@ -111,7 +112,8 @@ class DrivenJoints:
         """Raise InputError unless the torque limits and loads fit, and all joints move a mass."""
         _ = self.limits, self.payloads
         M = np.moveaxis(self.mass_matrix.reshape(*self.mass_matrix.shape[:2], -1), -1, 0)
-        values, vectors = np.linalg.eigh(M + np.diag(self.numbers("armature")))
+        armature = self.numbers("armature").reshape(len(self.joints), -1).T
+        values, vectors = np.linalg.eigh(M + armature[:, :, None] * np.eye(len(self.joints)))
         weak = values[:, 0] <= LEAST_INERTIA * values[:, -1]
         if weak.any():
             joint = self.joints[int(np.argmax(np.abs(vectors[weak][0, :, 0])))]
@@ -120,11 +122,6 @@ class DrivenJoints:
                 f"joint '{joint.joint_name}' of '{joint.robot.name}'{source} moves no mass: give "
                 "its link or a link behind it an inertia, or the joint an armature"
             )
-
-    @property
-    def gravity(self) -> Array:
-        """True acceleration of gravity (3,), in axes of the world."""
-        return np.array(GRAVITY)
 
     @cached_property
     def payloads(self) -> tuple[tuple[Payload, tuple[int, Array]], ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,6 +40,9 @@ class Instant:
         Outcome of the run if it ends here, or RUNNING.
     active, slack : ndarray of shape (c,)
         Multiplier of each constraint of the law, and the excess over it; as in the record of a run.
+    torque, saturation : ndarray of shape (nv,)
+        Torques of drives, and the share of the last period in which they were limited; empty
+        without a drive.
     """
 
     step: int
@@ -53,6 +56,8 @@ class Instant:
     outcome: Outcome
     active: Array
     slack: Array
+    torque: Array = field(default_factory=lambda: np.empty(0))
+    saturation: Array = field(default_factory=lambda: np.empty(0))
 
 
 def iterate_instants(loop: Loop) -> Iterator[Instant]:
@@ -69,8 +74,11 @@ def make_instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
     outcome = Outcome(int(seen.outcome[0]))
     q, qd, actual, s, error, pixels = (view_runs_first(array)[0].copy() for array in arrays)
     command = loop.sequence.command
-    held = (_copy_rows_of_run(chunk, rows) for rows in (command.active, command.slack))
-    return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome, *held)
+    torques = loop.sequence.plant.torques
+    held = (chunk.first(rows).copy() for rows in torques)
+    constraints = (_copy_rows_of_run(chunk, rows) for rows in (command.active, command.slack))
+    more = *constraints, *held
+    return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome, *more)
 
 
 def _copy_rows_of_run(chunk: Chunk, rows: BlockRows | None) -> Array:

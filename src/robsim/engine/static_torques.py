@@ -58,7 +58,9 @@ class StaticTorques:
         diagonal = np.einsum("ii...->i...", self.joints.mass_matrix)
         diagonal = scale_runs(diagonal, self.model.mass, 1)
         armature = self.joints.numbers("armature")
-        result: Array = diagonal + (armature if diagonal.ndim == 1 else armature[:, None])
+        most = max(diagonal.ndim, armature.ndim)
+        parts = (x if x.ndim == most else x[:, None] for x in (diagonal, armature))
+        result: Array = np.add(*parts)
         return result
 
 

@@ -31,7 +31,9 @@ GROUPS: dict[str, tuple[str, ...]] = {
         *("base_in_view", "seven_joints", "limits_by_constraints", "line_of_sight"),
         "view_without_depth",
     ),
-    "Bodies with weight": ("torque_planar", "torque_in_hand"),
+    "Bodies with weight": (
+        *("velocity_loop", "joint_friction", "unknown_payload", "torque_planar", "torque_in_hand"),
+    ),
     "Mobile robots": ("differential_drive", "holonomic", "car", "mobile_arm"),
     "Missions": ("inspection_a", "inspection_b"),
 }

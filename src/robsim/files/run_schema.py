@@ -53,6 +53,7 @@ ENDS = {
     "distance_to_goal": (),
     "angle_to_goal": (),
     "ending": (),
+    "torque_limit": ("velocity",),
 }
 NAMES = {
     "coordinate": ("coordinate",),
@@ -71,7 +72,7 @@ SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
 OPTIONAL = {
     *("qd_actual", "weight", "ending", "picture_hash", "picture_camera", "normal_factor"),
-    *("active", "slack", "constraint", "torque", "saturation"),
+    *("active", "slack", "constraint", "torque", "saturation", "torque_limit"),
 }
 MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -13,7 +14,7 @@ from robsim.base.arrays import Array, as_floats, as_nonnegative, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
-from robsim.declare import Flag, Quantity, Role, Vector
+from robsim.declare import Flag, PerRun, Quantity, Role, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import PoseLike, check_single_pose
 
@@ -31,15 +32,23 @@ Triple = Array | tuple[float, ...]  # three numbers
 class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
-    mass: Annotated[float, Quantity(least=0, dimension="mass"), Role.FILE, "Mass of the body."]
-    moments: Annotated[
-        Triple, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."
+    stands: ClassVar[Mapping[str, str]] = {"mass": "mass"}
+    offered: ClassVar[tuple[str, ...]] = ("mass",)
+
+    mass: Annotated[
+        float, Quantity(least=0, dimension="mass"), Role.DRIVE, PerRun(()), "Mass of the body."
     ]
-    centre: Annotated[Triple, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
+    moments: Annotated[
+        Triple, MOMENTS, Role.DRIVE, "Moments ixx, iyy, izz about the centre of mass."
+    ]
+    centre: Annotated[Triple, Vector("length"), Role.DRIVE, "Centre of mass."] = (0.0, 0.0, 0.0)
     products: Annotated[
-        Triple, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+        Triple,
+        MOMENTS,
+        Role.DRIVE,
+        "Products ixy, ixz, iyz of the tensor about the centre of mass.",
     ] = (0.0, 0.0, 0.0)
-    strict: Annotated[bool, Flag(), Role.FILE, "Whether only a rigid body is valid."] = True
+    strict: Annotated[bool, Flag(), Role.DRIVE, "Whether only a rigid body is valid."] = True
 
     def build_value(self, c: Context) -> Inertia:
         """Return the inertia that the table describes."""

@@ -45,7 +45,7 @@ def write_bag(
     needs the extra `ros` (rosbags). The topics are
 
     - /joint_states, JointState: coordinates, with velocities if they have the same names,
-    - /joint_commands, JointState: commanded velocities,
+    - /joint_commands, JointState: commanded velocities, or torques as efforts,
     - /CAMERA/detections, Detection2DArray: marks in pixels, with the ids TARGET.NUMBER,
     - /CAMERA/camera_info, CameraInfo: intrinsics and distortion,
     - /tf and /tf_static, TFMessage: poses of all frames of the scene in the frame "world",

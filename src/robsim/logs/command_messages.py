@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, make_read_only
 from robsim.logs import message_types
 from robsim.logs.twists import TwistComponent
 from robsim.run.log import NANO
 
+NONE = make_read_only(np.empty(0))
 # Make(type, field=...) returns a message, as `message_types.make_message`
 MakeMessage = Callable[..., message_types.Message]
 
@@ -22,10 +23,15 @@ def make_header(make: MakeMessage, time: int, frame: str = "") -> message_types.
 
 
 def make_joint_state(
-    make: MakeMessage, time: int, names: Sequence[str], position: Array, velocity: Array
+    make: MakeMessage,
+    time: int,
+    names: Sequence[str],
+    position: Array,
+    velocity: Array,
+    effort: Array = NONE,
 ) -> message_types.Message:
-    """Return coordinates or velocities (n,) as JointState, without efforts."""
-    parts = {"position": position, "velocity": velocity, "effort": np.empty(0)}
+    """Return coordinates, velocities or efforts (n,) as JointState; absent ones are empty."""
+    parts = {"position": position, "velocity": velocity, "effort": effort}
     return make(message_types.JOINTS, header=make_header(make, time), name=list(names), **parts)
 
 

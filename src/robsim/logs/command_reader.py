@@ -7,16 +7,25 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, InputError
 from robsim.logs import message_types, twists
 from robsim.logs.bag_files import TimedMessage
-from robsim.logs.joint_states import JointStateFields, JointValues, stack_stream
+from robsim.logs.joint_states import JointStateFields, JointValues, Part, stack_stream
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import Stream
 
 
+def check_torque_messages(torques: bool, kind: str) -> None:
+    """Raise InputError for commands of torques in messages of velocities."""
+    if torques and kind not in (message_types.JOINTS, message_types.NUMBERS):
+        raise InputError(
+            f"the law commands torques, and messages of {kind} command velocities: use "
+            f"{message_types.NUMBERS} or {message_types.JOINTS}"
+        )
+
+
 class CommandReader:
-    """A reader of the velocities (nv,) of a scene in command messages of one type.
+    """A reader of the velocities or torques (nv,) of a scene in command messages of one type.
 
     Velocities without a command are zero. The attribute `others` collects names that the scene does
     not have. InputError is raised for twists if the scene does not have one body that drives or
@@ -28,9 +37,10 @@ class CommandReader:
         self.others: dict[str, None] = {}
         self._nv = len(names)
         self._columns = [names.index(name) for name in controller.velocity_names]
-        self._joints = JointValues(
-            [log_names.get(name, name) for name in names], "velocity", every=False
-        )
+        torques = controller.command_quantity == "torque"
+        check_torque_messages(torques, kind)
+        part: Part = "effort" if torques else "velocity"
+        self._joints = JointValues([log_names.get(name, name) for name in names], part, every=False)
         self._twist = twists.twist_components(names) if kind in message_types.TWISTS else ()
         self._row = {
             message_types.JOINTS: self._joints.take,

@@ -12,7 +12,7 @@ from robsim.base.errors import FileError
 from robsim.logs.bag_files import TimedMessage
 from robsim.run.log import Stream
 
-Part = Literal["position", "velocity"]
+Part = Literal["position", "velocity", "effort"]
 
 
 class JointStateFields(NamedTuple):
@@ -21,10 +21,11 @@ class JointStateFields(NamedTuple):
     name: Sequence[str]
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()
+    effort: Sequence[float] = ()
 
 
 class JointValues:
-    """The last positions or velocities of joints, from messages that contain some of the joints.
+    """The last positions, velocities or efforts of joints, from messages of some of the joints.
 
     Parameters
     ----------

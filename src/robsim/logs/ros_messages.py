@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError, RobSimError, check_known, format_value
 from robsim.logs import command_messages, message_types
 from robsim.logs.bag_files import TimedMessage
+from robsim.logs.command_reader import check_torque_messages
 from robsim.logs.detections import read_marks
 from robsim.logs.joint_states import JointValues
 from robsim.logs.name_map import map_joint_names, map_mark_ids
@@ -198,7 +199,8 @@ class RosMessages:
         Parameters
         ----------
         velocities : array_like of shape (n,)
-            Commanded velocities in the order of the controller.
+            Commanded velocities in the order of the controller; its torques, if its law commands
+            torques.
         kind : str, default "std_msgs/msg/Float64MultiArray"
             Type of the message: "std_msgs/msg/Float64MultiArray", for a forward_command_controller;
             "sensor_msgs/msg/JointState"; "trajectory_msgs/msg/JointTrajectory" with one point, the
@@ -219,6 +221,8 @@ class RosMessages:
         """
         rates = as_floats(velocities, "velocities", (len(self._command_names),))
         check_known(kind, COMMAND_TYPES, "no command of type {}", "types")
+        torques = self.controller.command_quantity == "torque"
+        check_torque_messages(torques, kind)
         if kind in message_types.TWISTS:
             return self._make_twist(rates, kind)
         by_name = dict(zip(self._command_names, rates.tolist(), strict=True))
@@ -226,9 +230,9 @@ class RosMessages:
         if kind == message_types.NUMBERS:
             return command_messages.make_number_array(self._make, velocity)
         if kind == message_types.JOINTS:
-            return command_messages.make_joint_state(
-                self._make, 0, self.order, np.empty(0), velocity
-            )
+            none = command_messages.NONE
+            parts = (none, none, velocity) if torques else (none, velocity)
+            return command_messages.make_joint_state(self._make, 0, self.order, *parts)
         after = round(as_positive(ahead, "ahead (seconds)") * NANO)
         return command_messages.make_trajectory(
             self._make, self.order, self._positions(), velocity, after

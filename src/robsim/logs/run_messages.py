@@ -12,7 +12,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.logs import message_types, topics
-from robsim.logs.command_messages import make_header, make_joint_state
+from robsim.logs.command_messages import NONE, make_header, make_joint_state
 from robsim.logs.message_types import Message, make_message
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
@@ -45,6 +45,7 @@ class _RunArrays(NamedTuple):
     qd: Array
     rates: Array  # (T, nq), or (T, 0) if velocities have other names than coordinates
     pixels: Array
+    commands_torques: bool  # whether qd are torques
     marks: dict[str, list[tuple[int, str]]]  # by camera: index in `pixels`, and id
 
 
@@ -54,7 +55,8 @@ def _read_run_arrays(run: xr.Dataset) -> _RunArrays:
     rates = run["qd_actual" if "qd_actual" in run else "qd"].values
     alike = rates if coordinates == velocities else rates[:, :0]
     q, qd, pixels = (run[name].values for name in ("q", "qd", "pixels"))
-    return _RunArrays(coordinates, velocities, q, qd, alike, pixels, _mark_names(run))
+    torques = str(run["qd"].attrs.get("units", "")).startswith("N")
+    return _RunArrays(coordinates, velocities, q, qd, alike, pixels, torques, _mark_names(run))
 
 
 def _mark_names(run: xr.Dataset) -> dict[str, list[tuple[int, str]]]:
@@ -104,10 +106,12 @@ def generate_messages(
 
 
 def _joint_messages(arrays: _RunArrays, i: int, time: int) -> Iterator[TopicMessage]:
-    """Yield the messages of coordinates and commanded velocities at an instant."""
+    """Yield the messages of coordinates and commanded velocities or efforts at an instant."""
     state = make_joint_state(make_message, time, arrays.coordinates, arrays.q[i], arrays.rates[i])
     yield TopicMessage(topics.JOINTS, message_types.JOINTS, time, state)
-    command = make_joint_state(make_message, time, arrays.velocities, np.empty(0), arrays.qd[i])
+    names, qd = arrays.velocities, arrays.qd[i]
+    velocity, effort = (NONE, qd) if arrays.commands_torques else (qd, NONE)
+    command = make_joint_state(make_message, time, names, NONE, velocity, effort)
     yield TopicMessage(topics.COMMANDS, message_types.JOINTS, time, command)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.page.recording_frames import Entry
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CurvePanel:
-    """A panel of curves: values (T, n), one column for each name."""
+    """A panel of curves: values (T, n), one column for each name.
+
+    `limited` (T, n) are flags of the instants after a period in which a value was limited.
+    """
 
     title: str
     unit: str
@@ -29,12 +33,25 @@ class CurvePanel:
     colors: list[str]
     values: Array
     log: bool = False
+    limited: NDArray[np.uint32] | None = None
 
     @property
     def entry(self) -> Entry:
-        """The entry of the header, with the name of the array of the values."""
+        """The entry of the header, with the names of the arrays."""
         entry = {key: getattr(self, key) for key in ("title", "unit", "names", "colors", "log")}
-        return {**entry, "values": self.array}
+        limited = {} if self.limited is None else {"limited": self._limited_array}
+        return {**entry, "values": self.array, **limited}
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The arrays of the panel by name."""
+        limited = {} if self.limited is None else {self._limited_array: self.limited}
+        return {self.array: self.values, **limited}
+
+    @property
+    def _limited_array(self) -> str:
+        """The name of the array of the flags."""
+        return f"limited {self.title}"
 
     @property
     def array(self) -> str:
@@ -45,7 +62,7 @@ class CurvePanel:
 def build_curve_panels(
     run: RunVariables, scene: Scene, second: RunVariables | None = None
 ) -> list[CurvePanel]:
-    """Return the panels of curves: error, velocity of the moving frame, and joint velocities.
+    """Return the panels of curves: error, velocities of the moving frame and the joints, torques.
 
     If a second run is given, the first panel has the image errors of both runs.
     """
@@ -89,12 +106,41 @@ def _compare_image_errors(run: RunVariables, second: RunVariables) -> CurvePanel
 
 
 def build_joint_panels(run: RunVariables) -> list[CurvePanel]:
-    """Return the panel of the commanded joint velocities or torques."""
+    """Return the panels of the velocities of the joints and of their torques, if there are any.
+
+    The velocities are commands, except if torques are commanded.
+    """
     names = run["velocity"].values.tolist()
     colors = [palette.cycle_color(i) for i in range(len(names))]
-    unit = str(run["qd"].attrs.get("units", ""))
-    title = "joint torques" if unit.startswith("N") else "joint velocities"
-    return [CurvePanel(title, unit, names, colors, run["qd"].values)]
+    torques = _build_torque_panels(run, colors)
+    shown = {"qd": "joint velocities"}
+    if _get_unit(run, "qd").startswith("N"):
+        shown = {"qd_actual": "joint velocities", "qd": "commanded torques"}
+    panels = [
+        CurvePanel(title, _get_unit(run, name), names, colors, run[name].values)
+        for name, title in shown.items()
+        if name in run
+    ]
+    return [*panels, *torques]
+
+
+def _get_unit(run: RunVariables, name: str) -> str:
+    """Return the unit of a variable of a run."""
+    return str(run[name].attrs.get("units", ""))
+
+
+def _build_torque_panels(run: RunVariables, colors: list[str]) -> list[CurvePanel]:
+    """Return the panel of the torques of the driven joints; none without a drive.
+
+    Each joint has its colour among all velocities.
+    """
+    if "torque" not in run:
+        return []
+    joints = np.flatnonzero(~np.isnan(run["torque_limit"].values))
+    names, own = run["velocity"].values[joints].tolist(), [colors[i] for i in joints]
+    limited = (run["saturation"].values[:, joints] > 0.0).astype(np.uint32)
+    unit, torques = str(run["torque"].attrs.get("units", "")), run["torque"].values[:, joints]
+    return [CurvePanel("drive torques", unit, names, own, torques, limited=limited)]
 
 
 def list_run_events(run: xr.Dataset) -> list[Entry]:

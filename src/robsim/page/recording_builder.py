@@ -170,7 +170,7 @@ class RecordingBuilder:
         return {
             "time": instants.time,
             "poses": self.frames.compute_poses(instants.motion),
-            **{each.array: each.values for each in instants.curves},
+            **{name: x for each in instants.curves for name, x in each.arrays.items()},
             **instants.images,
             **(pack_constraint_states(instants.constraints) if instants.constraints else {}),
         }

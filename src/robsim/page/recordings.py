@@ -29,7 +29,9 @@ A recording has a header, which is stored as JSON, and arrays by name. The versi
   a law without constraints. The arrays "constraints holding" and "constraints yielding" (T, words)
   have a bit for each, 16 in a number: whether it holds the command back, and whether it gave way.
 * trails: frames with a drawn path, of the scene and of the second scheme, and their colours.
-* curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic.
+* curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic. The
+  torques of drives also have "limited" (T, n), 1 if the drive limited the torque in the period that
+  ends at the instant.
 * events: {time, text} of each event.
 
 The array "time" (T,) has the times in seconds.

@@ -14,5 +14,6 @@ from robsim.plot.studies.map_figure import study_map as study_map
 from robsim.plot.studies.sensitivity_figure import study_sensitivity as study_sensitivity
 from robsim.plot.studies.study_figure import study as study
 from robsim.plot.studies.success_figure import study_success as study_success
+from robsim.plot.torques_figure import torques as torques
 from robsim.plot.velocity_figure import velocity as velocity
 from robsim.plot.workspace_figure import workspace as workspace

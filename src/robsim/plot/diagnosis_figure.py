@@ -18,6 +18,7 @@ from robsim.plot.canvas import (
     prepare_panels,
     set_time_axis,
 )
+from robsim.plot.torques_figure import DriveTorques, draw_torque_shares
 from robsim.run.log_commands import LOG_ATTRIBUTE
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ VARIABLES = (
     "limit_margin",
 )
 TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
+OF_DRIVES = ("", "")  # the legends are the titles
 DEEP = 3.0  # eigenvalues outside [-DEEP, DEEP] are cut off
 
 
@@ -44,7 +46,7 @@ def diagnosis(
     size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the diagnosis of a run over time (s) on one slide of four panels.
+    """Draw the diagnosis of a run over time (s) on one slide of four panels, or six with a drive.
 
     * Lyapunov function V, on a logarithmic scale.
     * Condition numbers of the interaction matrix L and of L J, as the law estimates them.
@@ -53,15 +55,19 @@ def diagnosis(
       of the shaded region. The loop contracts if the contraction is below one.
     * Margins: the distance to the border of the image (px, left axis) and to the nearest joint
       limit (percent of the range of the joint, right axis).
+    * With a drive: the torques, in percent of their limits if all have one. The curves are broad in
+      the periods in which the drive limits the torque.
+    * With a drive: the commanded minus the actual velocity of each joint, at the end of the period
+      of the command.
 
     Parameters
     ----------
     diagnosis : xarray.Dataset
         Result of `robsim.diagnose`.
-    axes : array_like of 4 matplotlib.axes.Axes, optional
+    axes : array_like of 4 or 6 matplotlib.axes.Axes, optional
         Axes to draw into. Default: the axes of a new figure.
     size : (float, float), optional
-        Width and height of a new figure in inches. Default: (9.6, 5.6).
+        Width and height of a new figure in inches. Default: (9.6, 5.6), or (9.6, 8.2) with a drive.
     title : str, optional
         Title of a new figure. Default: the outcome and the end time of the run.
 
@@ -98,16 +104,18 @@ def diagnosis(
         raise InputError(f"this diagnosis is incomplete: it has no {missing}")
     time = diagnosis["time"].values
     with figure_style():
-        figure, panels = prepare_panels(axes, 4, size, (9.6, 5.6), 2, sharex=True)
+        driven = "torque" in diagnosis
+        draws = (*DRAWS, *DRIVE_DRAWS) if driven else DRAWS
+        titles, height = ((*TITLES, *OF_DRIVES), 8.2) if driven else (TITLES, 5.6)
+        figure, panels = prepare_panels(axes, len(draws), size, (9.6, height), 2, sharex=True)
         if axes is None:
             how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
             figure.suptitle(f"{how} after {time[-1]:.3g} s" if title is None else title)
-        draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
-        for panel, draw, name in zip(panels, draws, TITLES, strict=True):
+        for panel, draw, name in zip(panels, draws, titles, strict=True):
             draw(panel, diagnosis)
             panel.set_title(name, loc="left")
             set_time_axis(panel, time)
-        for panel in panels[:2]:
+        for panel in panels[:-2]:
             panel.set_xlabel("")
     return figure
 
@@ -196,6 +204,29 @@ def _draw_margins(axes: Axes, result: xr.Dataset) -> None:
         _set_axis_from_zero(right, limit)
     elif not np.isfinite(border).any():
         axes.text(0.5, 0.5, "no borders, no limits", transform=axes.transAxes, ha="center")
+
+
+def _draw_torques(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the torques of the drives over time."""
+    draw_torque_shares(axes, DriveTorques.of(result))
+
+
+def _draw_velocity_errors(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the commanded minus the actual velocities of the driven joints over time."""
+    if "velocity_error" not in result:
+        axes.text(0.5, 0.5, "the law commands torques", transform=axes.transAxes, ha="center")
+        return
+    time, error = result["time"].values, result["velocity_error"].values
+    driven = np.flatnonzero(~np.isnan(result["torque_limit"].values))
+    for i, joint in enumerate(driven):
+        color, name = palette.cycle_color(i), str(result["velocity"].values[joint])
+        axes.plot(time, error[:, joint], color=color, linewidth=1.4, label=name)
+    axes.axhline(0.0, color=palette.GREY, linewidth=0.8, zorder=1)
+    axes.set_ylabel(f"lag of the velocity ({result['velocity_error'].attrs['units']})")
+
+
+DRAWS = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
+DRIVE_DRAWS = _draw_torques, _draw_velocity_errors
 
 
 def _set_axis_from_zero(axes: Axes, values: Array) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,16 +13,19 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, as_positive, is_kernel_array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, broadcast_leading_shape
-from robsim.kernels.dynamics import batch_dynamics
-from robsim.robot.dynamics_evaluator import DynamicsEvaluator, Gravity
-from robsim.robot.dynamics_stages import GRAVITY
 from robsim.robot.kinematics import Kinematics
+from robsim.robot.rigid_bodies import GRAVITY, Gravity
 from robsim.robot.robot_coordinates import Coordinates
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.robot_weights import describe_source
 
+if TYPE_CHECKING:  # not imported before use, to keep the start of RobSim quick
+    from robsim.robot.dynamics_evaluator import DynamicsEvaluator, PreparedDynamics
+
+_FLOAT = np.dtype(np.float64)
 STEP_SLACK = 1e-9  # relative error of a time that is a whole number of steps
 _NONE = np.empty(0)
+_OTHERS = "v", "a"  # names of the arguments after q
 
 
 class FreeMotion(NamedTuple):
@@ -35,6 +39,14 @@ class FreeMotion(NamedTuple):
         Coordinates in rad and m.
     v : ndarray of shape (..., steps + 1, nv)
         Velocities in rad/s and m/s.
+
+    Examples
+    --------
+    >>> from robsim import Robot
+    >>> from robsim.shapes import Ball
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], shapes=[[], [Ball(0.1, mass=2.0)]])
+    >>> arm.swing([0.0], seconds=0.1).times[-1]
+    np.float64(0.1)
     """
 
     times: Array
@@ -90,7 +102,7 @@ class Dynamics(Kinematics):
         >>> arm.mass_matrix([0.0]).round(3)
         array([[2.008]])
         """
-        return self._compute("add_mass_matrix", (q,), (self.nv, self.nv), GRAVITY)
+        return self._evaluate_dynamics("add_mass_matrix", GRAVITY, q)
 
     def gravity(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the gravity load: the forces of the joints that hold the robot at rest.
@@ -121,7 +133,7 @@ class Dynamics(Kinematics):
         >>> arm.gravity([0.0], gravity=(0, -9.81, 0))
         array([19.62])
         """
-        return self._compute("add_gravity", (q,), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_gravity", gravity, q)
 
     def inverse_dynamics(
         self, q: Coordinates, v: ArrayLike, a: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -160,7 +172,7 @@ class Dynamics(Kinematics):
         >>> arm.inverse_dynamics([0.0], [1.0], [10.0]).round(3)
         array([20.08])
         """
-        return self._compute("add_inverse", (q, v, a), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_inverse", gravity, q, v, a)
 
     def forward_dynamics(
         self, q: Coordinates, v: ArrayLike, tau: ArrayLike, *, gravity: Gravity = GRAVITY
@@ -191,7 +203,7 @@ class Dynamics(Kinematics):
         ------
         InputError
             If the shapes do not fit, a joint has no dynamics, or the mass matrix is not positive
-            definite. The message names the joint and its links.
+            definite at q. The message names the joint and its links.
 
         Examples
         --------
@@ -201,8 +213,7 @@ class Dynamics(Kinematics):
         >>> arm.forward_dynamics([0.0], [1.0], [20.08]).round(3)
         array([10.])
         """
-        _ = self._has_positive_mass
-        return self._compute("add_forward", (q, v, tau), (self.nv,), gravity)
+        return self._evaluate_dynamics("add_forward", gravity, q, v, tau)
 
     def kinetic_energy(self, q: Coordinates, v: ArrayLike) -> Array:
         """Return the kinetic energy v' M(q) v / 2 of the links and rotors, in J.
@@ -232,7 +243,7 @@ class Dynamics(Kinematics):
         >>> float(arm.kinetic_energy([0.0], [2.0]))
         4.016
         """
-        return self._compute("add_kinetic_energy", (q, v), (), GRAVITY)
+        return self._evaluate_dynamics("add_kinetic_energy", GRAVITY, q, v)
 
     def potential_energy(self, q: Coordinates, *, gravity: Gravity = GRAVITY) -> Array:
         """Return the potential energy -sum(m g'c) of the moving links, in J.
@@ -262,7 +273,7 @@ class Dynamics(Kinematics):
         >>> float(arm.potential_energy([0.0], gravity=(-9.81, 0, 0)))
         19.62
         """
-        return self._compute("add_potential_energy", (q,), (), gravity)
+        return self._evaluate_dynamics("add_potential_energy", gravity, q)
 
     def swing(
         self,
@@ -328,50 +339,82 @@ class Dynamics(Kinematics):
         ]
         runs = len(arrays[0])
         results = np.empty((runs, count + 1, self.nq)), np.empty((runs, count + 1, self.nv))
-        arguments = self._dynamics.prepare("add_runge_kutta", gravity, h)
+        prepared = self._dynamics.prepare("add_runge_kutta", gravity, h)
         if runs:
-            batch_dynamics.fill_motion(*arguments[:5], count, *arrays, *results)
-        if not all(np.isfinite(x).all() for x in results):
+            prepared.fill(prepared.fill_motion, count, *arrays, *results)
+        if not all(self._dynamics.are_valid(x).all() for x in results):
             raise InputError(f"step of {h:g} s: too large, so that the motion is not finite")
         shaped = (x.reshape(*lead, count + 1, x.shape[-1]) for x in results)
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
 
-    def _compute(
-        self, quantity: str, values: Sequence[Any], shape: tuple[int, ...], gravity: Gravity
+    def _evaluate_dynamics(
+        self, quantity: str, gravity: Gravity, q: Any, v: Any = None, a: Any = None
     ) -> Array:
-        """Return an array (..., *shape) of a quantity at q (..., nq), v and a (..., nv).
+        """Return a quantity at q (..., nq), v and a (..., nv), of other types Any if convertible.
 
-        The kernel checks the numbers while it evaluates them, as in `Kinematics`.
+        The kernel checks the numbers while it evaluates them, as in `Kinematics`. A single
+        configuration takes the short path.
         """
-        arguments = self._dynamics.prepare(quantity, gravity)
-        is_plain, arrays = self._is_plain, self._read_values(values)
-        q, *others = arrays
-        lead = q.shape[:-1]
-        for name, other in zip(("v", "a"), others, strict=False):
-            lead = broadcast_leading_shape(lead, other.shape[:-1], f"q and {name}")
-        if others and any(x.shape[:-1] != lead for x in arrays):
-            arrays = [np.ascontiguousarray(np.broadcast_to(x, lead + x.shape[-1:])) for x in arrays]
-        out = np.empty(lead + shape)
-        if not out.size:
-            return out
-        flat = [x if x.ndim == 1 else x.reshape(-1) for x in arrays]
-        q, v, a, *_ = *flat, _NONE, _NONE
-        runs = q.size // self.nq
-        usual = batch_dynamics.fill_dynamics(*arguments[:6], runs, q, v, a, out.reshape(-1))
-        if not usual:
-            self._check_values(arrays, out, is_plain)
+        prepared = self._usual_dynamics.get(quantity) if gravity is GRAVITY else None
+        if (
+            prepared is not None
+            and _is_dense(q)
+            and q.shape == prepared.q_shape
+            and (v is None or (_is_dense(v) and v.shape == prepared.v_shape))
+            and (a is None or (_is_dense(a) and a.shape == prepared.v_shape))
+        ):
+            out = np.empty(prepared.shape)
+            if v is None:
+                usual = prepared.fill(prepared.fill_positions, 1, q, out)
+            else:
+                flat = out if out.ndim else out.reshape(-1)
+                usual = prepared.fill(
+                    prepared.fill_dynamics, 1, q, v, _NONE if a is None else a, flat
+                )
+            if usual:
+                return out
+        if prepared is None:
+            prepared = self._prepare_dynamics(quantity, gravity)
+        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not None])
+
+    def _evaluate_batch(self, prepared: PreparedDynamics, values: Sequence[Any]) -> Array:
+        """Return a quantity at numbers of any shape and type."""
+        arrays = self._read_values(values)
+        lead = arrays[0].shape[:-1]
+        if any(x.shape[:-1] != lead for x in arrays):
+            lead, arrays = _broadcast_runs(arrays)
+        out, runs = np.empty(lead + prepared.shape), math.prod(lead)
+        flat = [x.reshape(-1) for x in arrays]
+        flat += [_NONE] if len(flat) == 2 else []
+        kernel = prepared.fill_positions if len(flat) == 1 else prepared.fill_dynamics
+        if runs and not prepared.fill(kernel, runs, *flat, out.reshape(-1)):
+            self._check_values(arrays, out, self._is_plain)
         return out
+
+    def _prepare_dynamics(self, quantity: str, gravity: Gravity) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity; forces need a positive mass matrix."""
+        if quantity == "add_forward":
+            _ = self._has_positive_mass
+        prepared = self._dynamics.prepare(quantity, gravity)
+        if gravity is GRAVITY and self._is_plain:
+            self._usual_dynamics[quantity] = prepared
+        return prepared
+
+    @cached_property
+    def _usual_dynamics(self) -> dict[str, PreparedDynamics]:
+        """Cache of `_prepare_dynamics` at the usual gravity, by quantity."""
+        return {}
 
     def _read_values(self, values: Sequence[Any]) -> list[Array]:
         """Return coordinates and velocities as arrays that kernels can read."""
-        q, nq, nv = values[0], self.tree.nq, self.tree.nv
+        q, nq, nv = values[0], self.nq, self.nv
         if not self._is_plain:
             first = self.coordinates(q, limits=False)
         else:
             first = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
         rest = [
             x if is_kernel_array(x, nv) else as_floats(x, name, (nv,))
-            for x, name in zip(values[1:], ("v", "a"), strict=False)
+            for x, name in zip(values[1:], _OTHERS, strict=False)
         ]
         return [first, *rest]
 
@@ -379,24 +422,42 @@ class Dynamics(Kinematics):
         """Check numbers that the kernel finds unusual; raise InputError for invalid ones."""
         if is_plain:
             self.coordinates(arrays[0], limits=False)
-        for x, name in zip(arrays[1:], ("v", "a"), strict=False):
+        for x, name in zip(arrays[1:], _OTHERS, strict=False):
             as_floats(x, name, (self.nv,))
-        if not np.isfinite(out).all():
+        invalid = ~self._dynamics.are_valid(out).reshape((*arrays[0].shape[:-1], -1))
+        if invalid.any():
+            self._dynamics.check_positive(arrays[0][invalid.any(axis=-1)][:1])
             raise InputError("q, v and a: too large, so that the result is not finite")
 
     @cached_property
     def _dynamics(self) -> DynamicsEvaluator:
         """Compiled dynamics, built once."""
+        from robsim.robot.dynamics_evaluator import DynamicsEvaluator  # here, for a quick start
+
         source = describe_source(self.name, self.origin)
         return DynamicsEvaluator(source, self.links, self.tree, self.base.rotation)
 
     @cached_property
     def _has_positive_mass(self) -> bool:
-        """True; InputError unless the mass matrix is positive definite at some configurations."""
+        """True; InputError unless the mass matrix is positive definite in some configuration."""
         dynamics = self._dynamics
         home = np.broadcast_to(self.home, (len(dynamics.probes), self.nq))
         dynamics.check_positive(self.integrate(home, dynamics.probes, 1.0))
         return True
+
+
+def _is_dense(x: Any) -> bool:
+    """Return whether a value is an array of float64 whose last axis is contiguous."""
+    return type(x) is np.ndarray and x.dtype is _FLOAT and x.strides == (8,)
+
+
+def _broadcast_runs(values: Sequence[Array]) -> tuple[tuple[int, ...], list[Array]]:
+    """Return the common leading shape of arrays, and the arrays with this shape."""
+    lead = values[0].shape[:-1]
+    for name, other in zip(_OTHERS, values[1:], strict=False):
+        lead = broadcast_leading_shape(lead, other.shape[:-1], f"q and {name}")
+    full = [np.broadcast_to(x, lead + x.shape[-1:]) for x in values]
+    return lead, [np.ascontiguousarray(x) for x in full]
 
 
 def _count_steps(seconds: float, step: float) -> int:

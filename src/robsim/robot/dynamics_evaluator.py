@@ -4,25 +4,77 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
-from robsim.kernels.dynamics import batch_dynamics, composite_bodies, runge_kutta
+from robsim.kernels.dynamics import batch_dynamics, composite_bodies, joint_drives, runge_kutta
 from robsim.kernels.dynamics.body_rows import FLOATING
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Program
-from robsim.robot.dynamics_stages import GRAVITY, DynamicsStages
+from robsim.robot.dynamics_stages import DynamicsStages
 from robsim.robot.link import Link
-from robsim.robot.rigid_bodies import RigidBodies
-from robsim.robot.robot_weights import check_mass_matrices, collect_bodies, sum_armatures
+from robsim.robot.rigid_bodies import GRAVITY, Gravity, RigidBodies
+from robsim.robot.robot_weights import (
+    collect_bodies,
+    describe_singular_joint,
+    find_singular_joint,
+    sum_armatures,
+)
 from robsim.robot.tree import Tree
 
-Gravity = Sequence[float] | Array
+MOST_PROGRAMS = 64  # in the cache of a robot
 PROBES = 16  # configurations at which the mass matrix is checked
+
+
+class PreparedDynamics:
+    """Compiled dynamics of one quantity: a program, and the block on which it works.
+
+    Overlapping calls from several threads work on copies of the block.
+    """
+
+    fill_positions = staticmethod(batch_dynamics.fill_positions)
+    fill_dynamics = staticmethod(batch_dynamics.fill_dynamics)
+    fill_motion = staticmethod(batch_dynamics.fill_motion)
+
+    def __init__(
+        self, program: Program, output: BlockRows, stages: DynamicsStages, vector: Array
+    ) -> None:
+        addresses, at, p, block = program.prepared()
+        first = int(stages.gravity) * WIDTH
+        block[first : first + 3 * WIDTH] = np.repeat(vector, WIDTH)
+        self.program, self.lock = program, Lock()  # the program owns the machine code
+        head = [0, 0, program.size, len(addresses), int(output)]
+        self.code, self.block = np.concatenate([head, addresses, at, p]), align_block(block)
+        self.code[:2] = self.code.size, self.block.ctypes.data
+        self.address = self.code.ctypes.data
+        self.q_shape, self.v_shape = (stages.bodies.nq,), (stages.n,)
+        self.shape = output.shape
+
+    def fill(self, kernel: Callable[..., bool], *arguments: Any) -> bool:
+        """Call a kernel with the address of the code, and return its result."""
+        if self.lock.acquire(False):
+            try:
+                return kernel(self.address, *arguments)
+            finally:
+                self.lock.release()
+        code, block = self.code.copy(), align_block(self.block)
+        code[1] = block.ctypes.data
+        return kernel(code.ctypes.data, *arguments)
+
+
+def align_block(values: Array) -> Array:
+    """Return a copy of a block that is aligned to vector registers."""
+    memory = np.empty(values.size + WIDTH)
+    start = -memory.ctypes.data % (8 * WIDTH) // 8
+    block = memory[start : start + values.size]
+    block[:] = values
+    return block
 
 
 class DynamicsProgram:
@@ -55,7 +107,9 @@ class DynamicsProgram:
         tau = self.program.rows(self.stages.n)
         self.stages.place()
         self.stages.add_inverse(self.v, self.u, tau)
-        self.program.add(composite_bodies.add_scaled, factor=self.armature, x=self.u, y=tau)
+        self.program.add(
+            joint_drives.accelerate_motors, armature=self.armature, a=self.u, torque=tau
+        )
         return tau
 
     def add_forward(self) -> BlockRows:
@@ -131,47 +185,48 @@ class DynamicsEvaluator:
         self.robot, self.links, self.tree, self.base = robot, links, tree, base
         self.bodies = collect_bodies(robot, links, tree)
         self.armature = sum_armatures(links, tree, self.bodies)
-        self._programs: dict[Any, tuple[Any, ...]] = {}
+        self._programs: dict[Any, PreparedDynamics] = {}
 
-    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> tuple[Any, ...]:
-        """Return the first arguments of the kernel that evaluates a quantity.
+    def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity.
 
         A quantity is the name of a method of `DynamicsProgram`, whose arguments are `numbers`. The
         acceleration of gravity is in axes of the frame that carries the base.
         """
-        usual = gravity is GRAVITY
-        key = quantity, None if usual else tuple(np.ravel(gravity).tolist()), *numbers
-        arguments = self._programs.get(key)
-        if arguments is None:
-            arguments = self._build(quantity, read_gravity(gravity), *numbers)
-            if usual or len(self._programs) < 64:
-                self._programs[key] = arguments
-        return arguments
+        vector = read_gravity(gravity)
+        key = quantity, vector.tobytes(), *numbers
+        prepared = self._programs.get(key)
+        if prepared is None:
+            prepared = self._build(quantity, vector, *numbers)
+            if len(self._programs) < MOST_PROGRAMS:
+                self._programs[key] = prepared
+        return prepared
 
-    def _build(self, quantity: str, gravity: Array, *numbers: float) -> tuple[Any, ...]:
-        """Return addresses, offsets and numbers of stages, constants, number of rows and output."""
+    def _build(self, quantity: str, gravity: Array, *numbers: float) -> PreparedDynamics:
+        """Return the compiled dynamics of a quantity."""
         parts = DynamicsProgram(self.bodies, self.armature)
         add: Callable[..., BlockRows] = getattr(parts, quantity)
         output = add(*numbers)
-        addresses, at, p, block = parts.program.prepared()
-        first = int(parts.stages.gravity) * WIDTH
         local = (self.base.T * gravity).sum(axis=1)
-        block[first : first + 3 * WIDTH] = np.repeat(local, WIDTH)
-        used = max(int(rows) + values.size for rows, values in parts.program.same)
-        constants = np.ascontiguousarray(block[: used * WIDTH])
-        # a program has addresses of tables only while it lives
-        return addresses, at, p, constants, parts.program.size, int(output), parts.program
+        return PreparedDynamics(parts.program, output, parts.stages, local)
+
+    @staticmethod
+    def are_valid(values: Array) -> NDArray[np.bool_]:
+        """Return whether results are finite, and not marked as impossible."""
+        return np.asarray(np.abs(values) <= batch_dynamics.LARGEST)
 
     def check_positive(self, configurations: Array) -> None:
-        """Raise InputError unless the mass matrix is positive definite at configurations."""
+        """Raise InputError if no mass matrix at configurations (runs, nq) is positive definite."""
         n, runs = self.bodies.n, len(configurations)
         H = np.empty((runs, n, n))
-        none = np.empty(0)
-        arguments = self.prepare("add_mass_matrix", GRAVITY)[:6]
-        batch_dynamics.fill_dynamics(
-            *arguments, runs, configurations.reshape(-1), none, none, H.reshape(-1)
-        )
-        check_mass_matrices(self.robot, self.links, self.tree, self.bodies, H)
+        prepared = self.prepare("add_mass_matrix", GRAVITY)
+        flat = configurations.reshape(-1), H.reshape(-1)
+        prepared.fill(batch_dynamics.fill_positions, runs, *flat)
+        joints = [find_singular_joint(self.bodies, matrix) for matrix in H]
+        if joints and all(joint is not None for joint in joints):
+            raise InputError(
+                describe_singular_joint(self.robot, self.links, self.tree, joints[0] or 0)
+            )
 
     @cached_property
     def probes(self) -> Array:

@@ -17,9 +17,9 @@ from robsim.kernels.dynamics import (
 from robsim.kernels.dynamics.body_rows import FLOATING, PRISMATIC, REVOLUTE, ROWS
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
+from robsim.robot.rigid_bodies import GRAVITY as GRAVITY
 from robsim.robot.rigid_bodies import RigidBodies
 
-GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in axes of the world
 _PLACING = {
     REVOLUTE: relative_placement.place_on_revolute,
     PRISMATIC: relative_placement.place_on_prismatic,
@@ -101,14 +101,15 @@ class DynamicsStages:
         """
         self._move_carriers(gravity)
         inertias = self.inertias if inertias is None else inertias
-        speeds, rates = self._spread(v), self._spread(a)
         has_mimics = self.bodies.has_mimics
         forces = self._new_body_rows() if has_mimics else self._select(tau)
-        each = [
-            (*self._head(i), inertias[i], speeds[i], rates[i], forces[i])
-            for i in range(len(self.bodies.bodies))
-        ]
-        if each:
+        rows = [(*self._head(i), inertias[i]) for i in range(len(forces))]
+        if v is None and a is None and self.bodies.carriers == (0,):  # all bodies are at rest
+            rest = [(*row, force) for row, force in zip(rows, forces, strict=True)]
+            self.program.add(newton_euler.compute_gravity_forces, each=rest)
+        else:
+            parts = zip(rows, self._spread(v), self._spread(a), forces, strict=True)
+            each = [(*row, *others) for row, *others in parts]
             self.program.add(newton_euler.compute_joint_forces, each=each)
         if has_mimics:
             self._collect(forces, tau)

@@ -62,6 +62,17 @@ class JointLimitPair(PerJoint):
 
 
 @dataclass(frozen=True)
+class Resistance(Number):
+    """Declaration of a number of the drive or the resistance of a joint with one coordinate."""
+
+    __hash__ = Number.__hash__
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        kind = place.c.facts.get("joint")
+        return super().controls(value, place) if kind is not None and kind.single else ()
+
+
+@dataclass(frozen=True)
 class LinkTable:
     """Text form of a link with its joint.
 
@@ -71,6 +82,7 @@ class LinkTable:
     stands: ClassVar[Mapping[str, str]] = {
         "joint": "joint.kind",
         "joint_name": "joint.name",
+        "inertia": "inertia",
         **{key: f"joint.{key}" for key in (*JOINT_KEYS, *POSE_KEYS)},
     }
 
@@ -87,15 +99,23 @@ class LinkTable:
     ] = None
     effort: Annotated[
         float | None,
-        Number(above=0),
-        Role.FILE,
+        Resistance(above=0),
+        Role.DRIVE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
-    armature: Annotated[float, NOT_NEGATIVE, Role.FILE, "Rotor inertia, in kg m^2 or kg."] = 0.0
-    damping: Annotated[
-        float, NOT_NEGATIVE, Role.FILE, "Coefficient of viscous friction, in N m s/rad or N s/m."
+    armature: Annotated[
+        float, Resistance(least=0), Role.DRIVE, PerRun(()), "Rotor inertia, in kg m^2 or kg."
     ] = 0.0
-    friction: Annotated[float, NOT_NEGATIVE, Role.FILE, "Coulomb friction, in N m or N."] = 0.0
+    damping: Annotated[
+        float,
+        Resistance(least=0),
+        Role.DRIVE,
+        PerRun(()),
+        "Coefficient of viscous friction, in N m s/rad or N s/m.",
+    ] = 0.0
+    friction: Annotated[
+        float, Resistance(least=0), Role.DRIVE, PerRun(()), "Coulomb friction, in N m or N."
+    ] = 0.0
     curve: Annotated[Curve | None, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[
@@ -117,7 +137,11 @@ class LinkTable:
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids of the link, for figures."
     ] = ()
     inertia: Annotated[
-        Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
+        Inertia | None,
+        Table(Inertia),
+        Role.DRIVE,
+        PerRun(),
+        "Mass, centre of mass and moments of inertia.",
     ] = None
 
     facts_from: ClassVar[Any] = ("joint",)

@@ -11,11 +11,14 @@ import numpy as np
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.geometry.inertia import Inertia
+from robsim.geometry.pose import homogeneous_matrix
 from robsim.kernels.dynamics.body_rows import FLOATING, PRISMATIC, REVOLUTE
 from robsim.robot.joints.joint_kind import JointKind
 from robsim.robot.joints.mimic import Mimic
 from robsim.robot.tree import Tree
 
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in axes of the world
+Gravity = Sequence[float] | Array
 KINDS = {"revolute": REVOLUTE, "prismatic": PRISMATIC, "floating": FLOATING}
 
 
@@ -176,7 +179,7 @@ class _BodyChoice:
                 i, first = member.body, self.coordinates[member.q.start]
                 kind = find_kind(member.kind, self._name_frame(i))
                 moved[i] = RigidBody(0, kind, i, first, self.velocities[member.v.start])
-        for i, body in enumerate(tree.joints.bodies):
+        for i, body in enumerate(tree.joints.bodies[1:], 1):
             tie = self._follow_mimics(body.x - tree.nq) if body.x >= tree.nq else None
             if tie is not None:
                 source, ratio, offset = tie
@@ -216,7 +219,7 @@ class _BodyChoice:
         """Return the moments (bodies, 10) or (bodies, 10, runs); `index` numbers the bodies."""
         rows = []
         for name, inertia in inertias:
-            body, pose = self.tree.find(name)
+            body, pose = self._find_moved_body(*self.tree.find(name))
             if body in self.lost:
                 raise InputError(self._describe_lost(body))
             if body in index:
@@ -226,6 +229,18 @@ class _BodyChoice:
         for i, moments in rows:
             total[i] += moments if moments.ndim == total.ndim - 1 else moments[:, None]
         return total
+
+    def _find_moved_body(self, body: int, pose: Array) -> tuple[int, Array]:
+        """Return the body that forces move below a coupled body, and the pose of a frame in it.
+
+        A coupled body, such as a wheel that rolls, counts as fixed at its coordinate zero.
+        """
+        tree = self.tree
+        while body in self.lost and tree.joints.bodies[body].x >= tree.nq:
+            place = tree.joints.place[body]
+            T = homogeneous_matrix(place.reshape(3, 4, -1), (-1,) * (place.ndim - 2))
+            pose, body = T @ pose, int(tree.parent[body])
+        return body, pose
 
     def _describe_lost(self, body: int) -> str:
         kind = self.tree.models[body].name
@@ -258,7 +273,7 @@ def measure_moments(inertia: Inertia, pose: Array) -> Array:
     Parameters
     ----------
     inertia : Inertia
-        Inertia in the frame.
+        Inertia in the frame. Its mass may differ from run to run.
     pose : ndarray of shape (..., 4, 4)
         Poses of the frame in the body.
 
@@ -267,13 +282,14 @@ def measure_moments(inertia: Inertia, pose: Array) -> Array:
     ndarray of shape (10,) or (10, ...)
         Entries of `RigidBodies.inertias`.
     """
-    R, m = pose[..., :3, :3], inertia.mass
+    R, mass = pose[..., :3, :3], np.asarray(inertia.mass, dtype=np.float64)  # () or (runs,)
+    m = mass[..., None]
     c = (R * inertia.centre).sum(axis=-1) + pose[..., :3, 3]
     first = (R[..., :, :, None] * inertia.tensor).sum(axis=-2)
     tensor = (first[..., :, None, :] * R[..., None, :, :]).sum(axis=-1)
-    tensor = tensor + m * ((c * c).sum(axis=-1)[..., None, None] * np.eye(3))
-    tensor = tensor - m * c[..., :, None] * c[..., None, :]
+    tensor = tensor + m[..., None] * ((c * c).sum(axis=-1)[..., None, None] * np.eye(3))
+    tensor = tensor - m[..., None] * c[..., :, None] * c[..., None, :]
     rows, columns = np.triu_indices(3)
-    mass = np.broadcast_to(np.float64(m), (*c.shape[:-1], 1))
-    result = np.concatenate([mass, m * c, tensor[..., rows, columns]], axis=-1)
+    masses = np.broadcast_to(m, (*tensor.shape[:-2], 1))
+    result = np.concatenate([masses, m * c, tensor[..., rows, columns]], axis=-1)
     return np.moveaxis(result, -1, 0)

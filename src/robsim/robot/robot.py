@@ -11,18 +11,19 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, as_bool, make_read_only
+from robsim.base.arrays import Array, as_bool, as_positive, make_read_only
 from robsim.base.errors import FileWarning, InputError, format_value, suggest_names
 from robsim.base.name_check import check_name
 from robsim.base.parameter_names import name_parameters
 from robsim.base.unit_warnings import warn_of_degrees
 from robsim.base.value import copy_cached, replace_unchecked
+from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.primitives import Primitive
 from robsim.robot import robot_overview
 from robsim.robot.dh import build_dh_links
 from robsim.robot.dynamics import Dynamics
-from robsim.robot.joint import Ackermann, Chord, Rolling
+from robsim.robot.joint import Ackermann, Chord, Joint, Rolling
 from robsim.robot.limits import check_common_limits
 from robsim.robot.link import Link
 from robsim.robot.robot_coordinates import Home
@@ -284,7 +285,7 @@ class Robot(Dynamics):
         The coordinates have the names of the joints, in the order of the file, and links keep their
         names. The shapes of a link are its visual shapes, or its collision shapes if it has no
         visual shapes; opacities and textures are ignored. Mesh files are opened only when they are
-        drawn. The kinematics are read strictly. Shapes and inertias that cannot be used are left
+        drawn. The kinematics are read strictly. Shapes that cannot be used are left
         out, and long names are shortened, with one warning.
 
         Parameters
@@ -492,6 +493,51 @@ class Robot(Dynamics):
         home = np.concatenate([self.home, tool.home])
         mounting = Mounting(self, tool, at, carrier, without, (links, tip))
         return replace(self, links=links, tip=tip, home=home, mounting=mounting)
+
+    def with_payload(
+        self,
+        payload: Inertia | float,
+        pose: PoseLike = IDENTITY,
+        on: str | None = None,
+        name: str = "payload",
+    ) -> Robot:
+        """Return a copy with a payload, which is fixed to one of its links.
+
+        Parameters
+        ----------
+        payload : Inertia or float
+            Inertia of the payload in its own frame, or the mass of a point in kg.
+        pose : Pose or array_like of shape (4, 4), default the identity
+            Pose of the frame of the payload in the link.
+        on : str, optional
+            Link that carries the payload. Default: the tip.
+        name : str, default "payload"
+            Name of the new link, which has the inertia.
+
+        Returns
+        -------
+        Robot
+            The robot with the payload, and with the same tip.
+
+        Raises
+        ------
+        InputError
+            If the payload is not an inertia or a positive mass, or a link has its name.
+
+        Examples
+        --------
+        >>> from robsim.shapes import Ball
+        >>> arm = Robot.from_dh([[0, 0, 1, 0]], shapes=[[], [Ball(0.1, mass=2.0)]])
+        >>> arm.with_payload(3.0).mass_matrix([0.0]).round(3)
+        array([[5.008]])
+        """
+        if not isinstance(payload, Inertia):
+            payload = Inertia(as_positive(payload, "mass of the payload"), tensor=np.zeros((3, 3)))
+        place = check_single_pose(pose, "pose of the payload")
+        if name in [link.name for link in self.links]:
+            raise InputError(f"robot '{self.name}' has a link {format_value(name)}; give name=...")
+        link = Link(name, self._link(on), Joint(place=place), inertia=payload)
+        return replace(self, links=(*self.links, link))
 
     @property
     def mountings(self) -> tuple[Mounting, ...]:

@@ -52,31 +52,23 @@ def sum_armatures(links: Sequence[Link], tree: Tree, bodies: RigidBodies) -> Arr
     return total
 
 
-def check_mass_matrices(
-    robot: str, links: Sequence[Link], tree: Tree, bodies: RigidBodies, matrices: Array
-) -> None:
-    """Raise InputError unless mass matrices (runs, n, n) are positive definite.
+def find_singular_joint(bodies: RigidBodies, matrix: Array) -> int | None:
+    """Return the body in the tree whose joint moves no inertia, or None if M is positive definite.
 
-    The matrices are factored as L' D L (Featherstone 2008, section 6.5), from the tips to the base,
-    so that the number in D is the inertia that a joint moves while the joints behind it are free.
+    The mass matrix M is factored as L' D L (Featherstone 2008, section 6.5), from the tips to the
+    base, so that a number in D is the inertia that a joint moves while the joints behind it are
+    free.
     """
-    for matrix in matrices:
-        for body in reversed([each for each in bodies.bodies if not each.mimics]):
-            for k in range(6 if body.kind == FLOATING else 1):
-                if not _eliminate(matrix, body.velocity + k):
-                    raise InputError(_describe_joint(robot, links, tree, body.tree_body))
+    rest = matrix.copy()
+    for body in reversed([each for each in bodies.bodies if not each.mimics]):
+        for k in range(body.velocity, body.velocity + (6 if body.kind == FLOATING else 1)):
+            if not rest[k, k] > SMALLEST_INERTIA:
+                return body.tree_body
+            rest -= np.outer(rest[k], rest[k]) / rest[k, k]
+    return None
 
 
-def _eliminate(matrix: Array, k: int) -> bool:
-    """Eliminate a velocity from a mass matrix; return False if its inertia is not positive."""
-    pivot = matrix[k, k]
-    if not pivot > SMALLEST_INERTIA:
-        return False
-    matrix -= np.outer(matrix[k], matrix[k]) / pivot
-    return True
-
-
-def _describe_joint(robot: str, links: Sequence[Link], tree: Tree, body: int) -> str:
+def describe_singular_joint(robot: str, links: Sequence[Link], tree: Tree, body: int) -> str:
     """Return the message about a joint that moves no inertia."""
     carried = [link for link in links if tree.find(link.name)[0] == body]
     names = ", ".join(f"'{link.name}'" for link in carried)

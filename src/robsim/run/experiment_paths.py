@@ -170,22 +170,26 @@ def yield_experiment_controls(of: Any) -> Iterator[Control]:
     """Yield the editable values of an experiment: the task and settings, then the scenes.
 
     The believed scene comes before the true scene. If the beliefs of tasks differ, the tasks alone
-    have them.
+    have them. The dynamics of the true scene have controls if a drive acts; drives have a model of
+    their own.
     """
     apart = find_common_belief(of.task) is None
-    facts = {"scene": of.scene, "by_hand": True, "apart": apart}
+    driven = getattr(of.actuation, "drive", None) is not None
+    facts = {"scene": of.scene, "by_hand": True, "apart": apart, "driven": driven}
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
     yield from controls(make_task_table(of), place)
     beliefs = list_beliefs(of.task)
     if beliefs and not (apart and any(each is not None for each in beliefs)):
-        yield from _list_scene_controls(get_believed_scene(of), place.at(BELIEF))
+        unaware = place.c.with_facts(driven=False)
+        yield from _list_scene_controls(get_believed_scene(of), place.at(BELIEF, c=unaware))
     yield from _list_scene_controls(of.scene, place)
 
 
 def _list_scene_controls(scene: Scene, place: ControlPlace) -> list[Control]:
-    known: dict[str, list[Control]] = vars(scene).setdefault("_controls", {})  # by path
+    known: dict[tuple[str, bool], list[Control]] = vars(scene).setdefault("_controls", {})
     inner = ControlPlace(place.path, place.c.with_facts(scene=scene))
-    return known.get(place.path) or known.setdefault(place.path, list(controls(scene, inner)))
+    key = place.path, bool(place.c.facts.get("driven"))
+    return known.get(key) or known.setdefault(key, list(controls(scene, inner)))
 
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:

@@ -16,6 +16,13 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+OF_LEGS = (
+    "q",
+    "qd",
+    "torque",
+    "saturation",
+)  # variables of the record of a mission, if a leg has them
+
 
 @dataclass(frozen=True, eq=False)
 class MissionLeg:
@@ -91,7 +98,7 @@ class MissionRun:
 
     @property
     def run(self) -> xr.Dataset:
-        """The record of the whole mission: q, qd and the phase at each time.
+        """The record of the whole mission: q, qd, torques of drives and the phase at each time.
 
         The last instant of a phase and the first of the next are stored once, as the latter. If
         every n-th step is recorded, the end of the mission may not be among the instants.
@@ -107,6 +114,9 @@ class MissionRun:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_get_leg_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
         dataset: xr.Dataset = xr.concat(parts, dim="time")
+        limits = [leg.run["torque_limit"] for leg in self.legs if "torque_limit" in leg.run]
+        if limits:  # NaN for joints that no phase drives
+            dataset["torque_limit"] = limits[0].copy(data=np.fmax.reduce(limits))
         own = {"title": MISSION, "succeeded": int(self.succeeded)}
         dataset.attrs = {**self.attrs, **own}
         return dataset
@@ -127,11 +137,12 @@ class MissionRun:
 
 
 def _get_leg_instants(leg: MissionLeg, *, last: bool) -> xr.Dataset:
-    """Return q and qd of a leg in mission time.
+    """Return q, qd and the torques of a leg in mission time.
 
     The last instant is included only for the last leg, if it is recorded.
     """
-    run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
+    names = [name for name in OF_LEGS if name in leg.run]
+    run = leg.run[names].drop_vars("run", errors="ignore")
     short = 1e-9 * float(leg.run.attrs["dt"])
     kept = run["time"].values < leg.end - leg.start + (short if last else -short)
     run = run.isel(time=slice(0, int(kept.sum())))

@@ -75,6 +75,7 @@ DESCRIPTIONS = {
     "slack": "excess of the command over a constraint that gave way",
     "torque": "torques of the drives in the step before the instant; at first, to hold the robot",
     "saturation": "share of the last period in which the torque of a drive was limited",
+    "torque_limit": "largest torque of each drive; infinite without a limit, NaN without a drive",
     "normal_factor": "upper triangle, row by row, of R with R'R = L'L of the picture, damped",
     "pixels_end": "image coordinates of the marks at the end",
     "outcome": "reason for the end of the run, see robsim.Outcome",
@@ -121,7 +122,7 @@ def _make_recorded_variables(
             **({"picture_hash": series.hashes} if series.hashes.shape[-1] else {}),
             **({"normal_factor": series.factors} if series.factors.shape[-1] else {}),
             **({"active": series.active, "slack": series.slack} if series.active.shape[-1] else {}),
-            **_make_drive_variables(series),
+            **_make_drive_variables(loop, series),
             "pixels_goal": controller.goal_pixels,
             "s_goal": s_goal if len(s_goal) > 1 else s_goal[0],
             **end_variables.make_end_variables(loop),
@@ -144,10 +145,14 @@ def _make_recorded_variables(
     )
 
 
-def _make_drive_variables(series: RecordedSeries) -> dict[str, Array]:
-    """Return the torques of drives and their saturation, if there are drives."""
-    has_drives = series.torque.shape[-1] > 0
-    return {"torque": series.torque, "saturation": series.saturation} if has_drives else {}
+def _make_drive_variables(loop: Loop, series: RecordedSeries) -> dict[str, Array]:
+    """Return the torques of drives, their saturation and their limits, if there are drives."""
+    driven = loop.driven
+    if driven is None or not series.torque.shape[-1]:  # a log has no torques
+        return {}
+    limits = np.full(loop.scene.nv, np.nan)
+    limits[driven.velocities] = driven.limits
+    return {"torque": series.torque, "saturation": series.saturation, "torque_limit": limits}
 
 
 def _make_varied_variable(name: str, values: Array) -> tuple[tuple[str, ...], Array]:
@@ -309,7 +314,7 @@ def _make_variable_attributes(
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
         **_make_torque_units(controller, scene),
-        "torque": TORQUE_UNITS.get(unit_q, "N m, N"),
+        **dict.fromkeys(("torque", "torque_limit"), TORQUE_UNITS.get(unit_q, "N m, N")),
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }

@@ -26,6 +26,7 @@ from robsim.servo.constraints.constraint_stages import BoundConstraints
 if TYPE_CHECKING:
     from robsim.plot.run_data import RunVariables
 
+TORQUES = "torque", "saturation"  # parts of an instant with a number for each velocity
 ROWS = "active", "slack"  # parts of an instant with a number for each row of constraints
 REST = 1.0  # seconds from convergence until a run rests
 
@@ -144,9 +145,8 @@ class LiveRun:
         now, still = self.now, 0.0 * self.now.qd
         later = now.time + self.segment.dt
         free = 0.0 * now.active
-        self.instants.append(
-            replace(now, time=later, qd=still, qd_actual=still, active=free, slack=free)
-        )
+        rest = replace(now, qd=still, qd_actual=still, saturation=0.0 * now.saturation)
+        self.instants.append(replace(rest, time=later, active=free, slack=free))
 
     def _advance(self) -> Chunk:
         """Simulate the next instant, store it, and return the chunk of the simulation."""
@@ -181,13 +181,16 @@ class LiveRun:
 
     @property
     def columns(self) -> list[object]:
-        """The coordinates, velocities, features and feature points of the instants.
+        """The coordinates, velocities, driven joints, features and feature points of the instants.
 
         Two runs with equal columns can be joined.
         """
         scene, controller = self.segment.scene, self._loop.controller
         points = [(sight.key, len(sight.target.marks)) for sight in controller.sights]
-        return [scene.coordinate_names, scene.velocity_names, tuple(controller.units), points]
+        driven = self._loop.driven
+        joints = () if driven is None else driven.names
+        names = [scene.coordinate_names, scene.velocity_names, joints]
+        return [*names, tuple(controller.units), points]
 
     def continue_with(self, experiment: Experiment, q: Array | None = None) -> LiveRun:
         """Return a run of another experiment that continues this one, from q (nq,) if it is passed.
@@ -264,7 +267,7 @@ class LiveRun:
 
         template, instants = self.template, self.instants[start:]
         owner = "camera" if "camera_velocity" in template else "frame"
-        parts = ("q", "qd", "error", "pixels", "qd_actual", *ROWS)
+        parts = ("q", "qd", "error", "pixels", "qd_actual", *ROWS, *TORQUES)
         values = {name: np.stack([getattr(each, name) for each in instants]) for name in parts}
         q, rates = values["q"], values["qd_actual"]
         frame = template[f"{owner}_velocity"].attrs["frame"]

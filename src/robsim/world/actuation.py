@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Annotated
 
-from robsim.base.arrays import is_any_nonzero
+import numpy as np
+
+from robsim.base.arrays import Array, is_any_nonzero
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, Time, described
+from robsim.declare import DeclaredValue, Quantity, Vector, described
 from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -31,6 +33,24 @@ from robsim.world.imperfections.rate_limits import (
     VelocityLimit,
 )
 from robsim.world.payload import PAYLOADS, Payload
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
+
+@dataclass(frozen=True)
+class SubStep(Quantity):
+    """Declaration of a sub-step, which has no slider: few lengths divide a period."""
+
+    __hash__ = Quantity.__hash__
+
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
+        return ()
+
+
+SUB_STEP = SubStep(above=0, dimension="time")
+DEFAULT_STEP = 1e-3  # seconds
+EARTH_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 
 
 @described
@@ -68,11 +88,16 @@ class Actuation(DeclaredValue):
         "Drive that computes torques; None: the joints follow their commands without dynamics.",
     ] = None
     step: Annotated[
-        float, Time(above=0), "Length of a sub-step of the dynamics, which divides the period."
-    ] = 1e-3
+        float, SUB_STEP, "Length of a sub-step of the dynamics, which divides the period."
+    ] = DEFAULT_STEP
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
+    gravity: Annotated[
+        Sequence[float] | Array,
+        Vector("acceleration"),
+        "Acceleration of gravity in the axes of the world, in m/s^2, for a drive.",
+    ] = EARTH_GRAVITY
 
     if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
 
@@ -84,8 +109,9 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
             drive: JointDrive | OwnDrive | None = None,
-            step: float = 1e-3,
+            step: float = DEFAULT_STEP,
             payloads: Payload | Sequence[Payload] = (),
+            gravity: Sequence[float] | Array = EARTH_GRAVITY,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -104,6 +130,18 @@ class Actuation(DeclaredValue):
             raise InputError(
                 f"a drive and {' and '.join(idle)}; give a drive alone, whose torques "
                 "determine the response of the joints"
+            )
+
+    def _check_idle_numbers(self) -> None:
+        """Raise InputError for numbers that act with a drive alone."""
+        if self.drive is not None:
+            return
+        idle = ["payloads"] * bool(self.payloads) + ["step"] * (self.step != DEFAULT_STEP)
+        idle += ["gravity"] * (not np.array_equal(self.gravity, EARTH_GRAVITY))
+        if idle:
+            raise InputError(
+                f"{' and '.join(idle)}: given without a drive, so that the joints have no "
+                "dynamics; give a drive"
             )
 
     def list_active(self) -> list[ActiveImperfection[JointEffect]]:
@@ -138,8 +176,7 @@ class Actuation(DeclaredValue):
         with prefix_errors("actuation"):
             for each in self.list_active():
                 each.effect.check(velocities, coordinates)
-            if self.payloads and self.drive is None:
-                raise InputError("payloads act on joints with a drive; give a drive")
+            self._check_idle_numbers()
             self.response(len(velocities))
 
 

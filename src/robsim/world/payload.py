@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, ListOf, PerRun, Quantity, Table, Time, Vector, described
+from robsim.declare.spec import FieldValue
 from robsim.declare.texts import FrameReference
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import Pose
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 
 @described
@@ -75,4 +79,31 @@ class Payload(DeclaredValue):
         return moments
 
 
-PAYLOADS = ListOf(Table(Payload), most=64)
+START_MASS = 1.0  # kilograms of a load that a user interface adds
+
+
+@dataclass(frozen=True)
+class PayloadList(ListOf):
+    """Declaration of payloads. User interfaces add loads on the last frames of robots."""
+
+    __hash__ = ListOf.__hash__
+
+    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+        if not place.c.facts.get("driven"):
+            return
+        robots = place.c.facts["scene"].robots
+        frames = [f"{robot.name}.{robot.links[-1].name}" for robot in robots]
+        yield place.control(
+            "list",
+            [each.on for each in value],
+            options=tuple(frames),
+            low=float(self.least),
+            high=float(self.most),
+            items=tuple(value),
+            starters={frame: Payload(frame, START_MASS) for frame in frames},
+        )
+        for i, each in enumerate(value):
+            yield from self.item.controls(each, place.at(str(i)))
+
+
+PAYLOADS = PayloadList(Table(Payload), most=64)

@@ -263,11 +263,18 @@ class LogComparison:
 
     # ---- motion ----
 
+    @property
+    def _compares_motion(self) -> bool:
+        """Whether the commands are velocities, which the motion should follow."""
+        return not self.run["qd"].attrs.get("units", "").startswith("N")
+
     @cached_property
     def _motion(self) -> FaultChoice | None:
         """The choice among the faults of the motion; None if it cannot be compared."""
         run = self.run
         if not self.has_commands or self._command_speed == 0.0:
+            return None
+        if not self._compares_motion:
             return None
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
             return None  # coordinates of some joint are not integrals of its velocities

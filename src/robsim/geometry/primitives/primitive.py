@@ -67,13 +67,11 @@ class Primitive:
     mass: Annotated[
         float | None,
         Quantity(above=0, dimension="mass"),
-        Role.FILE,
         "Mass of the solid. None: no mass, or the mass that follows from the density.",
     ] = field(default=None, kw_only=True)
     density: Annotated[
         float | None,
         Quantity(above=0, dimension="density"),
-        Role.FILE,
         "Density of the solid, in place of its mass.",
     ] = field(default=None, kw_only=True)
     albedo: Annotated[

@@ -116,6 +116,24 @@ def compute_joint_command(w, step, n="count", gain="row", x="n", qd="n"):
 
 
 @stage
+def compute_error_force(
+    w, step, errors="k", k="count", stiffness="row", width="row or none", force="k"
+):
+    """Compute force = stiffness f(errors), with f(e) = e, or width tanh(e / width).
+
+    The force is the gradient of the potential energy with respect to the errors.
+    """
+    for i in range(k):
+        if width < 0:
+            put(w, force + i, get(w, stiffness) * get(w, errors + i))
+        else:
+            for b in range(WIDTH):
+                most = w[width * WIDTH + b]
+                bounded = most * math.tanh(w[(errors + i) * WIDTH + b] / most)
+                w[(force + i) * WIDTH + b] = w[stiffness * WIDTH + b] * bounded
+
+
+@stage
 def measure_camera_step(w, step, J="6, n", n="count", qd="n", largest="row", share="row"):
     """Compute the largest component of the step J qd of a camera, as a share of the largest one."""
     most = 0.0 * get(w, largest)

@@ -13,6 +13,7 @@ from robsim.kernels.dynamics.body_rows import (
     EXCESS,
     FIRST_MOMENT,
     FORCE,
+    IMPOSSIBLE,
     MASS,
     MASSES,
     MOMENT,
@@ -35,7 +36,7 @@ from robsim.kernels.formulas.lane_vectors import (
     times_transpose,
 )
 from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.lanes import align_stack, get, put
+from robsim.kernels.machine.lanes import align_stack, get, put, where
 from robsim.kernels.machine.stages import stage
 
 
@@ -95,7 +96,7 @@ def _release_joint(w, s, kind, tau, diagonal):
         d = d + get(w, diagonal)
     put_vector(w, s + AXIS_MOMENT, nx, ny, nz)
     put_vector(w, s + AXIS_FORCE, fx, fy, fz)
-    put(w, s + COMPLIANCE, 1.0 / d)
+    put(w, s + COMPLIANCE, where(d > 0.0, 1.0 / d, IMPOSSIBLE))
     put(w, s + EXCESS, get(w, tau) - bias)
 
 
@@ -217,7 +218,8 @@ def accelerate_joints(
 
     The rows `diagonal` are added to the inertia at each joint: the armature, and with implicit
     integration the slopes of forces times the step. The bodies are placed in their parents, and
-    come after them. `loads` is 1 if the parent is a body on a joint.
+    come after them. `loads` is 1 if the parent is a body on a joint. If an articulated inertia is
+    not positive, accelerations are `IMPOSSIBLE` or infinite.
     """
     align_stack()
     n = each[0]

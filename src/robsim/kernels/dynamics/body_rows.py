@@ -19,4 +19,7 @@ COMPLIANCE, EXCESS = 54, 55  # inverse inertia at the joint, and its force beyon
 RATE_BIAS, ACCELERATION_BIAS = 56, 59  # accelerations by velocities
 ROWS = 62
 
+# accelerations of a joint whose articulated inertia is not positive: no robot reaches them
+IMPOSSIBLE = 1e305
+
 MASS, FIRST_MOMENT, SECOND_MOMENT = 0, 1, 4  # rows of the inertia of a body, about its origin

@@ -7,6 +7,7 @@ table 6.2 and section 6.5.
 
 from robsim.kernels.dynamics.body_rows import (
     FLOATING,
+    IMPOSSIBLE,
     MASS,
     MOMENTS,
     POSITION,
@@ -22,7 +23,7 @@ from robsim.kernels.formulas.lane_vectors import (
     times_symmetric,
 )
 from robsim.kernels.machine.jit import part
-from robsim.kernels.machine.lanes import align_stack, get, put
+from robsim.kernels.machine.lanes import align_stack, get, put, where
 from robsim.kernels.machine.stages import stage
 
 # rows of a composite inertia: moments, first moment and mass
@@ -188,13 +189,6 @@ def add_to_diagonal(w, step, n="count", diagonal="n", H="n, n"):
 
 
 @stage
-def add_scaled(w, step, n="count", factor="n", x="n", y="n"):
-    """Add the products of factors and numbers x to numbers y."""
-    for i in range(n):
-        put(w, y + i, get(w, y + i) + get(w, factor + i) * get(w, x + i))
-
-
-@stage
 def merge_mimicking_joints(
     w, step, m="count", n="count", bodies="m, m", H="n, n", each="each: ratio=row; column=whole"
 ):
@@ -217,7 +211,8 @@ def solve_mass_matrix(
 ):
     """Solve (H + diag(diagonal)) a = tau - bias by the factors L D L' of the matrix.
 
-    L receives the factors.
+    L receives the factors. If the matrix is not positive, accelerations are `IMPOSSIBLE` or
+    infinite.
     """
     for i in range(n):
         for j in range(i):
@@ -237,7 +232,8 @@ def solve_mass_matrix(
             y = y - get(w, L + i * n + k) * get(w, a + k)
         put(w, a + i, y)
     for i in range(n - 1, -1, -1):
-        y = get(w, a + i) / get(w, L + i * n + i)
+        d = get(w, L + i * n + i)
+        y = where(d > 0.0, get(w, a + i) / d, IMPOSSIBLE)
         for k in range(i + 1, n):
             y = y - get(w, L + k * n + i) * get(w, a + k)
         put(w, a + i, y)

@@ -106,6 +106,50 @@ def _pass_force(w, s, parent):
     add_to_vector(w, parent + MOMENT, nx + dx, ny + dy, nz + dz)
 
 
+@part
+def _write_force(w, s, kind, tau):
+    """Write the force of the joint of a body, of the force and the moment on the body."""
+    if kind == REVOLUTE:
+        put(w, tau, get(w, s + MOMENT + 2))
+    elif kind == PRISMATIC:
+        put(w, tau, get(w, s + FORCE + 2))
+    else:
+        for k in range(6):
+            put(w, tau + k, get(w, s + FORCE + k))
+
+
+@part
+def _weigh_body(w, parent, s, inertia):
+    """Compute the force and the moment that carry a body at rest."""
+    bx, by, bz = get_vector(w, parent + ACCELERATION)
+    bx, by, bz = times_transpose(w, s, bx, by, bz)
+    m = get(w, inertia + MASS)
+    hx, hy, hz = get_vector(w, inertia + FIRST_MOMENT)
+    nx, ny, nz = cross_product(hx, hy, hz, bx, by, bz)
+    put_vector(w, s + ACCELERATION, bx, by, bz)
+    put_vector(w, s + FORCE, m * bx, m * by, m * bz)
+    put_vector(w, s + MOMENT, nx, ny, nz)
+
+
+@stage
+def compute_gravity_forces(
+    w, step, each="each: kind=whole; loads=whole; parent=62; body=62; inertia=10; tau=row"
+):
+    """Compute the forces tau that hold joints at rest on carriers at rest.
+
+    The parameters are described in `compute_joint_forces`.
+    """
+    n = each[0]
+    for i in range(n):
+        at = 6 * i
+        _weigh_body(w, each[at + 3], each[at + 4], each[at + 5])
+    for i in range(n - 1, -1, -1):
+        at = 6 * i
+        _write_force(w, each[at + 4], each[at + 1], each[at + 6])
+        if each[at + 2]:
+            _pass_force(w, each[at + 4], each[at + 3])
+
+
 @stage
 def compute_joint_forces(
     w,
@@ -127,13 +171,6 @@ def compute_joint_forces(
         _balance_body(w, s, each[at + 5])
     for i in range(n - 1, -1, -1):
         at = 8 * i
-        kind, s, tau = each[at + 1], each[at + 4], each[at + 8]
-        if kind == REVOLUTE:
-            put(w, tau, get(w, s + MOMENT + 2))
-        elif kind == PRISMATIC:
-            put(w, tau, get(w, s + FORCE + 2))
-        else:
-            for k in range(6):
-                put(w, tau + k, get(w, s + FORCE + k))
+        _write_force(w, each[at + 4], each[at + 1], each[at + 8])
         if each[at + 2]:
-            _pass_force(w, s, each[at + 3])
+            _pass_force(w, each[at + 4], each[at + 3])

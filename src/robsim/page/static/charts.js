@@ -2,10 +2,13 @@
 
 import { uPlot } from "./vendor.js";
 
+const [BAND_WIDTH, BAND_ALPHA] = [7, 0.35]; // pixels and opacity of limited parts of a curve
+
 export class Chart {
   constructor(element, curve, arrays, clock) {
     Object.assign(this, { element, curve, clock });
     this.array = arrays[curve.values];
+    this.limited = arrays[curve.limited];
     this.time = arrays.time;
     this.times = [];
     this.columns = curve.names.map(() => []);
@@ -40,7 +43,7 @@ export class Chart {
     this.key = key;
     this.plot?.destroy();
     const style = getComputedStyle(this.element);
-    const ink = style.getPropertyValue("--ink").trim();
+    const ink = (this.ink = style.getPropertyValue("--ink").trim());
     const line = { stroke: style.getPropertyValue("--line").trim(), width: 1 };
     const axis = { stroke: ink, grid: line, ticks: { ...line, size: 4 }, font: "11px system-ui", gap: 3 };
     const { curve } = this;
@@ -65,7 +68,7 @@ export class Chart {
             points: { show: (plot) => plot.data[0].length === 1 },
           })),
         ],
-        hooks: { draw: [() => this.line && this.place()] },
+        hooks: { drawSeries: [(plot, i) => this.drawLimited(plot, i)], draw: [() => this.line && this.place()] },
       },
       [this.times, ...this.columns],
       this.element,
@@ -81,6 +84,25 @@ export class Chart {
       seek(event);
     });
     over.addEventListener("pointermove", (event) => event.buttons && seek(event));
+  }
+
+  // Draw the periods broadly in which a value was limited.
+  drawLimited(plot, series) {
+    const { limited, times, curve, ink } = this;
+    if (!limited || !series) return;
+    const [width, column] = [limited.shape[1], this.columns[series - 1]];
+    const pen = plot.ctx;
+    const at = (t) => [plot.valToPos(times[t], "x", true), plot.valToPos(column[t], "y", true)];
+    pen.save();
+    Object.assign(pen, { strokeStyle: inked(curve.colors[series - 1], ink), globalAlpha: BAND_ALPHA, lineWidth: BAND_WIDTH * devicePixelRatio });
+    pen.beginPath();
+    for (let t = 1; t < times.length; t++) {
+      if (!limited.values[t * width + series - 1] || column[t] === null || column[t - 1] === null) continue;
+      pen.moveTo(...at(t - 1));
+      pen.lineTo(...at(t));
+    }
+    pen.stroke();
+    pen.restore();
   }
 
   // Move the line to the displayed instant.

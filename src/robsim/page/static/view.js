@@ -14,6 +14,7 @@ const NAMES = {
   follow: "follow", views: "views of cameras", rays: "rays to feature points", frames: "axes of frames", ground: "ground",
 };
 
+const LIMITED = "same colours; broad: limited"; // in place of the names of the joints
 const MOST_NAMES = 8; // of the curves in a legend
 const CURVES = 120; // milliseconds between drawings of growing curves
 
@@ -150,7 +151,8 @@ export class View {
 
   // Add rows from an instant on; arrays without rows replace the arrays of their names.
   extend(from, arrays) {
-    const timed = new Set(["time", "poses", "constraints holding", "constraints yielding", ...this.header.curves.map((curve) => curve.values)]);
+    const timed = new Set(["time", "poses", "constraints holding", "constraints yielding"]);
+    for (const { values, limited } of this.header.curves) timed.add(values).add(limited);
     for (const { pixels, second } of this.header.cameras) timed.add(pixels).add(second);
     for (const [name, more] of Object.entries(arrays)) {
       if (timed.has(name)) extend(this.arrays[name], from, more);
@@ -232,8 +234,8 @@ export class View {
 
   chart(curve) {
     const figure = element("figure");
-    const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit})` : ""));
-    caption.append(...legendOf(curve));
+    const caption = element("figcaption", curve.title + (curve.unit ? ` (${curve.unit.replaceAll(" ", "\u00a0")})` : ""));
+    caption.append(...(curve.limited ? [element("span", LIMITED, "key several")] : legendOf(curve)));
     const plot = element("div", "", "plot");
     figure.append(caption, plot);
     find("charts").append(figure);

@@ -246,10 +246,9 @@ class Controller:
         -------
         dict of str to float or str
             `time` in seconds; `phase`, `limits` (separated by semicolons) and `fault` of the
-            command; coordinates `q[...]`, velocities `qd[...]` or torques `torque[...]`, which
-            `read_log` does not read, and for each new image its capture
-            time `image_time[camera,target]` in seconds and its `pixels[...]`; NaN without a new
-            image.
+            command; coordinates `q[...]`, commanded velocities or torques `qd[...]`, and for each
+            new image its capture time `image_time[camera,target]` in seconds and its `pixels[...]`;
+            NaN without a new image.
 
         Raises
         ------
@@ -258,13 +257,9 @@ class Controller:
         """
         if self._last is None:
             raise InputError("row: call step first")
-        command = np.zeros(self.scene.nv)
-        command[self._standalone.controller.columns] = self._last_numbers
-        name = "torque" if self.command_quantity == "torque" else "qd"
-        parts = (
-            ("q", self.scene.coordinate_names, self._q),
-            (name, self.scene.velocity_names, command),
-        )
+        qd = np.zeros(self.scene.nv)
+        qd[self._standalone.controller.columns] = self._last_numbers
+        parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
         health = self._last.health
         row: dict[str, float | str] = {
             "time": self._clock.now,

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.declare import DeclaredValue, Number, PerRun, register
-from robsim.kernels.control import control_law, torque_command
+from robsim.kernels.control import control_law
 from robsim.servo.laws.command_quantity import CommandQuantity
 from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows, scale_by_gain
 
@@ -79,7 +79,7 @@ class TorqueLaw(CompiledLaw, DeclaredValue):
         """Add the stages of (L J)' K f(e); return a function that adds the command for a gain."""
         program = of.program
         force = program.result(
-            torque_command.compute_error_force,
+            control_law.compute_error_force,
             "force",
             of.k,
             errors=of.error,
@@ -111,7 +111,7 @@ class TorqueLaw(CompiledLaw, DeclaredValue):
 
         Examples
         --------
-        >>> TorqueLaw(stiffness=40.0).potential_energy([0.1, -0.2]).round(12)
+        >>> float(TorqueLaw(stiffness=40.0).potential_energy([0.1, -0.2]).round(12))
         1.0
         """
         e, w = as_floats(error, "error", ("k",)), self.saturation

@@ -10,7 +10,7 @@ from robsim.world.drives.joint_drive import TRUE_MODEL, Model, TorqueLimit
 from robsim.world.drives.servo_loop import LoopNumbers, ServoLoop
 
 Frequency = Annotated[
-    float, Number(above=0, unit="rad/s"), PerRun(()), "Natural frequency of each joint in rad/s."
+    float, Number(above=0, unit="1/s"), PerRun(()), "Natural frequency of each joint in rad/s."
 ]
 DampingRatio = Annotated[
     float, Number(above=0), PerRun(()), "Damping ratio of each joint; 1 is critical damping."

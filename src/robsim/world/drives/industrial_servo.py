@@ -30,7 +30,7 @@ class IndustrialServo(ServoLoop):
 
     bandwidth: Annotated[
         float,
-        Number(above=0, unit="rad/s"),
+        Number(above=0, unit="1/s"),
         PerRun(()),
         "Bandwidth of the velocity loop in rad/s, at the inertia of each joint at home.",
     ] = 100.0

@@ -187,4 +187,4 @@ TorqueLimit = Annotated[
     "joints.",
 ]
 GravityFed = Annotated[bool, Flag(), "Whether the drive adds the believed gravity load."]
-DRIVE = KindOf(DRIVES, protocol=OwnDrive)
+DRIVE = KindOf(DRIVES, none="none", protocol=OwnDrive)

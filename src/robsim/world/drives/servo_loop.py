@@ -21,7 +21,7 @@ from robsim.world.drives.joint_drive import JointDrive
 PERIOD_SLACK = 1e-9  # relative error of periods that count as equal
 Bandwidth = Annotated[
     float,
-    Number(above=0, unit="rad/s"),
+    Number(above=0, unit="1/s"),
     PerRun(()),
     "Bandwidth of the velocity loop in rad/s, at the believed inertia of each joint at home.",
 ]
