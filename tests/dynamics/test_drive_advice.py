@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.analysis.linearisation.drive_advice import advise_drives, generate_drive_caveats
+from robsim.analysis.linearisation.driven_loop import idealise_joints
 from robsim.analysis.linearisation.linear_loop import LinearLoop
-from robsim.analysis.linearisation.stability_limit import find_loop_limit
+from robsim.analysis.linearisation.stability_limit import find_driven_limit, find_loop_limit
 
 PERIODS, CASES, SHOWN = 900, 20, (1, 14)
 BELOW, ABOVE = 0.95, 1.05  # factors of the largest gain
@@ -60,15 +62,23 @@ def decays(experiment, gain):
 )
 def test_runs_below_the_largest_gain_settle_and_runs_above_it_do_not(i):
     experiment = random_case(i)
-    largest = 2.0 * find_loop_limit(LinearLoop.of(experiment))
+    largest = find_largest_gain(experiment)
     assert decays(experiment, BELOW * largest)
     assert not decays(experiment, ABOVE * largest)
+
+
+def find_largest_gain(experiment):
+    return 2.0 * find_loop_limit(LinearLoop.of(experiment))
+
+
+def advise_only_drives(experiment):
+    return advise_drives(LinearLoop.of(experiment))
 
 
 def test_the_sag_of_a_velocity_loop_without_an_integral():
     experiment = driven_arms.servo(rs.drives.VelocityLoop(2000.0, 0.0, gravity=False), duration=5.0)
     run = experiment.with_(task=replace(experiment.task, tolerance=1e-12)).run()
-    sag = rs.advise(experiment).drive.sag
+    sag = advise_only_drives(experiment).sag
     assert sag.pixels == pytest.approx(driven_arms.FOCAL * run.error_norm.values[-1], rel=0.03)
     q = run.q_end.values - driven_arms.HOME
     arm = driven_arms.build_arm()
@@ -88,9 +98,9 @@ def test_the_sag_of_a_velocity_loop_without_an_integral():
     ids=["integral", "compensation", "position loop", "position stiffness"],
 )
 def test_drives_that_hold_the_weight_do_not_sag(drive):
-    advice = rs.advise(driven_arms.servo(drive))
-    assert advice.drive.sag.pixels == 0.0
-    assert ("Sag", "none") in advice.drive.rows()
+    advice = advise_only_drives(driven_arms.servo(drive))
+    assert advice.sag.pixels == 0.0
+    assert ("Sag", "none") in advice.rows()
 
 
 @pytest.mark.parametrize(("friction", "offset"), [((3.0, 1.0), 0.1), ((0.5, 0.0), -0.1)])
@@ -98,31 +108,53 @@ def test_friction_holds_joints_at_the_predicted_error(friction, offset):
     drive = rs.drives.VelocityLoop(integral_rate=0.0)
     made = driven_arms.servo(drive, friction=friction, offset=(offset, offset), duration=8.0)
     run = made.with_(task=replace(made.task, tolerance=1e-12)).run()
-    advice = rs.advise(made)
+    linear = LinearLoop.of(made)
     ends = driven_arms.FOCAL * run.error_norm.values[-1]
-    assert ends == pytest.approx(advice.drive.friction.pixels, rel=0.06)
-    assert any("Coulomb friction" in note for note in advice.notes)
+    assert ends == pytest.approx(advise_drives(linear).friction.pixels, rel=0.06)
+    assert "Coulomb friction of 'upper'" in next(generate_drive_caveats(linear))
 
 
 def test_an_integral_overcomes_friction():
-    advice = rs.advise(driven_arms.servo(rs.drives.VelocityLoop(), friction=(3.0, 1.0)))
-    assert advice.drive.friction.pixels == 0.0
+    made = driven_arms.servo(rs.drives.VelocityLoop(), friction=(3.0, 1.0))
+    assert advise_only_drives(made).friction.pixels == 0.0
 
 
 def test_the_drive_and_the_joint_that_limit_the_gain_are_named():
     drive = rs.drives.PositionLoop(feed_forward=0.0)
     advice = rs.advise(driven_arms.servo(drive, masses=(2.0, 6.0)))
     assert advice.limited_by == "the drive PositionLoop"
-    alike = rs.advise(driven_arms.servo(rs.drives.ComputedTorque(frequency=20.0)))
-    assert alike.drive.joint == ""
+    alike = driven_arms.servo(rs.drives.ComputedTorque(frequency=20.0))
+    assert advise_only_drives(alike).joint == ""
+    pd = advise_only_drives(driven_arms.servo(rs.drives.GravityCompensatedPD(), latency=0.02))
+    assert pd.joint == "upper"
     late = rs.advise(driven_arms.servo(rs.drives.VelocityLoop(), latency=0.1))
     assert late.limited_by == "100 ms of latency"
 
 
-def test_limits_below_the_weight_are_a_caveat():
+def test_ideal_joints_have_the_loop_without_drives():
+    drive = rs.drives.PositionLoop(feed_forward=0.0)
+    driven = LinearLoop.of(driven_arms.servo(drive, latency=0.015))
+    ideal = LinearLoop.of(driven_arms.servo(None, latency=0.015))
+    loop = idealise_joints(driven.driven, driven.drives, [0, 1])
+    limit = find_driven_limit(loop, driven.timing, driven.gain_dependence.rates)
+    assert limit == pytest.approx(find_loop_limit(ideal), rel=1e-4)
+
+
+def test_limits_of_torques_are_a_caveat():
+    weight = driven_arms.build_arm().gravity(driven_arms.HOME)
     advice = rs.advise(driven_arms.servo(rs.drives.VelocityLoop(), effort=(10.0, 50.0)))
-    assert any("'upper'" in note and "above its limit of 10" in note for note in advice.notes)
-    assert any("limits of torques" in note for note in advice.notes)
+    words = f"the weight needs {10 * weight[0]:.3g} % of the limit of 'upper'"
+    assert any(words in note for note in advice.notes)
+    free = LinearLoop.of(driven_arms.servo(rs.drives.VelocityLoop()))
+    assert list(generate_drive_caveats(free)) == []
+
+
+def test_a_loop_without_rest_has_no_errors_at_rest():
+    unstable = driven_arms.servo(rs.drives.IndustrialServo(), gain=120.0)
+    advice = rs.advise(unstable)
+    assert advice.margin < 1.0
+    assert np.isnan([advice.drive.sag.pixels, advice.drive.friction.pixels]).all()
+    assert "the loop does not come to rest" in str(advice)
 
 
 @dataclass(frozen=True)
@@ -138,7 +170,7 @@ class Spring:
 
 def test_a_users_drive_is_differentiated_or_refused_by_name():
     experiment = driven_arms.servo(Spring(), offset=(1e-4, -2e-4), duration=6.0)
-    largest = rs.advise(experiment).largest_gain
+    largest = find_largest_gain(experiment)
     assert decays(experiment, BELOW * largest)
     assert not decays(experiment, ABOVE * largest)
     with pytest.raises(rs.errors.InputError, match="torques of Spring have no derivative"):
@@ -148,7 +180,7 @@ def test_a_users_drive_is_differentiated_or_refused_by_name():
 def test_joints_that_are_not_commanded_move_by_reactions():
     drive = rs.drives.VelocityLoop(30.0, 2.0)
     experiment = driven_arms.servo(drive, joints=["fore"], offset=(0.0, 1e-3))
-    largest = rs.advise(experiment).largest_gain
+    largest = find_largest_gain(experiment)
     assert decays(experiment, BELOW * largest)
     assert not decays(experiment, ABOVE * largest)
 

@@ -17,6 +17,7 @@ from robsim.analysis.linearisation.stability_limit import (
     NOTABLE_RISE,
     find_driven_limit,
     find_loop_limit,
+    is_stable,
 )
 from robsim.base.arrays import Array
 
@@ -26,7 +27,7 @@ NO_PIXELS = 1e-6  # pixels below which an error is rounding
 
 @dataclass(frozen=True)
 class RestError:
-    """Error of the goal at rest that torques at the joints cause.
+    """Error of the goal at rest that torques at the joints cause; NaN if the loop is unstable.
 
     Attributes
     ----------
@@ -49,6 +50,8 @@ class RestError:
 
     def __str__(self) -> str:
         """Return the error in one line."""
+        if math.isnan(self.pixels):
+            return "unknown: the loop does not come to rest"
         if not self.pixels:
             return "none"
         return (
@@ -87,9 +90,8 @@ class DriveAdvice:
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the lines of the printed advice, each with its head."""
-        rows = [("Sag", str(self.sag)), ("Friction", f"at most {self.friction}")]
-        if not self.friction.pixels:
-            rows[1] = ("Friction", "no error at rest")
+        friction = f"at most {self.friction}" if self.friction.pixels > 0.0 else str(self.friction)
+        rows = [("Sag", str(self.sag)), ("Friction", friction)]
         if self.joint:
             without = f"{format_number(self.gain_without)} times the gains"
             text = f"'{self.joint}' limits the gain: without its drive, stable up to {without}"
@@ -103,6 +105,9 @@ def advise_drives(linear: LinearLoop) -> DriveAdvice | None:
     if driven is None or derivatives is None:
         return None
     joint, factor = find_limiting_joint(linear, driven, derivatives)
+    if not is_stable(driven.at(1.0, linear.timing.with_rarer_images)):
+        none = RestError(math.nan, math.nan, math.nan)
+        return DriveAdvice(joint, factor, none, none)
     sag = measure_rest_error(driven, derivatives.missing_torques[:, None])
     return DriveAdvice(joint, factor, sag, find_friction_error(driven, derivatives))
 
@@ -166,10 +171,9 @@ def generate_drive_caveats(linear: LinearLoop) -> Iterator[str]:
         )
     limits, loads = joints.limits, np.abs(linear.drives.loads)
     if np.isfinite(limits).any():
-        yield "limits of torques are not considered in the largest gain"
-    for name, load, most in zip(names, loads, limits, strict=True):
-        if load > most:
-            yield (
-                f"at rest the weight loads '{name}' with {format_number(float(load))} N m, above "
-                f"its limit of {format_number(float(most))}"
-            )
+        j = int(np.argmax(loads / limits))
+        share = format_number(100.0 * float(loads[j] / limits[j]))
+        yield (
+            "limits of torques are not considered, and the largest gain is lower if they act; at "
+            f"rest the weight needs {share} % of the limit of '{names[j]}'"
+        )

@@ -104,12 +104,16 @@ def estimate_limit_change(
     change of the factor.
     """
     short = timing.with_rarer_images
-    pairs = (driven, limit * (1.0 + NUDGE)), (driven, limit * (1.0 - NUDGE))
-    loops = [loop.at(f, short) for loop, f in (*pairs, (driven, limit), (perturbed, limit))]
-    maps = _stack_maps(loops).arrival_map
-    above, below, here, other = np.abs(np.linalg.eigvals(maps)).max(axis=-1)
+    factors = limit * (1.0 + NUDGE), limit * (1.0 - NUDGE), limit
+    above, below, here = (_spectral_radius(driven.at(f, short)) for f in factors)
+    other = _spectral_radius(perturbed.at(limit, short))
     slope = (above - below) / (2.0 * NUDGE)
-    return float((here - other) / slope) if slope > 0.0 else 0.0
+    return (here - other) / slope if slope > 0.0 else 0.0
+
+
+def _spectral_radius(loop: DiscreteLoop) -> float:
+    """Return the largest modulus of the eigenvalues of the map from one image to the next."""
+    return float(np.abs(np.linalg.eigvals(loop.steps()[0].of_state)).max())
 
 
 def find_mode_limit(rates: Sequence[complex], timing: LoopDelays) -> float:
