@@ -10,7 +10,6 @@ import pytest
 import robsim as rs
 from robsim.analysis.linearisation.linear_loop import LinearLoop
 from robsim.analysis.linearisation.stability_limit import find_loop_limit
-from robsim.cli.report import print_run_report
 
 PROPORTIONAL = rs.drives.VelocityLoop(integral_rate=0.0)
 BLIND = rs.drives.VelocityLoop(integral_rate=0.0, gravity=False)
@@ -118,10 +117,3 @@ def test_saturation_of_a_run_that_converges_is_a_note():
     assert [cause.about for cause in explanation.causes] == ["saturation"]
     free = explain(driven_arms.servo(rs.drives.VelocityLoop()))
     assert free.causes == ()
-
-
-def test_the_report_of_a_run_has_the_limited_torques(tmp_path, capsys):
-    print_run_report(FAILURES["saturation"].run(), tmp_path)
-    assert "torque limit 'upper' 100 % of the run" in capsys.readouterr().out
-    print_run_report(FAILURES["payload"].run(), tmp_path)
-    assert "torque limit" not in capsys.readouterr().out
