@@ -21,10 +21,10 @@ def paths_of(experiment):
 
 def misspelt(path, rng):
     """The path with two letters of its last key changed places, or one of them gone."""
-    head, _, key = path.rpartition(".")
+    head, dot, key = path.rpartition(".")
     at = int(rng.integers(max(len(key) - 1, 1)))
     swapped = key[:at] + key[at + 1 : at + 2] + key[at : at + 1] + key[at + 2 :]
-    return f"{head}.{swapped if swapped != key else key[:-1] + 'x'}"
+    return head + dot + (swapped if swapped != key else key[:-1] + "x")
 
 
 def test_a_path_that_does_not_exist_is_refused_with_a_suggestion(experiment):
