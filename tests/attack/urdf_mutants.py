@@ -18,6 +18,7 @@ from attack.toml_mutants import letters, lines
 
 from robsim import Robot, robots
 from robsim.errors import FileWarning, InputError
+from robsim.robot.urdf.urdf_link import TOKEN_INERTIA
 
 NAME, CASES = "urdf_mutants", 180
 CORPUS = Path(__file__).parents[1] / "inputs" / "urdf"
@@ -120,7 +121,7 @@ def _check_plain(data: bytes, robot: Robot) -> None:
     weights = [link.find("inertial/mass") for link in root.findall("link[inertial]")]
     given = [float(each.get("value")) for each in weights if each is not None]
     lost = sum(given) - sum(_masses(robot))
-    if lost > 1e-9 * sum(given) + 1e-3 * given.count(1e-3):
+    if lost > 1e-9 * sum(given) + TOKEN_INERTIA.mass * given.count(TOKEN_INERTIA.mass):
         raise Wrong(f"{lost:g} kg vanish of {given!r:.200}")
 
 
