@@ -277,7 +277,7 @@ ERRORS = {
     ),
     "period": (
         lambda: hold(build_lift(), rs.drives.IndustrialServo(period=0.003)),
-        "IndustrialServo.period is 3 ms",
+        "actuation.drive: period is 3 ms",
     ),
     "limits": (
         lambda: hold(build_lift(), rs.drives.VelocityLoop(torque_limit=[1.0, 2.0])),
@@ -307,7 +307,7 @@ ERRORS = {
     ),
     "payload alone": (
         lambda: hold(build_lift(), None, payloads=[rs.drives.Payload("lift.cage", mass=1.0)]),
-        "actuation: payloads: given without a drive",
+        "actuation: payloads and step: given without a drive",
     ),
     "no method": (lambda: rs.Actuation(drive=object()), "drive"),
     "shape": (lambda: hold(build_lift(), Wrong()), "Wrong.torque: expected shape"),
@@ -383,3 +383,37 @@ def test_a_rolling_wheel_weighs_on_the_lift_that_carries_it():
     tilt = robot.fk(robot.home, "front_lift")[2, 2]
     weight = float(run.torque.values[0, list(robot.velocity_names).index("front_lift")])
     np.testing.assert_allclose(weight, carried * G * tilt, rtol=1e-9)
+
+
+def test_the_times_of_a_load_count_from_the_start_of_a_mission():
+    robot = build_lift(mass=2.0)
+    task = rs.FollowJoints(by={"cage": 0.01}, duration=0.5)
+    load = rs.drives.Payload("lift.cage", mass=1.0, attached=0.25, released=2.5)
+    actuation = rs.Actuation(drive=rs.drives.VelocityLoop(), payloads=[load])
+    mission = rs.Mission([rs.Phase("up", task), rs.Phase("on", task)])
+    settings = {"dt": 0.01, "duration": 3.0, "actuation": actuation}
+    legs = rs.Experiment(rs.Scene([robot]), mission, **settings).run().legs
+    assert len(legs) == 2 and 0.5 < legs[0].end < 2.5
+    for leg in legs:
+        time = leg.start + leg.run.time.values
+        loaded = (time > 0.35) & (time < 2.49)
+        expected = np.where(loaded, 3.0, 2.0) * G
+        settled = loaded | (time < 0.25) | (time > 2.9)
+        torque = leg.run.torque.values[:, 0]
+        np.testing.assert_allclose(torque[settled], expected[settled], atol=2.0)
+    np.testing.assert_allclose(legs[1].run.torque.values[0, 0], 3.0 * G)
+
+
+def test_a_load_beyond_the_limit_pulls_the_joint_down():
+    robot = build_lift(mass=2.0, effort=15.0)
+    run = hold(robot, rs.drives.VelocityLoop(gravity=False), 0.2)
+    assert np.all(run.torque.values == 15.0)
+    np.testing.assert_allclose(run.qd_actual.values[-1], 0.2 * (7.5 - G), rtol=1e-3)
+
+
+@pytest.mark.parametrize(("dt", "parts"), [(1 / 30, 34), (0.01, 10), (0.0105, 11), (4e-4, 1)])
+def test_the_usual_step_divides_any_period(dt, parts):
+    from robsim.engine.driven_joints import count_substeps
+
+    assert count_substeps(None, dt) == parts
+    assert count_substeps(round(dt / parts, 9), dt) == parts

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
 from robsim.engine.driven_joints import DrivenJoints
 from robsim.engine.payload_stages import PayloadStages
 from robsim.engine.scene_dynamics import place_carriers
@@ -41,7 +42,9 @@ class DriveStages:
         self.columns = joints.velocities
         rows, constant, n = self.program.rows, self.program.constant, len(joints.names)
         weights = StaticTorques(joints, plant.start.T)
-        self.torque = self.program.each(self._spread(weights.load))
+        bounds = joints.limits[:, None]
+        self.load = np.clip(weights.load, -bounds, bounds)  # a heavier load pulls the joint down
+        self.torque = self.program.each(self._spread(self.load))
         self.saturation = rows(plant.scene.nv)
         first = self.program.size
         self.v, self.q, self.command, self.hold = (rows(n) for _ in range(4))
@@ -56,7 +59,12 @@ class DriveStages:
         self.loads = PayloadStages(self.program, joints, self.dynamics, plant.seconds)
         self.drive_rows = self._make_drive_rows(weights)
         self.add_torques = joints.drive.bind(self.drive_rows, plant.numbers)
-        self.held = joints.drive.count_held_substeps(self.drive_rows)
+        if not callable(self.add_torques):
+            raise InputError(
+                f"{joints.drive.label}.bind: expected a function that adds the stages of a "
+                f"sub-step, got {format_value(self.add_torques)}"
+            )
+        self.held = joints.drive.count_held_substeps(joints.seconds, joints.parts)
         self.state = BlockRows(first, (self.program.size - first,))
 
     def _spread(self, torques: Array) -> Array:
@@ -77,7 +85,7 @@ class DriveStages:
             self.command,
             self.v,
             self.q,
-            gap=self.program.each(joints.drive.settle(weights.inertia, weights.load, weights.fed)),
+            gap=self.program.each(joints.drive.settle(weights.inertia, self.load, weights.fed)),
             torque=rows(n),
             slope=rows(n),
             saturation=rows(n),
@@ -86,7 +94,7 @@ class DriveStages:
             friction=self.friction,
             share=self.program.constant(1.0 / joints.parts),
             inertia=weights.inertia,
-            load=weights.load,
+            load=self.load,
             fed=weights.fed,
             believed=self.loads.believe(self.v, self.armature),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,8 +25,9 @@ from robsim.world.drives.joint_drive import JointDrive
 from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 
-PERIOD_SLACK = 1e-9  # relative error of a period that is a whole number of steps
+PERIOD_SLACK = 1e-6  # relative error of a period that is a whole number of steps
 LEAST_INERTIA = 1e-12  # least ratio of the eigenvalues of the mass matrix
+LONGEST_STEP = 1e-3  # seconds, unless a step is given
 MOST_PARTS = 1000  # sub-steps in a period
 
 
@@ -54,6 +56,7 @@ class DrivenJoints:
     joints: tuple[DrivenJoint, ...]
     loads: tuple[Payload, ...]
     gravity: Array  # true acceleration (3,), in axes of the world
+    seconds: float  # control period
     parts: int  # sub-steps in a period
 
     @classmethod
@@ -69,7 +72,7 @@ class DrivenJoints:
             )
         drive, parts = JointDrive.wrap(actuation.drive), count_substeps(actuation.step, dt)
         gravity = np.array(actuation.gravity)
-        return cls(scene, drive, joints, actuation.payloads, gravity, parts)
+        return cls(scene, drive, joints, actuation.payloads, gravity, dt, parts)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -111,6 +114,8 @@ class DrivenJoints:
     def check(self) -> None:
         """Raise InputError unless the torque limits and loads fit, and all joints move a mass."""
         _ = self.limits, self.payloads
+        with prefix_errors("actuation.drive"):
+            self.drive.check(self.names, self.seconds, self.parts)
         M = np.moveaxis(self.mass_matrix.reshape(*self.mass_matrix.shape[:2], -1), -1, 0)
         armature = self.numbers("armature").reshape(len(self.joints), -1).T
         values, vectors = np.linalg.eigh(M + armature[:, :, None] * np.eye(len(self.joints)))
@@ -168,13 +173,18 @@ class DrivenJoints:
                 yield thing.name, inertia
 
 
-def count_substeps(step: float, dt: float) -> int:
-    """Return the number of steps in a period; InputError unless it is a whole number."""
+def count_substeps(step: float | None, dt: float) -> int:
+    """Return the number of steps in a period; InputError unless it is a whole number.
+
+    Without a step, the longest steps of at most LONGEST_STEP are counted.
+    """
+    if step is None:
+        step = dt / math.ceil(dt / LONGEST_STEP * (1.0 - PERIOD_SLACK))
     count = round(dt / step)
     if count < 1 or abs(count * step - dt) > PERIOD_SLACK * dt:
         raise InputError(
             f"actuation.step is {1e3 * step:g} ms, which does not divide the control period of "
-            f"{1e3 * dt:g} ms; {1e3 * dt / max(count, 1):g} ms does"
+            f"{1e3 * dt:g} ms; {1e3 * dt / max(count, 1):.9g} ms does"
         )
     if count > MOST_PARTS:
         raise InputError(

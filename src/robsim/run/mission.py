@@ -191,10 +191,11 @@ def _run_phase(
     At an interruption, Interrupted holds a list with the unfinished leg, which is empty if the leg
     has not begun.
     """
+    start = before[-1].end if before else 0.0
     with prefix_errors(f"phase {phase.name!r}"):
         scene = phase.change_attachments(experiment.scene, _check_mission_start(experiment))
-        own = _make_phase_experiment(phase, replace(experiment, scene=scene))
-    start = before[-1].end if before else 0.0
+        later = experiment.actuation.after(start)  # every phase begins at time 0
+        own = _make_phase_experiment(phase, replace(experiment, scene=scene, actuation=later))
     try:
         with prefix_errors(f"phase {phase.name!r}"):
             return _make_leg(phase, scene, start, own.run(**how))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,7 +49,6 @@ class SubStep(Quantity):
 
 
 SUB_STEP = SubStep(above=0, dimension="time")
-DEFAULT_STEP = 1e-3  # seconds
 EARTH_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 
 
@@ -88,8 +87,11 @@ class Actuation(DeclaredValue):
         "Drive that computes torques; None: the joints follow their commands without dynamics.",
     ] = None
     step: Annotated[
-        float, SUB_STEP, "Length of a sub-step of the dynamics, which divides the period."
-    ] = DEFAULT_STEP
+        float | None,
+        SUB_STEP,
+        "Length of a sub-step of the dynamics, which divides the period. None: the longest step of "
+        "at most 1 ms.",
+    ] = None
     payloads: Annotated[
         tuple[Payload, ...], PAYLOADS, "Loads on frames of the robots, for a drive."
     ] = ()
@@ -109,7 +111,7 @@ class Actuation(DeclaredValue):
             encoder: PerJointLimit = 0.0,
             effects: JointEffect | OwnJointEffect | Sequence[JointEffect | OwnJointEffect] = (),
             drive: JointDrive | OwnDrive | None = None,
-            step: float = DEFAULT_STEP,
+            step: float | None = None,
             payloads: Payload | Sequence[Payload] = (),
             gravity: Sequence[float] | Array = EARTH_GRAVITY,
         ) -> None: ...
@@ -117,7 +119,8 @@ class Actuation(DeclaredValue):
     def __post_init__(self) -> None:
         super().__post_init__()
         warn_of_milliseconds(self.lag, "Actuation.lag")
-        warn_of_milliseconds(self.step, "Actuation.step")
+        if self.step is not None:
+            warn_of_milliseconds(self.step, "Actuation.step")
         self._check_drive()
 
     def _check_drive(self) -> None:
@@ -136,13 +139,20 @@ class Actuation(DeclaredValue):
         """Raise InputError for numbers that act with a drive alone."""
         if self.drive is not None:
             return
-        idle = ["payloads"] * bool(self.payloads) + ["step"] * (self.step != DEFAULT_STEP)
+        idle = ["payloads"] * bool(self.payloads) + ["step"] * (self.step is not None)
         idle += ["gravity"] * (not np.array_equal(self.gravity, EARTH_GRAVITY))
         if idle:
             raise InputError(
                 f"{' and '.join(idle)}: given without a drive, so that the joints have no "
                 "dynamics; give a drive"
             )
+
+    def after(self, seconds: float) -> Actuation:
+        """Return the actuation some seconds later: loads have other times, or are released."""
+        if not self.payloads:
+            return self
+        later = (load.after(seconds) for load in self.payloads)
+        return replace(self, payloads=tuple(load for load in later if load is not None))
 
     def list_active(self) -> list[ActiveImperfection[JointEffect]]:
         """Return the imperfections that are switched on, in the order of the fields."""

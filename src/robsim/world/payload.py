@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -60,6 +60,13 @@ class Payload(DeclaredValue):
                 f"payload on '{self.on}': released at {self.released:g} s, expected a time after "
                 f"{self.attached:g} s, at which it is attached"
             )
+
+    def after(self, seconds: float) -> Payload | None:
+        """Return the load with the times as some seconds later; None if it is released by then."""
+        released = None if self.released is None else self.released - seconds
+        if released is not None and released <= 0.0:
+            return None
+        return replace(self, attached=max(self.attached - seconds, 0.0), released=released)
 
     @property
     def inertia(self) -> Inertia:

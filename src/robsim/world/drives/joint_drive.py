@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, runtime_checkable
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, format_value
 from robsim.declare import DeclaredValue, Flag, KindOf, Number, PerRun, Table, described, family
 from robsim.declare.array_types import Numbers
 from robsim.declare.scalars import POSITIVE
@@ -69,7 +69,7 @@ class JointDrive(DeclaredValue):
         Model of the joints that the drive believes.
     torque_limit : array_like or None
         Largest torques, for all joints or each. None: the effort limits of the joints.
-    quantity : str
+    command_quantity : str
         Quantity that the law commands, "velocity" or "torque".
 
     Examples
@@ -89,7 +89,7 @@ class JointDrive(DeclaredValue):
     True
     """
 
-    quantity: ClassVar[str] = VELOCITY
+    command_quantity: ClassVar[str] = VELOCITY
     own: object = None
     model: DriveModel
     torque_limit: Any
@@ -107,7 +107,7 @@ class JointDrive(DeclaredValue):
     @property
     def commanded(self) -> str:
         """The quantity that the law commands, "velocity" or "torque"."""
-        return str(getattr(self.own or self, "quantity", VELOCITY))
+        return str(getattr(self.own or self, "command_quantity", VELOCITY))
 
     def settle(self, inertia: Array, load: Array, fed: Array) -> Array:
         """Return the gaps (n, runs) of the position that hold a load at the start.
@@ -116,15 +116,21 @@ class JointDrive(DeclaredValue):
         """
         return np.zeros_like(load)
 
-    def count_held_substeps(self, rows: DriveRows) -> int:
-        """Return the number of sub-steps for which a torque is held."""
+    def check(self, names: Sequence[str], seconds: float, parts: int) -> None:
+        """Raise InputError if the drive does not fit the joints, or `parts` steps in a period."""
+
+    def count_held_substeps(self, seconds: float, parts: int) -> int:
+        """Return the number of sub-steps for which a torque is held, of `parts` in a period."""
         return 1
 
     def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
         """Return a function that adds the stages of the torques in a sub-step."""
         call = getattr(self if self.own is None else self.own, "torque", None)
-        if call is None:
-            raise InputError(f"drive {self.label}: expected a method torque(state), or bind(rows)")
+        if not callable(call):
+            raise InputError(
+                f"drive {self.label}: expected a method torque(state) or bind(rows, runs), got "
+                f"torque = {format_value(call)}"
+            )
 
         def add() -> None:
             rows.call(call, self.label, runs)

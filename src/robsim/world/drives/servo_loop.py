@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -18,7 +18,7 @@ from robsim.kernels.dynamics import joint_drives
 from robsim.world.drives.drive_rows import DriveRows
 from robsim.world.drives.joint_drive import JointDrive
 
-PERIOD_SLACK = 1e-9  # relative error of periods that count as equal
+PERIOD_SLACK = 1e-6  # relative error of periods that count as equal
 Bandwidth = Annotated[
     float,
     Number(above=0, unit="1/s"),
@@ -114,18 +114,22 @@ class ServoLoop(JointDrive):
         """Return a function that adds the stages of the torques in a sub-step."""
         return _BoundLoop(self, rows).add
 
-    def count_held_substeps(self, rows: DriveRows) -> int:
+    def check(self, names: Sequence[str], seconds: float, parts: int) -> None:
+        """Raise InputError if the period of the drive does not fit the control period."""
+        self.count_held_substeps(seconds, parts)
+
+    def count_held_substeps(self, seconds: float, parts: int) -> int:
         """Return the number of sub-steps for which a torque is held; InputError if it is broken."""
         period: float | None = getattr(self, "period", None)
         if period is None:
             return 1
-        step = rows.seconds / rows.parts
+        step = seconds / parts
         count = round(period / step)
         broken = abs(count * step - period) > PERIOD_SLACK * period
-        if count < 1 or broken or rows.parts % count:
+        if count < 1 or broken or parts % count:
             raise InputError(
-                f"{self.label}.period is {1e3 * period:g} ms: expected a number of steps of "
-                f"{1e3 * step:g} ms that divides the control period of {1e3 * rows.seconds:g} ms"
+                f"period is {1e3 * period:g} ms: expected a number of steps of "
+                f"{1e3 * step:g} ms that divides the control period of {1e3 * seconds:g} ms"
             )
         return count
 
@@ -135,7 +139,7 @@ class _BoundLoop:
 
     def __init__(self, drive: ServoLoop, rows: DriveRows) -> None:
         self.drive, self.rows, program, n = drive, rows, rows.program, rows.n
-        self.held = drive.count_held_substeps(rows)
+        self.held = drive.count_held_substeps(rows.seconds, rows.parts)
         gains = drive.numbers.scale(np.ones(n) if drive.is_inverse else rows.inertia)
         implicit = not (drive.is_inverse or self.held > 1)  # else the torque is sampled
         self.slope = program.numbers(gains[0] if implicit else np.zeros(n), 1)

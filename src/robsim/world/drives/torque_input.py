@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -43,7 +43,7 @@ class TorqueInput(JointDrive):
     'torque'
     """
 
-    quantity: ClassVar[str] = TORQUE
+    command_quantity: ClassVar[str] = TORQUE
     damping: Annotated[
         Array,
         Numbers(item=NOT_NEGATIVE, shape=None),
@@ -52,6 +52,10 @@ class TorqueInput(JointDrive):
     gravity: GravityFed = True
     model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
+
+    def check(self, names: Sequence[str], seconds: float, parts: int) -> None:
+        """Raise InputError for a list of dampings of another length."""
+        spread_over_joints(self.damping, "damping", names)
 
     def bind(self, rows: DriveRows, runs: NDArray[np.int64]) -> Callable[[], None]:
         """Return a function that adds the stages of the torques in a sub-step."""
