@@ -58,7 +58,7 @@ def test_numbers_of_saturation_and_friction():
     cause = explain_failure("saturation").causes[0]
     last = round(float(run.end_time) / 0.01) + 1
     assert cause.evidence["saturated"] == pytest.approx(run.saturation.values[1:last].mean(0).max())
-    assert "'upper' at 10 N m for 100 %" in cause.sentence
+    assert "'upper' at 10 N m for 99.5 %" in cause.sentence
     held = explain_failure("friction").causes[0]
     assert held.evidence["friction"] == 6.0
     assert held.evidence["at_rest"] == 1.0

@@ -99,10 +99,13 @@ class DriveStages:
             believed=self.loads.believe(self.v, self.armature),
         )
 
-    def add(self, dt: BlockRows, q: BlockRows, speed: BlockRows, proceeds: bool) -> None:
+    def add(
+        self, dt: BlockRows, q: BlockRows, speed: BlockRows, rates: BlockRows, proceeds: bool
+    ) -> None:
         """Add the stages that move the coordinates q of a scene over a time dt.
 
-        Unless the motion `proceeds`, the state of the joints is restored afterwards.
+        `rates` (nv,) are the velocities of the joints that move ideally. Unless the motion
+        `proceeds`, the state of the joints is restored afterwards.
         """
         program, drives, state = self.program, self.drive_rows, self.state
         if not proceeds:
@@ -112,7 +115,7 @@ class DriveStages:
         wanted = [self.plant.wanted[i] for i in self.columns]
         self._copy(zip(wanted, self.command, strict=True))
         plant = self.plant
-        place_carriers(program, plant.scene, plant.placed, self.dynamics, plant.qd)
+        place_carriers(program, plant.scene, plant.placed, self.dynamics, rates)
         self.loads.add()
         times = {"parts": self.count, "dt": dt, "h": self.h}
         program.add(joint_drives.begin_substeps, saturation=drives.saturation, **times)

@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
 from robsim.engine.scene_dynamics import SceneDynamics, evaluate_mass_matrix
 from robsim.geometry.inertia import Inertia
-from robsim.robot.joint import Joint
+from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
@@ -90,8 +90,29 @@ class DrivenJoints:
         return [each.coordinate for each in self.joints]
 
     def numbers(self, part: str) -> Array:
-        """Return armature, damping or friction (n,) or (n, runs) of the joints."""
-        return np.stack(np.broadcast_arrays(*(getattr(each.joint, part) for each in self.joints)))
+        """Return armature, damping or friction (n,) or (n, runs) of the joints.
+
+        A mimicking joint adds its armature and damping by the square of its ratio, and its friction
+        by the magnitude of its ratio.
+        """
+        power = 1 if part == "friction" else 2
+        each = [getattr(joint.joint, part) for joint in self.joints]
+        for i, joint, ratio in self._list_mimics():
+            each[i] = each[i] + abs(ratio) ** power * getattr(joint, part)
+        return np.stack(np.broadcast_arrays(*each))
+
+    def _list_mimics(self) -> Iterator[tuple[int, Joint, float]]:
+        """Yield index of the driven joint, mimicking joint and ratio."""
+        for robot in {joint.robot.name: joint.robot for joint in self.joints}.values():
+            own = {
+                joint.joint_name: i for i, joint in enumerate(self.joints) if joint.robot is robot
+            }
+            follows = {link.label: link.joint.follows for link in robot.links}
+            for link in robot.links:
+                tie = link.joint.follows
+                root = tie.root(follows) if isinstance(tie, Mimic) else None
+                if root is not None and root.of in own:
+                    yield own[root.of], link.joint, root.ratio
 
     @cached_property
     def limits(self) -> Array:
@@ -109,7 +130,7 @@ class DrivenJoints:
     @cached_property
     def mass_matrix(self) -> Array:
         """Mass matrix (n, n) or (n, n, runs) at home, without the armature."""
-        return evaluate_mass_matrix(self.dynamics)
+        return evaluate_mass_matrix(self.dynamics, self.bodies.inertias)
 
     def check(self) -> None:
         """Raise InputError unless the torque limits and loads fit, and all joints move a mass."""
@@ -141,6 +162,13 @@ class DrivenJoints:
                 raise InputError(
                     f"actuation.payloads: no driven joint moves the frame '{load.on}', so that a "
                     "load on it has no effect"
+                )
+            first = count_periods_until(load.attached, self.seconds)
+            last = math.inf if load.released is None else load.released / self.seconds
+            if first >= last:
+                raise InputError(
+                    f"actuation.payloads: the load on '{load.on}' is attached and released between "
+                    "two control instants, at which loads change"
                 )
             yield load, found
 
@@ -192,6 +220,11 @@ def count_substeps(step: float | None, dt: float) -> int:
             f"{1e3 * dt:g} ms; at most {MOST_PARTS} are possible"
         )
     return count
+
+
+def count_periods_until(seconds: float, dt: float) -> int:
+    """Return the number of the first period that starts at a time or later."""
+    return math.ceil(seconds / dt - PERIOD_SLACK)
 
 
 def describe_missing_inertias(robot: Robot) -> str:

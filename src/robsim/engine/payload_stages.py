@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.driven_joints import DrivenJoints, count_periods_until
 from robsim.kernels.dynamics import joint_drives
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
@@ -47,11 +47,11 @@ class PayloadStages:
         changed: set[int] = set()
         for load, (body, offset) in self.joints.payloads:
             rows = self.dynamics.inertias[body]
-            released = NEVER if load.released is None else count_steps(load.released, self.dt)
+            ends = NEVER if load.released is None else count_periods_until(load.released, self.dt)
             self.program.add(
                 joint_drives.attach_payload,
-                first=count_steps(load.attached, self.dt),
-                last=released,
+                first=count_periods_until(load.attached, self.dt),
+                last=ends,
                 payload=self.program.numbers(load.moments_at(offset), 1),
                 bodies=rows if body in changed else self.bare[body],
                 loaded=rows,
@@ -62,11 +62,6 @@ class PayloadStages:
             self.program.add(
                 joint_drives.scale_inertias, factor=self.mass, true=true, believed=self.believed
             )
-
-
-def count_steps(seconds: float, dt: float) -> int:
-    """Return the number of the first period that starts at a time or later."""
-    return int(np.ceil(seconds / dt - 1e-9))
 
 
 def scale_runs(values: Array, factor: float | Array, axes: int) -> Array:

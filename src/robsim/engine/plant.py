@@ -90,7 +90,7 @@ class Plant:
         joints, x = self.scene.tree.joints, placed.q
         rates: list[BlockRows | None] = list(v)
         if self.driven is not None:
-            self.driven.add(dt, x, speed, proceeds=x == self.q)
+            self.driven.add(dt, x, speed, v, proceeds=x == self.q)
             for i in self.driven.columns:
                 rates[i] = None
         add_integration(self.program, joints, x, rates, dt)

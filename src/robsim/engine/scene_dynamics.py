@@ -25,13 +25,16 @@ class SceneDynamics(NamedTuple):
     coordinates: list[int]  # indices among the coordinates of the scene, joint by joint
 
 
-def evaluate_mass_matrix(of: SceneDynamics) -> Array:
-    """Return the mass matrix (n, n) or (n, n, runs) of joints at home, without armature."""
-    n, runs = len(of.coordinates), of.bodies.place.shape[3:] + of.bodies.inertias.shape[2:]
+def evaluate_mass_matrix(of: SceneDynamics, inertias: Array) -> Array:
+    """Return the mass matrix (n, n) or (n, n, runs) of joints at home, without armature.
+
+    `inertias` (bodies, 10) or (bodies, 10, runs) are the moments of the bodies.
+    """
+    n, runs = len(of.coordinates), of.bodies.place.shape[3:] + inertias.shape[2:]
 
     def add(program: Program, rows: BlockRows) -> list[BlockRows]:
         dynamics, H = place_scene(program, of, rows), program.rows(n, n)
-        dynamics.add_mass_matrix(H)
+        dynamics.add_mass_matrix(H, program.numbers(inertias, 2))
         return [H]
 
     q = np.repeat(of.scene.home[:, None], max(runs, default=1), axis=1)

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.driven_joints import DrivenJoints, count_periods_until
 from robsim.engine.payload_stages import scale_runs
-from robsim.engine.scene_dynamics import place_scene
+from robsim.engine.scene_dynamics import evaluate_mass_matrix, place_scene
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluate_stages
 
@@ -29,9 +29,9 @@ class StaticTorques:
         self.joints, self.model = joints, joints.drive.model
         true = joints.bodies.inertias
         for load, (body, offset) in joints.payloads:
-            if load.attached == 0.0:
+            if count_periods_until(load.attached, joints.seconds) == 0:
                 true = _add_to_body(true, body, load.moments_at(offset))
-        known = true if self.model.payload else joints.links_alone.inertias
+        known = self.known = true if self.model.payload else joints.links_alone.inertias
         self.load = self._weigh(q, true, joints.gravity)
         self.fed = self._weigh(
             q,
@@ -54,8 +54,12 @@ class StaticTorques:
 
     @cached_property
     def inertia(self) -> Array:
-        """Diagonal (n,) or (n, runs) of the believed mass matrix at home, with the armature."""
-        diagonal = np.einsum("ii...->i...", self.joints.mass_matrix)
+        """Diagonal (n,) or (n, runs) of the believed mass matrix at home, with the armature.
+
+        It contains the loads at the start that the model includes.
+        """
+        M = evaluate_mass_matrix(self.joints.dynamics, self.known)
+        diagonal = np.einsum("ii...->i...", M)
         diagonal = scale_runs(diagonal, self.model.mass, 1)
         armature = self.joints.numbers("armature")
         most = max(diagonal.ndim, armature.ndim)

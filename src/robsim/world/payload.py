@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 class Payload(DeclaredValue):
     """Load on a frame of a robot, from one time to another.
 
-    The load is a ball of constant density. It acts on the joints that a drive moves; the model of
-    the drive knows it only with `DriveModel(payload=True)`. Objects on a robot's frame with a mass
+    The load is a ball of constant density. It acts on the joints that a drive moves, from the first
+    control instant after it is attached until the first after it is released. The model of the
+    drive includes it only with `DriveModel(payload=True)`. Objects on a robot's frame with a mass
     are loads, too.
 
     Raises

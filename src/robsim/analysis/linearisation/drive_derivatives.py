@@ -58,7 +58,7 @@ class DriveProgram:
         self.stages.add_torques = self._push_after(self.stages.add_torques)
         self.plant.place()
         time = self.program.constant(seconds)
-        self.stages.add(time, self.plant.q, self.plant.speed, proceeds=True)
+        self.stages.add(time, self.plant.q, self.plant.speed, self.plant.qd, proceeds=True)
         self.segments = self.program.segments()
 
     def _push_after(self, own: Callable[[], None]) -> Callable[[], None]:

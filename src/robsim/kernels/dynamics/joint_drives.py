@@ -20,7 +20,16 @@ FASTEST = 1e3  # speed of a joint above which a run counts as unstable, in rad/s
 
 @stage
 def servo_joints(
-    w, step, n="count", command="n", v="n", gap="n", integral="n", gains="4, n", error="n", wish="n"
+    w,
+    step,
+    n="count",
+    command="n",
+    v="n",
+    gap="n",
+    integral="n",
+    gains="4, n",
+    error="n",
+    demand="n",
 ):
     """Compute the torques of a cascade of a position loop and a velocity loop.
 
@@ -33,7 +42,7 @@ def servo_joints(
         c, f = get(w, gains + 2 * n + j), get(w, gains + 3 * n + j)
         e = f * get(w, command + j) + c * get(w, gap + j) - get(w, v + j)
         put(w, error + j, e)
-        put(w, wish + j, k * e + i * get(w, integral + j))
+        put(w, demand + j, k * e + i * get(w, integral + j))
 
 
 @stage
@@ -91,15 +100,17 @@ def limit_torques(
 
 @stage
 def integrate_servo_error(
-    w, step, n="count", h="row", held="whole", wish="n", torque="n", error="n", integral="n"
+    w, step, n="count", h="row", held="whole", demand="n", torque="n", error="n", integral="n"
 ):
     """Integrate the errors of the velocity loops over `held` sub-steps.
 
-    Errors of limited torques are left out, so that the integral does not wind up.
+    Errors that would limit a limited torque further are left out, so that the integral does not
+    wind up.
     """
     seconds = held * get(w, h)
     for j in range(n):
-        free = get(w, wish + j) == get(w, torque + j)
+        excess = get(w, demand + j) - get(w, torque + j)
+        free = excess * get(w, error + j) <= 0.0
         z = get(w, integral + j)
         put(w, integral + j, where(free, z + seconds * get(w, error + j), z))
 

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.declare import Number, PerRun, register
-from robsim.world.drives.joint_drive import TRUE_MODEL, Model, TorqueLimit
+from robsim.world.drives.joint_drive import FASTEST_LOOP, TRUE_MODEL, Model, TorqueLimit
 from robsim.world.drives.servo_loop import LoopNumbers, ServoLoop
 
 Frequency = Annotated[
-    float, Number(above=0, unit="1/s"), PerRun(()), "Natural frequency of each joint in rad/s."
+    float,
+    Number(above=0, most=FASTEST_LOOP, unit="1/s"),
+    PerRun(()),
+    "Natural frequency of each joint in rad/s.",
 ]
 DampingRatio = Annotated[
     float, Number(above=0), PerRun(()), "Damping ratio of each joint; 1 is critical damping."
@@ -57,7 +60,7 @@ class GravityCompensatedPD(SecondOrderLoop):
 @register("drive", "computed_torque")
 @dataclass(frozen=True, eq=False)
 class ComputedTorque(SecondOrderLoop):
-    """Computed torque: the believed model turns wished accelerations into torques.
+    """Computed torque: the believed model turns demanded accelerations into torques.
 
         torque = M(q) (w^2 (r - q) + 2 z w (u - v)) + c(q, v) + g(q)
 

@@ -25,14 +25,15 @@ class DriveState:
     Attributes
     ----------
     seconds : float
-        Time at the start of the control period.
+        Time at the start of the control period, the same for all of its sub-steps.
     command : ndarray of shape (B, n)
         Velocities that the controller commands, in rad/s or m/s; torques of a law that commands
         torques.
     v, q : ndarray of shape (B, n)
         True velocities and coordinates of the joints.
     gap : ndarray of shape (B, n)
-        Integral of the command, minus the motion of the joint since the start, in rad or m.
+        Integral of the command, minus the motion of the joint since the start, in rad or m. It has
+        no meaning if the command is a torque.
     gravity : ndarray of shape (B, n)
         Believed gravity load in N m or N.
     runs : ndarray of shape (B,)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # the stages are imported only if there is a drive
 DRIVES = family("drive")
 VELOCITY, TORQUE = "velocity", "torque"  # the quantities that a law commands
 Share = Number(least=0)
+FASTEST_LOOP = 1e6  # 1/s; loops of currents are slower
 
 
 @described
@@ -32,7 +33,7 @@ class DriveModel(DeclaredValue):
 
     Examples
     --------
-    A drive that believes links of 80 % of their mass, and does not know the payload:
+    A model with links of 80 % of their mass, and without the payload:
 
     >>> import robsim as rs
     >>> rs.drives.VelocityLoop(model=DriveModel(mass=0.8)).model.payload
@@ -43,7 +44,7 @@ class DriveModel(DeclaredValue):
         float, Share, PerRun(()), "Believed masses and inertias of all links, as a share."
     ] = 1.0
     gravity: Annotated[
-        float, Share, PerRun(()), "Believed acceleration of gravity, as a share of 9.81 m/s^2."
+        float, Share, PerRun(()), "Believed acceleration of gravity, as a share of the true one."
     ] = 1.0
     friction: Annotated[
         float,
@@ -51,7 +52,9 @@ class DriveModel(DeclaredValue):
         PerRun(()),
         "Share of the friction that is compensated at the commanded velocity.",
     ] = 0.0
-    payload: Annotated[bool, Flag(), "Whether the drive knows the payloads."] = False
+    payload: Annotated[
+        bool, Flag(), "Whether the model includes the payloads and the objects on the robot."
+    ] = False
 
 
 TRUE_MODEL = DriveModel()
@@ -150,6 +153,13 @@ class UserDrive(JointDrive):
         """Return the drive of a user's object."""
         made = cls()
         made.own = drive
+        model = getattr(drive, "model", TRUE_MODEL)
+        if not isinstance(model, DriveModel) or np.any(model.friction):
+            raise InputError(
+                f"{type(drive).__name__}.model: expected a DriveModel without a share of friction, "
+                f"got {format_value(model)}"
+            )
+        made.model, made.torque_limit = model, getattr(drive, "torque_limit", None)
         return made
 
 
@@ -172,6 +182,9 @@ class OwnDrive(Protocol):
 
     def torque(self, state: DriveState) -> Array:
         """Return the torques (B, n) of the joints, in N m or N.
+
+        The torques must be a function of the state alone: with images that are taken within a
+        period, the sub-steps until then are simulated twice.
 
         Parameters
         ----------

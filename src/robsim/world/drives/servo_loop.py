@@ -16,25 +16,25 @@ from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
 from robsim.world.drives.drive_rows import DriveRows
-from robsim.world.drives.joint_drive import JointDrive
+from robsim.world.drives.joint_drive import FASTEST_LOOP, JointDrive
 
 PERIOD_SLACK = 1e-6  # relative error of periods that count as equal
 Bandwidth = Annotated[
     float,
-    Number(above=0, unit="1/s"),
+    Number(above=0, most=FASTEST_LOOP, unit="1/s"),
     PerRun(()),
     "Bandwidth of the velocity loop in rad/s, at the believed inertia of each joint at home.",
 ]
 IntegralRate = Annotated[
     float,
-    Number(least=0, unit="1/s"),
+    Number(least=0, most=FASTEST_LOOP, unit="1/s"),
     PerRun(()),
     "Ratio of the integral gain to the gain of the velocity loop, in 1/s. 0: no integral, and a "
     "rest error under a load.",
 ]
 PositionGain = Annotated[
     float,
-    Number(above=0, unit="1/s"),
+    Number(above=0, most=FASTEST_LOOP, unit="1/s"),
     PerRun(()),
     "Velocity per error of the position, in 1/s, well below the bandwidth.",
 ]
@@ -145,7 +145,7 @@ class _BoundLoop:
         self.slope = program.numbers(gains[0] if implicit else np.zeros(n), 1)
         self.gains = program.numbers(gains, 2)
         self.integral = program.each(self._hold_load(gains))
-        self.error, self.wish, self.sum = program.rows(n), program.rows(n), program.rows(n)
+        self.error, self.demand, self.sum = program.rows(n), program.rows(n), program.rows(n)
         self.share = program.constant(self.held / rows.parts)
         self.friction_share = program.number(drive.model.friction)
 
@@ -160,13 +160,13 @@ class _BoundLoop:
         """Add the stages of the torques in a sub-step."""
         rows, add = self.rows, self.rows.program.add
         state = {"command": rows.command, "v": rows.v, "gap": rows.gap, "integral": self.integral}
-        results = {"error": self.error, "wish": self.wish}
+        results = {"error": self.error, "demand": self.demand}
         add(joint_drives.servo_joints, gains=self.gains, **state, **results)
         self._compensate()
         add(copy_rows, rows=self.sum, to=rows.torque)
         add(copy_rows, rows=self.slope, to=rows.slope)
         rows.limit(self.share)
-        torques = {"wish": self.sum, "torque": rows.torque}
+        torques = {"demand": self.sum, "torque": rows.torque}
         sums = {"error": self.error, "integral": self.integral}
         add(joint_drives.integrate_servo_error, h=rows.h, held=self.held, **torques, **sums)
 
@@ -174,12 +174,12 @@ class _BoundLoop:
         """Add the stages of the sum of the loops' torques and of the compensations."""
         drive, rows, add = self.drive, self.rows, self.rows.program.add
         if drive.is_inverse:
-            rows.believed.add_inverse(self.wish, self.sum)
+            rows.believed.add_inverse(self.demand, self.sum)
         elif drive.has_gravity:
             rows.believed.add_gravity(self.sum)
-            add(joint_drives.add_torques, more=self.wish, torque=self.sum)
+            add(joint_drives.add_torques, more=self.demand, torque=self.sum)
         else:
-            add(copy_rows, rows=self.wish, to=self.sum)
+            add(copy_rows, rows=self.demand, to=self.sum)
         if np.any(drive.model.friction):
             friction = {"damping": rows.damping, "friction": rows.friction}
             fed = {"share": self.friction_share, "torque": self.sum}

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.declare import register
 from robsim.declare.array_types import Numbers
 from robsim.declare.scalars import NOT_NEGATIVE
@@ -52,6 +53,14 @@ class TorqueInput(JointDrive):
     gravity: GravityFed = True
     model: Model = TRUE_MODEL
     torque_limit: TorqueLimit = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.any(self.model.friction):
+            raise InputError(
+                "TorqueInput.model: friction is compensated at commanded velocities, and the "
+                "command is a torque; leave friction out"
+            )
 
     def check(self, names: Sequence[str], seconds: float, parts: int) -> None:
         """Raise InputError for a list of dampings of another length."""
