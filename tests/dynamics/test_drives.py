@@ -491,3 +491,13 @@ def test_the_gains_of_a_drive_have_the_loads_of_its_model():
         np.testing.assert_allclose(torques.inertia, mass)
         np.testing.assert_allclose(torques.load, 2.75 * G)
         np.testing.assert_allclose(torques.fed, mass * G)
+
+
+def test_the_belief_of_a_task_has_no_dynamics():
+    experiment = rs.load_scenario(rs.examples.path("joint_friction"))
+    for part in ("friction", "inertia.mass"):
+        name = f"belief.robots.puma560.links.forearm.{part}"
+        with pytest.raises(rs.errors.InputError, match="a task believes no masses"):
+            experiment.at(name, 2.0)
+        with pytest.raises(rs.errors.InputError, match="a task believes no masses"):
+            experiment.vary({name: [1.0, 2.0]})

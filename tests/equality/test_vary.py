@@ -65,7 +65,12 @@ def numbers_of(scene, prefix, rng, links):
 
 def everything(experiment, rng, links):
     belief = experiment.task.belief or experiment.scene
-    other = {"task.gain": 1.0, "sensing.noise": 0.2, "actuation.lag": 0.02}
+    other = {"task.gain": 1.0, "sensing.noise": 0.2}
+    drive = experiment.actuation.drive
+    if drive is None:
+        other["actuation.lag"] = 0.02
+    else:
+        other["actuation.drive.model.mass"] = 1.0
     if experiment.task.needs_depth:
         other["task.depth_scale"] = 1.0
     if isinstance(experiment.task.gain, float):

@@ -54,6 +54,7 @@ from robsim.run.experiment_overrides import (
 )
 from robsim.run.experiment_paths import (
     NOT_BY_PATH,
+    check_belief_name,
     make_command_guard,
     replace_numbers,
     yield_experiment_controls,
@@ -469,6 +470,8 @@ class Experiment(Value, Generic[TaskT_co]):
         if isinstance(name, Mapping) and value is not MISSING:
             raise InputError(f"{format_value(name)} has the values; omit {format_value(value)}")
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
+        for each in changes:
+            check_belief_name(each)
         try:
             copy: Self = replace_numbers(self, changes)
         except NOT_BY_PATH:  # the text reader may accept the value; else it raises a better error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -24,6 +25,9 @@ from robsim.servo.safety.safety import Safety
 from robsim.world.scene import Scene
 
 BELIEF = "belief"
+_BELIEVED_DYNAMICS = re.compile(
+    r"belief\.robots\..+\.links\.[^.]+\.(armature|damping|friction|effort|inertia(\..*)?)"
+)
 SCENE_SPEC, TASK_SPEC = Table(Scene), Table(object, TaskTable)
 
 
@@ -70,6 +74,15 @@ def _resolve_number_path(spec: Spec, value: Any, name: str, scene: Scene) -> Dot
 def get_believed_scene(experiment: Any) -> Scene:
     """Return the common belief of the tasks of an experiment; the true scene if there is none."""
     return find_common_belief(experiment.task) or experiment.scene
+
+
+def check_belief_name(name: object) -> None:
+    """Raise InputError for a number of the dynamics of the believed scene, which has no effect."""
+    if isinstance(name, str) and _BELIEVED_DYNAMICS.fullmatch(name):
+        raise InputError(
+            f"{name}: a task believes no masses and no friction; the model of a drive does "
+            "(actuation.drive.model)"
+        )
 
 
 def find_path_owner(experiment: Any, name: str) -> Any:

@@ -233,8 +233,14 @@ class DenseFeature(PictureFeature, ABC):
 
 
 def _count_motions(H: Array, least: float) -> NDArray[np.int64]:
-    """Return the number (B,) of motions with an eigenvalue of L'L (B, 6, 6) above a share."""
+    """Return the number (B,) of motions with an eigenvalue of L'L (B, 6, 6) above a share.
+
+    All six count for a matrix that is not finite, which has no eigenvalues.
+    """
     size = np.sqrt(np.diagonal(H, axis1=1, axis2=2))
     scale = np.where(size > 0.0, size, 1.0)
     normal = H / scale[:, :, None] / scale[:, None]
-    return np.asarray((np.linalg.eigvalsh(normal) > least).sum(axis=1))
+    is_finite = np.isfinite(normal).all(axis=(1, 2))
+    counts = np.full(len(H), H.shape[1])
+    counts[is_finite] = (np.linalg.eigvalsh(normal[is_finite]) > least).sum(axis=1)
+    return counts
