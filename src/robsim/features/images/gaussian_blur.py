@@ -37,7 +37,8 @@ def build_gaussians(deviations: Array) -> Gaussians:
     >>> build_gaussians(np.array([0.5, 1.0])).reach
     array([2, 4])
     """
-    rows = [build_blur_weights(max(float(each), LEAST_BLUR)) for each in deviations]
+    finite = np.where(np.isfinite(deviations), deviations, LEAST_BLUR)  # NaN of runs that failed
+    rows = [build_blur_weights(max(float(each), LEAST_BLUR)) for each in finite]
     weights = np.zeros((len(rows), max(map(len, rows))), dtype=np.float32)
     for row, to in zip(rows, weights, strict=True):
         to[: len(row)] = row
