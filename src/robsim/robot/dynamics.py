@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # not imported before use, to keep the start of RobSim quick
 _FLOAT = np.dtype(np.float64)
 STEP_SLACK = 1e-9  # relative error of a time that is a whole number of steps
 _NONE = np.empty(0)
+_ABSENT: Any = object()  # of an argument that a quantity does not have
 _OTHERS = "v", "a"  # names of the arguments after q
 
 
@@ -348,7 +349,7 @@ class Dynamics(Kinematics):
         return FreeMotion(np.arange(count + 1) * np.float64(h), *shaped)
 
     def _evaluate_dynamics(
-        self, quantity: str, gravity: Gravity, q: Any, v: Any = None, a: Any = None
+        self, quantity: str, gravity: Gravity, q: Any, v: Any = _ABSENT, a: Any = _ABSENT
     ) -> Array:
         """Return a quantity at q (..., nq), v and a (..., nv), of other types Any if convertible.
 
@@ -360,22 +361,22 @@ class Dynamics(Kinematics):
             prepared is not None
             and _is_dense(q)
             and q.shape == prepared.q_shape
-            and (v is None or (_is_dense(v) and v.shape == prepared.v_shape))
-            and (a is None or (_is_dense(a) and a.shape == prepared.v_shape))
+            and (v is _ABSENT or (_is_dense(v) and v.shape == prepared.v_shape))
+            and (a is _ABSENT or (_is_dense(a) and a.shape == prepared.v_shape))
         ):
             out = np.empty(prepared.shape)
-            if v is None:
+            if v is _ABSENT:
                 usual = prepared.fill(prepared.fill_positions, 1, q, out)
             else:
                 flat = out if out.ndim else out.reshape(-1)
                 usual = prepared.fill(
-                    prepared.fill_dynamics, 1, q, v, _NONE if a is None else a, flat
+                    prepared.fill_dynamics, 1, q, v, _NONE if a is _ABSENT else a, flat
                 )
             if usual:
                 return out
         if prepared is None:
             prepared = self._prepare_dynamics(quantity, gravity)
-        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not None])
+        return self._evaluate_batch(prepared, [x for x in (q, v, a) if x is not _ABSENT])
 
     def _evaluate_batch(self, prepared: PreparedDynamics, values: Sequence[Any]) -> Array:
         """Return a quantity at numbers of any shape and type."""
