@@ -501,3 +501,15 @@ def test_the_belief_of_a_task_has_no_dynamics():
             experiment.at(name, 2.0)
         with pytest.raises(rs.errors.InputError, match="a task believes no masses"):
             experiment.vary({name: [1.0, 2.0]})
+
+
+def test_the_command_writes_a_figure_of_the_torques(tmp_path):
+    from robsim.cli.figure_files import write_run_figures
+
+    experiment = rs.load_scenario(rs.examples.path("joint_friction")).with_(duration=0.2)
+    write_run_figures(experiment.run(), experiment, tmp_path)
+    assert (tmp_path / "torques.png").stat().st_size > 10_000
+    bare = experiment.with_(actuation=rs.Actuation())
+    (tmp_path / "bare").mkdir()
+    write_run_figures(bare.run(), bare, tmp_path / "bare")
+    assert not (tmp_path / "bare" / "torques.png").exists()

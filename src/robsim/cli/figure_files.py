@@ -32,6 +32,8 @@ def write_run_figures(result: xr.Dataset, scenario: Experiment, folder: Path) ->
             "scene": plot.scene(scene, run=result, goal=task),
             "velocity": plot.velocity(result, scene, run_data.find_moving_frame(result, scene)),
         }
+        if "torque" in result:
+            figures["torques"] = plot.torques(result)
     for name, figure in figures.items():
         save_figure(figure, folder / f"{name}.png")
 
