@@ -117,3 +117,12 @@ def test_saturation_of_a_run_that_converges_is_a_note():
     assert [cause.about for cause in explanation.causes] == ["saturation"]
     free = explain(driven_arms.servo(rs.drives.VelocityLoop()))
     assert free.causes == ()
+
+
+def test_friction_is_named_though_the_run_without_it_has_no_time_to_converge():
+    slow = {"task.tolerance": 1e-6, "task.gain": 1.0}
+    experiment = rs.load_scenario(rs.examples.path("joint_friction")).at(slow)
+    found = rs.explain(experiment.run(), experiment)
+    (cause,) = (each for each in found.causes if each.about == "friction")
+    assert "Friction holds 'shoulder'" in cause.sentence and "at rest" in cause.sentence
+    assert cause.evidence["error_without"] < 0.01  # pixels, of 39

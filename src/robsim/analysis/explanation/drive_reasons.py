@@ -8,13 +8,20 @@ import warnings
 import numpy as np
 
 from robsim.analysis.explanation.counterfactuals import scale_gain
-from robsim.analysis.explanation.drive_imperfections import describe_saturation, remove_drive
+from robsim.analysis.explanation.drive_imperfections import (
+    describe_saturation,
+    remove_drive,
+    remove_friction,
+)
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.run_analysis import RunAnalysis
-from robsim.analysis.explanation.text_format import format_number
+from robsim.analysis.explanation.text_format import format_list, format_number
 from robsim.base.arrays import move_runs_last
 from robsim.base.errors import InputError, RankWarning
+from robsim.engine.driven_joints import DrivenJoints
+from robsim.engine.outcome import Outcome
 
+NEARER = 0.5  # largest share of the final error that remains without a cause
 STABLE_SHARE = 0.4  # share of the largest gain that is tried
 
 
@@ -90,6 +97,35 @@ def find_largest_drive_factor(analysis: RunAnalysis) -> float | None:
             return find_loop_limit(LinearLoop.of(analysis.case))
     except InputError:  # a task without a linear loop
         return None
+
+
+def report_friction(analysis: RunAnalysis) -> Finding | None:
+    """Report friction at which the joints rest, if the run without it ends nearer to the goal."""
+    joints, outcome = analysis.loop.driven, analysis.outcome
+    if joints is None or outcome not in (Outcome.TIME_LIMIT, Outcome.LOCAL_MINIMUM):
+        return None
+    resting = list_resting_joints(analysis, joints)
+    trial = analysis.trial(remove_friction) if resting else None
+    if trial is None or trial.converged:
+        return None
+    recorder, goal = trial.loop.recorder, trial.loop.controller.s_goal.T[0]
+    error = float(np.abs(recorder.last.s[0, 0] - goal).max())
+    if not error < NEARER * analysis.errors[-1]:
+        return None
+    sentence = (
+        f"Friction holds {format_list(resting)} at rest. Without friction the largest error "
+        f"{trial.end} is {analysis.size(error)}."
+    )
+    return Finding("friction", sentence, {"error_without": error})
+
+
+def list_resting_joints(analysis: RunAnalysis, joints: DrivenJoints) -> list[str]:
+    """Return the names of joints that rest under a torque and friction at the end of a run."""
+    last = len(analysis.snapshots) - 1
+    columns = joints.velocities
+    v, torque = (analysis.run[name].values[last, columns] for name in ("qd_actual", "torque"))
+    rests = (v == 0.0) & (torque != 0.0) & (joints.numbers("friction") > 0.0)
+    return [f"'{name}'" for name, own in zip(joints.names, rests, strict=True) if own]
 
 
 def report_saturation(analysis: RunAnalysis) -> Finding | None:

@@ -83,7 +83,11 @@ def _list_drive_reasons(analysis: RunAnalysis) -> tuple[ReasonReporter, ...]:
 
     if analysis.outcome is Outcome.CONVERGED:
         return (drive_reasons.report_saturation,)
-    return drive_reasons.report_unstable_drive, drive_reasons.report_drive_gain
+    return (
+        drive_reasons.report_unstable_drive,
+        drive_reasons.report_drive_gain,
+        drive_reasons.report_friction,
+    )
 
 
 _UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # outcomes of runs to an unreachable goal
