@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 3990  # lines of code, without docstrings and comments; numbers of joints, and loads
+MOST = 4000  # lines of code, without docstrings and comments; numbers of joints, and loads
 
 
 def count_lines():
