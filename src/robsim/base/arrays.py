@@ -103,6 +103,20 @@ def move_runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray
     return first.reshape(*lead, *array.shape[:-1])
 
 
+def align_runs(*arrays: Array, axes: int) -> list[Array]:
+    """Return arrays with `axes` axes; if one has the runs as a further, last axis, all have it."""
+    most = max(array.ndim for array in arrays)
+    return [array[..., None] if array.ndim == axes < most else array for array in arrays]
+
+
+def scale_runs(values: Array, factor: float | Array, axes: int) -> Array:
+    """Return values with `axes` axes times a factor, or times one for each run (last axis)."""
+    if np.ndim(factor) and values.ndim == axes:
+        values = values[..., None]
+    result: Array = values * factor
+    return result
+
+
 def has_items(value: object) -> bool:
     """Return whether a value has items; a text or an array without axes has none."""
     if isinstance(value, np.ndarray):

@@ -15,17 +15,22 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
 from robsim.engine.scene_dynamics import SceneDynamics, evaluate_mass_matrix
 from robsim.geometry.inertia import Inertia
-from robsim.robot.joint import Joint, Mimic
+from robsim.robot.joint import Joint
 from robsim.robot.link import sum_inertias
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot import Robot
+from robsim.robot.robot_weights import (
+    describe_origin,
+    describe_source,
+    list_link_inertias,
+    sum_joint_numbers,
+)
 from robsim.world.actuation import Actuation
-from robsim.world.drives.drive_rows import spread_over_joints
+from robsim.world.drives.drive_rows import PERIOD_SLACK, count_whole_steps, spread_over_joints
 from robsim.world.drives.joint_drive import JointDrive
 from robsim.world.payload import Payload
 from robsim.world.scene import Scene
 
-PERIOD_SLACK = 1e-6  # relative error of a period that is a whole number of steps
 LEAST_INERTIA = 1e-12  # least ratio of the eigenvalues of the mass matrix
 LONGEST_STEP = 1e-3  # seconds, unless a step is given
 MOST_PARTS = 1000  # sub-steps in a period
@@ -89,30 +94,19 @@ class DrivenJoints:
         """Indices of the coordinates among those of the scene."""
         return [each.coordinate for each in self.joints]
 
+    @property
+    def robots(self) -> list[Robot]:
+        """The robots of the joints, each once."""
+        return list({each.robot.name: each.robot for each in self.joints}.values())
+
     def numbers(self, part: str) -> Array:
-        """Return armature, damping or friction (n,) or (n, runs) of the joints.
-
-        A mimicking joint adds its armature and damping by the square of its ratio, and its friction
-        by the magnitude of its ratio.
-        """
-        power = 1 if part == "friction" else 2
-        each = [getattr(joint.joint, part) for joint in self.joints]
-        for i, joint, ratio in self._list_mimics():
-            each[i] = each[i] + abs(ratio) ** power * getattr(joint, part)
-        return np.stack(np.broadcast_arrays(*each))
-
-    def _list_mimics(self) -> Iterator[tuple[int, Joint, float]]:
-        """Yield index of the driven joint, mimicking joint and ratio."""
-        for robot in {joint.robot.name: joint.robot for joint in self.joints}.values():
-            own = {
-                joint.joint_name: i for i, joint in enumerate(self.joints) if joint.robot is robot
-            }
-            follows = {link.label: link.joint.follows for link in robot.links}
-            for link in robot.links:
-                tie = link.joint.follows
-                root = tie.root(follows) if isinstance(tie, Mimic) else None
-                if root is not None and root.of in own:
-                    yield own[root.of], link.joint, root.ratio
+        """Return armature, damping or friction (n,) or (n, runs) of the joints."""
+        joints = (
+            (f"{robot.name}.{link.name}", link.joint)
+            for robot in self.robots
+            for link in robot.links
+        )
+        return sum_joint_numbers(joints, self.scene.tree, self.bodies, part)
 
     @cached_property
     def limits(self) -> Array:
@@ -143,7 +137,7 @@ class DrivenJoints:
         weak = values[:, 0] <= LEAST_INERTIA * values[:, -1]
         if weak.any():
             joint = self.joints[int(np.argmax(np.abs(vectors[weak][0, :, 0])))]
-            source = describe_source(joint.robot)
+            source = describe_origin(joint.robot.origin)
             raise InputError(
                 f"joint '{joint.joint_name}' of '{joint.robot.name}'{source} moves no mass: give "
                 "its link or a link behind it an inertia, or the joint an armature"
@@ -187,18 +181,14 @@ class DrivenJoints:
 
     def _list_inertias(self, carried: bool = True) -> Iterator[tuple[str, Inertia]]:
         """Yield frames with their inertias: links, and objects that robots carry."""
-        robots = {each.robot.name: each.robot for each in self.joints}
-        for robot in robots.values():
-            inertias = [(link.name, link.inertial) for link in robot.links]
-            if all(inertia is None for _, inertia in inertias):
-                raise InputError(describe_missing_inertias(robot))
-            for name, inertia in inertias:
-                if inertia is not None:
-                    yield f"{robot.name}.{name}", inertia
+        for robot in self.robots:
+            named = describe_source(robot.name, robot.origin)
+            for link, inertia in list_link_inertias(named, robot.links):
+                yield f"{robot.name}.{link}", inertia
         for thing in self.scene.objects if carried else ():
-            inertia = sum_inertias(thing.shapes)
-            if inertia is not None:
-                yield thing.name, inertia
+            load = sum_inertias(thing.shapes)
+            if load is not None:
+                yield thing.name, load
 
 
 def count_substeps(step: float | None, dt: float) -> int:
@@ -208,11 +198,11 @@ def count_substeps(step: float | None, dt: float) -> int:
     """
     if step is None:
         step = dt / math.ceil(dt / LONGEST_STEP * (1.0 - PERIOD_SLACK))
-    count = round(dt / step)
-    if count < 1 or abs(count * step - dt) > PERIOD_SLACK * dt:
+    count = count_whole_steps(dt, step)
+    if not count:
         raise InputError(
             f"actuation.step is {1e3 * step:g} ms, which does not divide the control period of "
-            f"{1e3 * dt:g} ms; {1e3 * dt / max(count, 1):.9g} ms does"
+            f"{1e3 * dt:g} ms; {1e3 * dt / max(round(dt / step), 1):.9g} ms does"
         )
     if count > MOST_PARTS:
         raise InputError(
@@ -225,21 +215,6 @@ def count_substeps(step: float | None, dt: float) -> int:
 def count_periods_until(seconds: float, dt: float) -> int:
     """Return the number of the first period that starts at a time or later."""
     return math.ceil(seconds / dt - PERIOD_SLACK)
-
-
-def describe_missing_inertias(robot: Robot) -> str:
-    """Return the message for a robot without inertias."""
-    return (
-        f"robot '{robot.name}'{describe_source(robot)} has no inertias, which a drive needs: give "
-        "links an inertia, or shapes a mass or a density"
-    )
-
-
-def describe_source(robot: Robot) -> str:
-    """Return the file or the library model of a robot for a message, or an empty text."""
-    if robot.origin is None:
-        return ""
-    return f" (model '{robot.origin.model}')" if robot.origin.model else f" ({robot.origin.urdf})"
 
 
 def _find_driven_joints(scene: Scene, commanded: set[int]) -> Iterator[DrivenJoint]:

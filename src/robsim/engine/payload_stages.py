@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import scale_runs
 from robsim.engine.driven_joints import DrivenJoints, count_periods_until
 from robsim.kernels.dynamics import joint_drives
 from robsim.kernels.machine.block_rows import BlockRows
@@ -62,11 +62,3 @@ class PayloadStages:
             self.program.add(
                 joint_drives.scale_inertias, factor=self.mass, true=true, believed=self.believed
             )
-
-
-def scale_runs(values: Array, factor: float | Array, axes: int) -> Array:
-    """Return values with a number of axes times a factor, or times one for each run (last axis)."""
-    if np.ndim(factor) and values.ndim == axes:
-        values = values[..., None]
-    result: Array = values * factor
-    return result

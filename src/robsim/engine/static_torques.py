@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, align_runs, scale_runs
 from robsim.engine.driven_joints import DrivenJoints, count_periods_until
-from robsim.engine.payload_stages import scale_runs
 from robsim.engine.scene_dynamics import evaluate_mass_matrix, place_scene
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluate_stages
@@ -58,13 +57,11 @@ class StaticTorques:
 
         It contains the loads at the start that the model includes.
         """
-        M = evaluate_mass_matrix(self.joints.dynamics, self.known)
-        diagonal = np.einsum("ii...->i...", M)
-        diagonal = scale_runs(diagonal, self.model.mass, 1)
-        armature = self.joints.numbers("armature")
-        most = max(diagonal.ndim, armature.ndim)
-        parts = (x if x.ndim == most else x[:, None] for x in (diagonal, armature))
-        result: Array = np.add(*parts)
+        joints = self.joints
+        is_bare = self.known is joints.bodies.inertias  # as in the check of the mass matrix
+        M = joints.mass_matrix if is_bare else evaluate_mass_matrix(joints.dynamics, self.known)
+        diagonal = scale_runs(np.einsum("ii...->i...", M), self.model.mass, 1)
+        result: Array = np.add(*align_runs(diagonal, joints.numbers("armature"), axes=1))
         return result
 
 

@@ -31,6 +31,7 @@ _STYLE: dict[Any, Any] = {
     "grid.color": palette.LIGHT_GREY,
     "grid.linewidth": 0.5,
 }
+JOINT_COLUMNS, JOINT_WIDTH, JOINT_HEIGHT, JOINT_TITLE = 3, 3.4, 1.9, 0.4  # sizes in inches
 _FILES_ONLY = {"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"}
 _SMALLEST, _LARGEST = 0.5, 100.0  # side of a figure, inches
 
@@ -113,6 +114,29 @@ def prepare_panels(
         return get_root_figure(panels[0]), panels
     figure = new_figure(*inches, size)
     return figure, list(figure.subplots(-(-count // columns), columns, squeeze=False, **how).flat)
+
+
+def prepare_joint_panels(
+    axes: AxesLike | None, count: int, size: tuple[float, float] | None
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one axes over time for each of `count` joints, see `prepare_panels`."""
+    columns = _count_joint_columns(count)
+    inches = columns * JOINT_WIDTH, -(-count // columns) * JOINT_HEIGHT + JOINT_TITLE
+    return prepare_panels(axes, count, size, inches, columns, sharex=True)
+
+
+def label_joint_panels(panels: Sequence[Axes], count: int) -> None:
+    """Label the lowest axes of the columns of a new figure, and hide the axes without a joint."""
+    columns = _count_joint_columns(count)
+    for i, panel in enumerate(panels):
+        panel.set_axis_on() if i < count else panel.set_axis_off()
+        below = i + columns >= count
+        panel.set_xlabel("time (s)" if below else "")
+        panel.tick_params(labelbottom=below)
+
+
+def _count_joint_columns(count: int) -> int:
+    return min(JOINT_COLUMNS if count != 4 else 2, count)
 
 
 def check_panels(axes: AxesLike, count: int, size: tuple[float, float] | None) -> list[Axes]:

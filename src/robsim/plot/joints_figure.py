@@ -13,8 +13,9 @@ from robsim.plot import palette, run_data
 from robsim.plot.canvas import (
     AxesLike,
     figure_style,
+    label_joint_panels,
     marker_of_single_point,
-    prepare_panels,
+    prepare_joint_panels,
     set_time_axis,
 )
 from robsim.plot.fitted_legend import add_fitted_legend
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels per row; sizes in inches
 LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # smallest span of an axis
 ROOM = 1.15  # span of an axis divided by the largest range of a coordinate
 
@@ -79,16 +79,10 @@ def joints(
     limits = None if scene is None else run_data.read_coordinate_limits(one, scene)
     count = one.sizes["coordinate"]
     with figure_style():
-        columns = min(COLUMNS if count != 4 else 2, count)
-        inches = columns * WIDTH, -(-count // columns) * HEIGHT + TITLE
-        figure, panels = prepare_panels(axes, count, size, inches, columns, sharex=True)
+        figure, panels = prepare_joint_panels(axes, count, size)
         draw_joints(panels[:count], one, limits)
         if axes is None:
-            for i, panel in enumerate(panels):
-                panel.set_axis_on() if i < count else panel.set_axis_off()
-                below = i + columns >= count
-                panel.set_xlabel("time (s)" if below else "")
-                panel.tick_params(labelbottom=below)
+            label_joint_panels(panels, count)
             figure.suptitle(run_data.describe_ending(one) if title is None else title)
     return figure
 

@@ -17,8 +17,9 @@ from robsim.plot import palette, run_data
 from robsim.plot.canvas import (
     AxesLike,
     figure_style,
+    label_joint_panels,
     marker_of_single_point,
-    prepare_panels,
+    prepare_joint_panels,
     set_time_axis,
 )
 from robsim.plot.fitted_legend import add_fitted_legend
@@ -26,7 +27,6 @@ from robsim.plot.fitted_legend import add_fitted_legend
 if TYPE_CHECKING:
     import xarray as xr
 
-COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels per row; sizes in inches
 ROOM = 0.12  # room above and below a curve, as a share of its range
 NEAR = 0.8  # a limit is in the picture if the torque exceeds this share of it
 LEAST_RANGE, LEAST_SHARE = 1e-3, 0.1  # smallest range of an axis: N m or N, share of the torque
@@ -135,17 +135,11 @@ def torques(
     table = DriveTorques.of(one)
     count = len(table.names)
     with figure_style():
-        columns = min(COLUMNS if count != 4 else 2, count)
-        inches = columns * WIDTH, -(-count // columns) * HEIGHT + TITLE
-        figure, panels = prepare_panels(axes, count, size, inches, columns, sharex=True)
+        figure, panels = prepare_joint_panels(axes, count, size)
         for i, panel in enumerate(panels[:count]):
             _draw_joint_torque(panel, table, i)
         if axes is None:
-            for i, panel in enumerate(panels):
-                panel.set_axis_on() if i < count else panel.set_axis_off()
-                below = i + columns >= count
-                panel.set_xlabel("time (s)" if below else "")
-                panel.tick_params(labelbottom=below)
+            label_joint_panels(panels, count)
             figure.suptitle(run_data.describe_ending(one) if title is None else title)
     return figure
 

@@ -24,7 +24,7 @@ from robsim.robot.robot_weights import (
     collect_bodies,
     describe_singular_joint,
     find_singular_joint,
-    sum_armatures,
+    sum_joint_numbers,
 )
 from robsim.robot.tree import Tree
 
@@ -184,7 +184,8 @@ class DynamicsEvaluator:
     def __init__(self, robot: str, links: Sequence[Link], tree: Tree, base: Array) -> None:
         self.robot, self.links, self.tree, self.base = robot, links, tree, base
         self.bodies = collect_bodies(robot, links, tree)
-        self.armature = sum_armatures(links, tree, self.bodies)
+        joints = ((link.name, link.joint) for link in links)
+        self.armature = sum_joint_numbers(joints, tree, self.bodies, "armature")
         self._programs: dict[Any, PreparedDynamics] = {}
 
     def prepare(self, quantity: str, gravity: Gravity, *numbers: float) -> PreparedDynamics:

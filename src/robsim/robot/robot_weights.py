@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.geometry.inertia import Inertia
 from robsim.kernels.dynamics.body_rows import FLOATING
+from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.robot.robot_origin import RobotOrigin
@@ -19,12 +22,17 @@ SMALLEST_INERTIA = 1e-12  # kg m^2 or kg; the joints of watches have more
 
 def describe_source(name: str, origin: RobotOrigin | None) -> str:
     """Return the name of a robot in messages, with the file that it was read from."""
+    return f"robot '{name}'{describe_origin(origin)}"
+
+
+def describe_origin(origin: RobotOrigin | None) -> str:
+    """Return the file or the library model of a robot in brackets, or an empty text."""
     source = None if origin is None else origin.urdf or origin.model
-    return f"robot '{name}'" + (f" (from {source})" if source else "")
+    return f" (from {source})" if source else ""
 
 
-def collect_bodies(robot: str, links: Sequence[Link], tree: Tree) -> RigidBodies:
-    """Return the rigid bodies of a robot; InputError, naming `robot`, if it has no dynamics."""
+def list_link_inertias(robot: str, links: Sequence[Link]) -> list[tuple[str, Inertia]]:
+    """Return links with their inertias; InputError, naming `robot`, if there are none."""
     inertias = [(link.name, link.inertial) for link in links]
     known = [(name, inertia) for name, inertia in inertias if inertia is not None]
     if not known:
@@ -32,24 +40,34 @@ def collect_bodies(robot: str, links: Sequence[Link], tree: Tree) -> RigidBodies
             f"{robot} has no inertias, which dynamics needs: give links an inertia, or shapes a "
             "mass or a density"
         )
+    return known
+
+
+def collect_bodies(robot: str, links: Sequence[Link], tree: Tree) -> RigidBodies:
+    """Return the rigid bodies of a robot; InputError, naming `robot`, if it has no dynamics."""
+    known = list_link_inertias(robot, links)
     try:
         return RigidBodies.of(tree, known)
     except InputError as error:
         raise InputError(f"{robot}: {error}") from None
 
 
-def sum_armatures(links: Sequence[Link], tree: Tree, bodies: RigidBodies) -> Array:
-    """Return the inertia (n,) of the rotors at each velocity.
+def sum_joint_numbers(
+    joints: Iterable[tuple[str, Joint]], tree: Tree, bodies: RigidBodies, part: str
+) -> Array:
+    """Return armature, damping or friction (n,) or (n, runs) at each velocity.
 
-    The rotor of a mimicking joint counts with the square of its ratio.
+    `joints` are frames with the joints that move them. A mimicking joint adds its armature and
+    damping by the square of its ratio, and its friction by the magnitude of its ratio.
     """
     index = {body.tree_body: body for body in bodies.bodies}
-    total = np.zeros(bodies.n)
-    for link in links:
-        if link.joint.moves and link.joint.armature:
-            body = index[tree.find(link.name)[0]]
-            total[body.velocity] += body.ratio**2 * link.joint.armature
-    return total
+    power = 1 if part == "friction" else 2
+    total: list[Any] = [0.0] * bodies.n
+    for frame, joint in joints:
+        body = index.get(tree.find(frame)[0]) if joint.moves else None
+        if body is not None:
+            total[body.velocity] += abs(body.ratio) ** power * getattr(joint, part)
+    return np.stack(np.broadcast_arrays(*total)) if total else np.zeros(0)
 
 
 def find_singular_joint(bodies: RigidBodies, matrix: Array) -> int | None:

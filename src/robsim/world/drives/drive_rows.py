@@ -17,6 +17,8 @@ from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.drives.believed_dynamics import BelievedDynamics
 from robsim.world.imperfections.image_effect import check_effect_result
 
+PERIOD_SLACK = 1e-6  # relative error of a time that is a whole number of steps
+
 
 @dataclass(frozen=True, eq=False)
 class DriveState:
@@ -166,6 +168,12 @@ class DriveRows:
         state = DriveState(seconds, command, v, q, gap, load, runs[blocks.rows])
         shape = view_runs_first(blocks.get(self.torque))
         blocks.put(self.torque, check_effect_result(shape, torque(state), f"{name}.torque").T)
+
+
+def count_whole_steps(seconds: float, step: float) -> int:
+    """Return the number of steps in a time, or 0 if it is not a whole number above 0."""
+    count = round(seconds / step)
+    return count if abs(count * step - seconds) <= PERIOD_SLACK * seconds else 0
 
 
 def spread_over_joints(values: ArrayLike, what: str, names: Sequence[str]) -> Array:

@@ -10,15 +10,14 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, align_runs, scale_runs
 from robsim.base.errors import InputError
 from robsim.declare import Number, PerRun
 from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.dynamics import joint_drives
-from robsim.world.drives.drive_rows import DriveRows
+from robsim.world.drives.drive_rows import DriveRows, count_whole_steps
 from robsim.world.drives.joint_drive import FASTEST_LOOP, JointDrive
 
-PERIOD_SLACK = 1e-6  # relative error of periods that count as equal
 Bandwidth = Annotated[
     float,
     Number(above=0, most=FASTEST_LOOP, unit="1/s"),
@@ -63,21 +62,11 @@ class LoopNumbers:
 
     def scale(self, inertia: Array) -> Array:
         """Return the gains k, i, c and f, of shape (4, n) or (4, n, runs), at given inertias."""
-        k = scale_each_run(inertia, self.bandwidth)
-        i = scale_each_run(k, self.integral_rate)
+        k = scale_runs(inertia, self.bandwidth, 1)
         one = np.ones(len(inertia))
-        gains = [k, i, scale_each_run(one, self.position), scale_each_run(one, self.feed_forward)]
-        most = max(each.ndim for each in gains)
-        return np.stack(
-            np.broadcast_arrays(*(each if each.ndim == most else each[:, None] for each in gains))
-        )
-
-
-def scale_each_run(values: Array, number: float | Array) -> Array:
-    """Return values (n,) or (n, runs) times a number, or times one number (runs,) for each run."""
-    columns = values[:, None] if np.ndim(number) and values.ndim == 1 else values
-    result: Array = columns * number
-    return result
+        others = scale_runs(one, self.position, 1), scale_runs(one, self.feed_forward, 1)
+        gains = align_runs(k, scale_runs(k, self.integral_rate, 1), *others, axes=1)
+        return np.stack(np.broadcast_arrays(*gains))
 
 
 class ServoLoop(JointDrive):
@@ -124,9 +113,8 @@ class ServoLoop(JointDrive):
         if period is None:
             return 1
         step = seconds / parts
-        count = round(period / step)
-        broken = abs(count * step - period) > PERIOD_SLACK * period
-        if count < 1 or broken or parts % count:
+        count = count_whole_steps(period, step)
+        if not count or parts % count:
             raise InputError(
                 f"period is {1e3 * period:g} ms: expected a number of steps of "
                 f"{1e3 * step:g} ms that divides the control period of {1e3 * seconds:g} ms"
