@@ -221,10 +221,25 @@ def commands(tables) -> dict:
     return {i: np.asarray(command.velocities) for i, command in enumerate(steps)}
 
 
+def messages(tables) -> dict:
+    """Return the topics, the times, and the names in messages of an experiment."""
+    experiment = Experiment.from_text(write_toml(tables), "case.toml")
+    told = experiment.ros2 or rs.control.RosConnection()
+    names, ids = dict(told.names), dict(told.ids)
+    frames, order = dict(told.frames), list(told.order) or None
+    controller = rs.Controller(experiment)
+    ros = rs.control.RosMessages(controller, names=names, marks=ids, frames=frames, order=order)
+    fields = ("joints", "marks", "images", "commands", "odometry", "run")
+    topics = [told.name_topic(field, camera="eye", robot="arm") for field in fields]
+    parts = told.command_type, told.patience, told.timeout, names, ids, frames, ros.order
+    return {"messages": np.array([repr(each) for each in (*topics, *parts)])}
+
+
 PROBES = {
     Role.RUN: results,
     Role.FIGURE: pictures,
     Role.FILE: files,
     Role.DRIVE: results,
     Role.ROBOT: commands,
+    Role.MESSAGE: messages,
 }

@@ -525,6 +525,7 @@ OF_WHOLE = {
     "sensing": [{"noise": 1.0}],
     "actuation": [{"lag": "50 ms"}],
     "safety": [{"ramp": "0.2 s"}],
+    "ros2": [{"patience": "0.2 s"}],
     "endings": [[{"kind": "too_close", "one": "eye", "other": "eye", "distance": "1 m"}]],
     "display": [{"rpy": "0, 0, 9 deg"}],
 }
@@ -613,6 +614,16 @@ OF_ACTUATION = {
     "acceleration": ["0.5 rad/s^2"],
     "encoder": ["1 deg"],
     "effects": [[{"kind": "lag", "lag": "50 ms"}]],
+}
+OF_CONNECTION = {
+    **{key: ["/other"] for key in ("joints", "marks", "images", "commands", "odometry", "run")},
+    "command_type": ["sensor_msgs/msg/JointState"],
+    "names": [{"link1": "joint_1"}],
+    "ids": [{"plate": ["a", "b", "c", "d"]}],
+    "order": [["link7", "link6", "link5", "link4", "link3", "link2", "link1"]],
+    "frames": [{"world": "map"}],
+    "patience": ["0.2 s"],
+    "timeout": ["0.2 s"],
 }
 FENCE = {"frame": "panda.flange", "low": "-2, -2, 0 m", "high": "2, 2, 2 m"}
 OF_SAFETY = {
@@ -1056,6 +1067,7 @@ RECIPES = {
             {"call_interval": ["0.2 s"]},
         ),
     ],
+    "RosConnection": [(world(ARM_SERVO, ros2={}), ("ros2",), OF_CONNECTION)],
     "Fence": [(world(ARM_SERVO, safety={"fence": FENCE}), ("safety", "fence"), HIGH)],
     "Watchdog": [
         (

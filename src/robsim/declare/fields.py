@@ -62,13 +62,14 @@ class Role(Enum):
     Examples
     --------
     >>> [role.value for role in Role]
-    ['run', 'label', 'figure', 'robot', 'file', 'drive']
+    ['run', 'label', 'figure', 'robot', 'message', 'file', 'drive']
     """
 
     RUN = "run"
     LABEL = "label"  # texts for people: titles, sources, colours
     FIGURE = "figure"  # content of figures and pictures: housings, solids of links
     ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
+    MESSAGE = "message"  # messages of a robot on a network, not a simulation: topics and names
     FILE = "file"  # content of files for other simulators only: names of meshes, speeds of joints
     DRIVE = "drive"  # dynamics, without effect on joints without a drive: masses, friction
 

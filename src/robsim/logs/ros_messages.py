@@ -21,13 +21,7 @@ from robsim.logs.twists import twist_components
 from robsim.run.control.mark_input import Marks
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
-
-COMMAND_TYPES = (
-    message_types.NUMBERS,
-    message_types.JOINTS,
-    message_types.TRAJECTORY,
-    *message_types.TWISTS,
-)
+from robsim.run.ros_connection import COMMAND_TYPES
 
 
 class RosMessages:

@@ -63,6 +63,7 @@ from robsim.run.experiment_text import write_complete_text
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.mission_run import MissionRun
 from robsim.run.provenance import get_run_attributes, read_run_settings
+from robsim.run.ros_connection import RosConnection
 from robsim.run.run_checks import check_instance, check_starts, check_task, count_periods
 from robsim.run.stored_data import (
     StoredData,
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from typing_extensions import TypeVar as DefaultTypeVar
 
+    from robsim.engine.simulated_cell import SimulatedCell
     from robsim.files.flat_table import RunDataset
 
     AnyTask = Task | SelfSimulatingTask
@@ -141,6 +143,8 @@ class Experiment(Value, Generic[TaskT_co]):
         Number of the first run. The noise of a run depends on its number and the seed.
     title : str, optional
         Title in one line.
+    ros2 : RosConnection, optional
+        Topics and names of messages, for `robsim ros2`. It has no effect on a run.
     varied : dict, optional
         Numbers that differ from run to run. Use `vary`, which checks them.
     study : dict, optional
@@ -181,6 +185,7 @@ class Experiment(Value, Generic[TaskT_co]):
     record: Record = "all"
     first_run: int = 0
     title: str | None = None
+    ros2: RosConnection | None = None
     varied: Mapping[str, Array] = field(
         default_factory=dict, repr=False
     )  # set by `Experiment.vary`
@@ -206,6 +211,7 @@ class Experiment(Value, Generic[TaskT_co]):
             record: Record = "all",
             first_run: int = 0,
             title: str | None = None,
+            ros2: RosConnection | None = None,
             varied: Mapping[str, ArrayLike] = ...,
             study: Tables | None = None,
             source: str = "",
@@ -233,6 +239,7 @@ class Experiment(Value, Generic[TaskT_co]):
             "seed": as_integer(self.seed, "seed", 0, 2**64),
             "hold": as_bool(self.hold, "hold"),
             "first_run": as_integer(self.first_run, "first_run", 0, 2**62),
+            "ros2": None if self.ros2 is None else check_instance(self.ros2, RosConnection, "ros2"),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -241,6 +248,9 @@ class Experiment(Value, Generic[TaskT_co]):
         if self.safety is not None:
             with prefix_errors("safety"):
                 self.safety.check(self.scene)
+        if self.ros2 is not None:
+            with prefix_errors("ros2"):
+                self.ros2.check(self.scene)
         parse_record(self.record)
         with self.prefix_error_keys("run", "duration"):
             count_periods(self.dt, self.duration)
@@ -841,15 +851,52 @@ class Experiment(Value, Generic[TaskT_co]):
         >>> now.time, now.q.shape, now.outcome.name
         (0.0, (7,), 'RUNNING')
         """
-        if isinstance(self.task, SelfSimulatingTask):
-            raise InputError("steps: a mission has several runs; take the experiment of a phase")
-        if self._has_many_starts or self.varied:
-            raise InputError(
-                "steps: one start is needed, and there are several runs: take of_run(i)"
-            )
+        self._check_single_run("steps")
         with self._named_errors():
             loop = self.loop_from_start()
         return iterate_instants(loop)
+
+    def _check_single_run(self, what: str) -> None:
+        """Raise InputError, which names `what`, unless there is a single run of one controller."""
+        if isinstance(self.task, SelfSimulatingTask):
+            raise InputError(f"{what}: a mission has several runs; take the experiment of a phase")
+        if self._has_many_starts or self.varied:
+            raise InputError(
+                f"{what}: one start is needed, and there are several runs: take of_run(i)"
+            )
+
+    def cell(self) -> SimulatedCell:
+        """Return the simulated robots and cameras without the controller, for commands of your own.
+
+        The cell has the imperfections of the experiment. With the commands of a `Controller` it
+        moves as the run of the experiment, bit for bit.
+
+        Returns
+        -------
+        SimulatedCell
+            Cell at the start.
+
+        Raises
+        ------
+        InputError
+            If there are several runs, or the task is a mission.
+
+        Examples
+        --------
+        >>> import robsim as rs
+        >>> experiment = load_scenario(rs.examples.path("eye_in_hand"))
+        >>> cell, controller = experiment.cell(), rs.Controller(experiment)
+        >>> while cell.now.step < 100:
+        ...     command = controller.step(cell.now.pixels, cell.now.measured, cell.now.time)
+        ...     now = cell.advance(command.velocities)
+        >>> bool((now.q == experiment.run().q[100].values).all())
+        True
+        """
+        from robsim.engine.simulated_cell import SimulatedCell  # late: few programs need it
+
+        self._check_single_run("cell")
+        with self._named_errors():
+            return SimulatedCell(self.loop_from_start())
 
     def loop_from_start(self) -> Loop:
         """Return the loop without a record; InputError if the task cannot begin at a start."""

@@ -34,6 +34,7 @@ from robsim.files.toml import write_toml
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.run.beliefs import find_common_belief, replace_beliefs
+from robsim.run.ros_connection import ROS_TABLE
 from robsim.servo.goals.goal import describe_start, describe_start_exactly, parse_start
 from robsim.servo.safety.safety import SAFETY_TABLE
 from robsim.servo.tasks.belief_spec import BeliefSpec
@@ -100,6 +101,7 @@ class RunTable:
 
 
 RUN = tuple(each.name for each in fields_of(RunTable))
+PARTS = "sensing", "actuation", "safety", "endings", "ros2"  # fields with a table of their own
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ class TaskTable:
     safety: Annotated[Any, SAFETY_TABLE, "Limits within which every command is kept."] = None
     endings: Annotated[Any, ENDING_LIST, "Further conditions that end a run."] = ()
     run: Annotated[Any, Table(RunTable, RunTable), "Period, duration and record of the run."] = None
+    ros2: Annotated[Any, ROS_TABLE, Role.MESSAGE, "Topics and names of ROS 2 messages."] = None
     study: Annotated[Any, ForeignTable(), "Study of many runs, for `robsim study`."] = None
 
 
@@ -204,7 +207,7 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
     if isinstance(raw.get("task"), PythonValue):  # a new object keeps the belief of the old one
         own_task = replace_beliefs(task_part.task, lambda one: shared if one is None else one)
         task_part = replace(task_part, task=own_task)
-    names = ("task", "title", "sensing", "actuation", "safety", "endings")
+    names = ("task", "title", *PARTS)
     own = {
         **{name: getattr(task_part, name) for name in names},
         **vars(task_part.run or RunTable()),
@@ -241,7 +244,7 @@ def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
 def make_task_table(of: Any) -> TaskTable:
     """Return the complete table of an experiment without its scene."""
     run = RunTable(**{name: getattr(of, name) for name in RUN})
-    parts = {name: getattr(of, name) for name in ("sensing", "actuation", "safety", "endings")}
+    parts = {name: getattr(of, name) for name in PARTS}
     start = StartTable(*describe_start(of.start, of.scene))
     return TaskTable(of.task, of.title, start=start, **parts, run=run)
 

@@ -18,6 +18,7 @@ from robsim.world.scene import Scene
 
 REMEMBERED = 512  # periods with stored joints, for images that arrive late
 AHEAD = 0.1  # largest lead of the clock of a camera, in seconds
+SAME_TIME = 1e-9  # seconds: difference of times that counts as rounding
 FAR = 1e9  # pixels; larger coordinates are invalid if the image size is unknown
 
 
@@ -87,7 +88,7 @@ class ImageBuffer:
     ) -> None:
         self.reader = MarkReader(sights)
         self.each = {s.key: LatestMarks(s, s.key in optional_pairs, s.key in whole) for s in sights}
-        self._depths = _MarkDepths(scene, sights)
+        self._depths, self._tree = _MarkDepths(scene, sights), scene.tree
         self._times = np.full(REMEMBERED, -math.inf)
         self._q = np.empty((REMEMBERED, scene.nq))
         self._count = 0
@@ -172,11 +173,22 @@ class ImageBuffer:
         self._new.add(sight.key)
 
     def _joints(self, taken: float, q: Array, t: float) -> Array:
-        """Return the measured coordinates nearest to a time."""
+        """Return the measured coordinates at a time, between the coordinates before and after."""
         if taken >= t:
             return q
-        nearest: Array = self._q[int(np.argmin(np.abs(self._times - taken)))]
-        return nearest
+        away = self._times - taken
+        nearest = int(np.argmin(np.abs(away)))
+        before = np.where(away <= 0.0, away, -np.inf)
+        start = int(np.argmax(before))
+        if abs(away[nearest]) < SAME_TIME or before[start] == -np.inf:
+            stored: Array = self._q[nearest]
+            return stored.copy()
+        later = np.where(away > 0.0, away, np.inf)
+        i = int(np.argmin(later))
+        end, seconds = (self._q[i], later[i]) if later[i] < t - taken else (q, t - taken)
+        share = np.array([before[start] / (before[start] - seconds)])
+        between: Array = self._tree.between(self._q[start][:, None], end[:, None], share)
+        return between[:, 0]
 
 
 class _MarkDepths:

@@ -1,0 +1,1 @@
+"""Nodes of ROS 2: a simulated robot cell, and the controller of an experiment."""

@@ -1,0 +1,94 @@
+"""ROS 2 as it is installed: its client library, its message types and its network."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from robsim.base.errors import InputError
+
+RANGE, LOCAL = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
+LATCHED_DEPTH = 100  # messages kept for late subscribers: each on /tf_static has other frames
+MISSING = (
+    "ROS 2 is not installed in this Python: pip install 'robsim[ros2]' (Python 3.11 to 3.13), or "
+    "source the setup.bash of an installation"
+)
+
+
+def require_rclpy() -> Any:
+    """Return the module rclpy; raise InputError if ROS 2 is not installed.
+
+    >>> from robsim.ros2 import middleware
+    >>> middleware.MISSING.partition(":")[0]
+    'ROS 2 is not installed in this Python'
+    """
+    try:
+        return import_module("rclpy")
+    except ImportError:
+        raise InputError(MISSING) from None
+
+
+def limit_discovery(network: bool) -> str:
+    """Keep nodes on this machine unless they may use the network, and return a sentence about it.
+
+    Call it before `rclpy.init`. Variables of the environment that the user has set stay.
+    """
+    if network:
+        os.environ[RANGE] = "SUBNET"
+        return "nodes on other machines of the network are reached"
+    for name in (RANGE, "ROS_LOCALHOST_ONLY"):
+        if name in os.environ:
+            return f"the network is as {name}={os.environ[name]} of the environment sets it"
+    os.environ[RANGE] = LOCAL
+    return "only nodes on this machine are reached; --network reaches others"
+
+
+@cache
+def find_message_type(kind: str) -> Any:
+    """Return the class of a message or service type, such as "std_msgs/msg/Bool", or None.
+
+    >>> find_message_type("no_msgs/msg/Nothing") is None
+    True
+    """
+    package, part, name = kind.split("/")
+    try:
+        return getattr(import_module(f"{package}.{part}"), name)
+    except (ImportError, AttributeError):
+        return None
+
+
+def load_message_type(kind: str) -> Any:
+    """Return the class of a message or service type; raise InputError if it is not installed."""
+    found = find_message_type(kind)
+    if found is None:
+        raise InputError(f"the type {kind} of ROS 2 is not installed in this Python")
+    return found
+
+
+def make_ros_message(kind: str, **fields: Any) -> Any:
+    """Return a message of rclpy with fields; arrays become lists, as rclpy requires."""
+    plain = {name: v.tolist() if hasattr(v, "tolist") else v for name, v in fields.items()}
+    return load_message_type(kind)(**plain)
+
+
+def make_sensor_qos(depth: int = 10) -> Any:
+    """Return the quality of service of measurements: reliable, and only the latest are kept.
+
+    A reliable publisher also reaches subscribers with best effort.
+    """
+    qos = import_module("rclpy.qos")
+    return qos.QoSProfile(depth=depth, reliability=qos.ReliabilityPolicy.RELIABLE)
+
+
+def make_listening_qos(depth: int = 10) -> Any:
+    """Return the quality of service of a subscriber, which fits every publisher."""
+    qos = import_module("rclpy.qos")
+    return qos.QoSProfile(depth=depth, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
+
+
+def make_latched_qos(depth: int = LATCHED_DEPTH) -> Any:
+    """Return the quality of service of messages that late subscribers receive too."""
+    qos = import_module("rclpy.qos")
+    return qos.QoSProfile(depth=depth, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
