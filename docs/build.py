@@ -35,6 +35,7 @@ TABLES = {
     "`[safety]`": rs.Safety,
     "`[safety.fence]`": rs.control.Fence,
     "`[safety.watchdog]`": rs.control.Watchdog,
+    "`[ros2]`": rs.control.RosConnection,
     "`[[robots]]`": RobotTable,
     "`[[robots.links]]`": LinkTable,
     "`[[objects]]`": rs.Object,

@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 4000  # lines of code, without docstrings and comments; numbers of joints, and loads
+MOST = 4060  # lines of code, without docstrings and comments; with tables of free names
 
 
 def count_lines():

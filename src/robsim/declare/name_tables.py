@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from robsim.base.errors import InputError, format_value
 from robsim.declare.spec import (
@@ -18,7 +18,6 @@ from robsim.declare.spec import (
 )
 from robsim.declare.texts import Text
 
-MOST_NAMES = 10_000
 NAME = Text(least=1)
 
 
@@ -40,11 +39,14 @@ class NameTable(Spec):
     several: bool = False
     form: ClassVar[str] = "table"
 
-    def check(self, value: object, what: str) -> FieldValue:
-        pairs = _list_pairs(value)
-        if pairs is None or not all(self._fits(key, each) for key, each in pairs):
+    def check(self, value: FieldValue, what: str) -> FieldValue:
+        try:
+            pairs = tuple(dict(value).items())
+        except (TypeError, ValueError):
+            pairs = ((None, None),)
+        if not all(self._fits(key, each) for key, each in pairs):
             raise InputError(f"{what}: expected {self.words()}, got {format_value(value)}")
-        return tuple((key, tuple(each)) for key, each in pairs) if self.several else tuple(pairs)
+        return tuple((key, tuple(each)) for key, each in pairs) if self.several else pairs
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
         if not isinstance(raw, Mapping):
@@ -71,13 +73,3 @@ class NameTable(Spec):
         listed = isinstance(value, list | tuple)
         texts = [key, *value] if isinstance(value, list | tuple) else [key, value]
         return listed == self.several and not any(map(NAME.find_violation, texts))
-
-
-def _list_pairs(value: object) -> list[tuple[Any, Any]] | None:
-    """Return the pairs of a mapping or of a sequence of pairs; None for other values."""
-    if isinstance(value, Mapping):
-        value = tuple(value.items())
-    if not isinstance(value, tuple) or len(value) > MOST_NAMES:
-        return None
-    pairs = [each for each in value if isinstance(each, tuple) and len(each) == 2]
-    return pairs if len(pairs) == len(value) else None

@@ -122,7 +122,8 @@ def _shorten_annotations(function: Any) -> None:
             function.__annotations__[name] = TypeText(short[1] if short else text)
 
 
-_FIRST_ARGUMENT = re.compile(r"Annotated\[((?:[^,\[\]]|\[[^\]]*\])+),")
+_BRACKETS = r"\[(?:[^\[\]]|\[[^\]]*\])*\]"  # with brackets inside
+_FIRST_ARGUMENT = re.compile(rf"Annotated\[((?:[^,\[\]]|{_BRACKETS})+),")
 
 
 def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
