@@ -11,7 +11,7 @@ import robsim as rs
 
 HERE = Path(__file__).parent
 CELL, SERVO = HERE / "foreign_cell.toml", HERE / "foreign_servo.py"
-GOAL = np.array([[-100, -100], [100, -100], [100, 100], [-100, 100]]) + [319.5, 239.5]
+GOAL = np.array([219.5, 139.5, 419.5, 139.5, 419.5, 339.5, 219.5, 339.5])  # columns and rows
 
 
 def test_the_servo_is_short_and_knows_nothing_of_robsim():
@@ -30,7 +30,7 @@ def test_a_foreign_servo_is_driven_and_explained(robsim, start, listener, tmp_pa
 
     def arrived():
         seen = np.array(marks[-1][1].data[2:]) if marks else np.empty(0)
-        return seen.size == GOAL.size and np.abs(seen - GOAL.ravel()).max() < 2.0
+        return seen.size == GOAL.size and np.abs(seen - GOAL).max() < 2.0
 
     wait_until(arrived, "arrival")
     assert play.finish(signal.SIGTERM) == 0

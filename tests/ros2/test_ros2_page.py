@@ -1,5 +1,6 @@
 """The shell lines of docs/ros2.md run as printed, from nothing to an explained bag."""
 
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -21,8 +22,6 @@ def test_every_line_runs(ros_environment, tmp_path):
 
 def run_in_bash(script, environment):
     """Return the output of a script; fail with it if a line fails."""
-    import os
-
     done = subprocess.run(
         ["bash", "-c", script],
         env={**os.environ, **environment},
