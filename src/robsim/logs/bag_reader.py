@@ -266,7 +266,9 @@ class _BagReader:
         if "commands" not in self.roles:
             return None
         topic = self.roles["commands"]
-        commands = CommandReader(self.controller, self.bag.topics[topic], log_names)
+        told = self.controller.experiment.ros2
+        order = told.order if told and topic == told.commands else ()
+        commands = CommandReader(self.controller, self.bag.topics[topic], log_names, order)
         stream = commands.stream(f"topic {topic}", self._timed_messages("commands"))
         self.others |= commands.others
         return stream

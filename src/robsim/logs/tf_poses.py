@@ -96,6 +96,11 @@ class BodyPoses:
         return [body.frame for _, body in self._bodies]
 
     @property
+    def bases(self) -> list[str]:
+        """The links of the bodies that drive on a plane."""
+        return [body.frame for _, body in self._bodies if len(body.names) == 3]
+
+    @property
     def names(self) -> list[str]:
         """The names in messages of the coordinates of the bodies."""
         return [name for _, body in self._bodies for name in body.names]

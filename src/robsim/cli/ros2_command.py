@@ -1,0 +1,44 @@
+"""Commands `ros2 play` and `ros2 drive`: a simulated cell and a controller as nodes of ROS 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robsim.cli.options import set_option
+from robsim.cli.scenarios import load_with_changes
+
+ROS_ARGUMENTS = {"ignore_unknown_options": True, "allow_interspersed_args": True}
+
+
+@click.group("ros2")
+def serve_ros2() -> None:
+    """Play a scenario as a robot cell on ROS 2, or drive a robot by its controller."""
+
+
+@serve_ros2.command("play", context_settings=ROS_ARGUMENTS)
+@click.argument("file", type=click.Path(path_type=Path))
+@set_option
+@click.option("--stepped", is_flag=True, help="One period for each command, not real time.")
+@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
+@click.option("--record", type=click.Path(path_type=Path), metavar="BAG", help="Bag to record.")
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+def play_cell(
+    file: Path,
+    changes: tuple[str, ...],
+    stepped: bool,
+    network: bool,
+    record: Path | None,
+    ros_arguments: tuple[str, ...],
+) -> None:
+    """Play the scenario in FILE as a robot cell.
+
+    The cell publishes joints, marks, pictures and poses, and takes velocities. The topics are in
+    the table [ros2] of the scenario.
+    """
+    from robsim.ros2.play import play_experiment
+
+    experiment = load_with_changes(file, changes)
+    how = {"stepped": stepped, "network": network}
+    play_experiment(experiment, record=record, arguments=ros_arguments, **how)
