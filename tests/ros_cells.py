@@ -137,6 +137,7 @@ class PlayedRobot:
         self.change = lambda marks, joints: [joints]
         self.shift = 0  # nanoseconds by which the clock of the robot has leapt
         self.still = np.zeros(self.cell.columns.size)
+        self.begin = 0  # number of the first command since the start
         self._closing, self._again = threading.Event(), False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -149,8 +150,9 @@ class PlayedRobot:
             self._closing.wait(max(wait, 0.0))
             self.cell.advance(self.command())
             if self._again:
-                self._again, begin, clock = False, time.time_ns(), time.monotonic()
+                begin, clock, self.begin = time.time_ns(), time.monotonic(), len(self.commands)
                 self.cell.reset()
+                self._again = False
 
     def _publish(self, start):
         marks, joints = make_messages(self.cell, start)
@@ -163,21 +165,26 @@ class PlayedRobot:
 
     def command(self):
         """Return the latest command (n,), zero before the first."""
-        return np.array(self.commands[-1][1].data) if self.commands else self.still
+        new = self.commands[self.begin :]
+        return np.array(new[-1][1].data) if new else self.still
 
-    def speeds(self, since=0):
-        """Return the largest speed of each command after `since` others."""
-        return np.array([np.abs(m.data).max() for _, m in self.commands[since:]])
+    def moves(self):
+        """Return whether the robot is commanded to move."""
+        return np.abs(self.command()).max() > MOVES
 
     def wait_for_motion(self, deadline=DEADLINE):
         """Wait until the robot is commanded to move."""
-        wait_until(lambda: self.commands and self.speeds()[-1] > MOVES, "motion", deadline)
+        wait_until(self.moves, "motion", deadline)
 
     def wait_for_rest(self, deadline=5.0):
         """Wait until commands are zero, and return the commands (k, n) on the way there."""
         since = len(self.commands) - 1
-        wait_until(lambda: self.speeds()[-1] == 0.0, "rest", deadline)
-        return np.array([message.data for _, message in self.commands[since:]])
+        wait_until(lambda: not self.command().any(), "rest", deadline)
+        return self.commands_since(since)
+
+    def commands_since(self, count):
+        """Return the commands (k, n) after `count` others."""
+        return np.array([message.data for _, message in self.commands[count:]])
 
     def restart(self):
         """Return to the start, with unchanged messages."""

@@ -3,9 +3,10 @@
 import signal
 import time
 
+import numpy as np
 import pytest
 from ros_cells import MOVES, PlayedRobot, assert_braked
-from ros_processes import DEADLINE, wait_until
+from ros_processes import wait_until
 from std_srvs.srv import Trigger
 
 
@@ -14,7 +15,7 @@ def own(braking_cell, robsim, listener):
     """A robot and a node for one test."""
     drive = robsim("ros2", "drive", braking_cell[1])
     robot = PlayedRobot(listener, braking_cell[0])
-    robot.wait_for_motion(DEADLINE)
+    robot.wait_for_motion()
     yield robot, drive
     robot.close()
 
@@ -29,7 +30,7 @@ def test_every_signal_brakes_the_robot_before_the_node_ends(own, braking_cell, r
         if number != signal.SIGHUP:
             robot.restart()
             drive = robsim("ros2", "drive", braking_cell[1])
-            robot.wait_for_motion(DEADLINE)
+            robot.wait_for_motion()
 
 
 def test_a_paused_node_goes_on_and_a_killed_one_starts_again(own, braking_cell, robsim):
@@ -39,13 +40,12 @@ def test_a_paused_node_goes_on_and_a_killed_one_starts_again(own, braking_cell, 
     robot.wait_for_motion()
     drive.finish(signal.SIGKILL)
     robot.restart()
-    robot.commands.clear()
     robsim("ros2", "drive", braking_cell[1])
-    robot.wait_for_motion(DEADLINE)
+    robot.wait_for_motion()
 
 
 def test_the_goal_is_taught_from_the_present_image(own):
     robot, _ = own
     told = robot.listener.call(Trigger, "/robsim/teach")
     assert told.success, told.message
-    wait_until(lambda: robot.speeds()[-1] < MOVES / 2, "rest")
+    wait_until(lambda: np.abs(robot.command()).max() < MOVES / 2, "rest")
