@@ -5,12 +5,15 @@ import time
 from pathlib import Path
 
 import numpy as np
+from ros_processes import DEADLINE, wait_until
 
 import robsim as rs
 
 ROOT = Path(__file__).parents[1]
 NANO = 10**9
 JOINTS, COMMANDS = "/joint_states", "/forward_velocity_controller/commands"
+DT, ACCELERATION = 0.02, 1.0  # of `braking_experiment`
+MOVES = 0.05  # rad/s
 LATE = {"dt": 0.02, "sensing": rs.Sensing(latency=0.03)}
 
 
@@ -43,6 +46,19 @@ CELLS = (eye_in_hand, eye_to_hand, mobile_base, rendered_tag)
 def to_seconds(stamp):
     """Return a stamp in seconds."""
     return stamp.sec + stamp.nanosec / NANO
+
+
+def braking_experiment():
+    """An arm that takes long to arrive, with a limit of its acceleration and a watchdog."""
+    safety = rs.Safety(acceleration=ACCELERATION, watchdog=rs.control.Watchdog(0.2))
+    sensing = rs.Sensing(latency=0.02)
+    experiment = eye_in_hand().with_(dt=DT, sensing=sensing, safety=safety, hold=True)
+    return experiment.at("task.gain", 0.5)
+
+
+def assert_braked(commands):
+    """No command (k, n) changes by more than the acceleration allows in one period."""
+    assert np.abs(np.diff(commands, axis=0)).max() <= 1.01 * ACCELERATION * DT
 
 
 class Coordinates:
@@ -121,7 +137,8 @@ class PlayedRobot:
         self.change = lambda marks, joints: [joints]
         self.shift = 0  # nanoseconds by which the clock of the robot has leapt
         self.still = np.zeros(self.cell.columns.size)
-        self._closing = threading.Event()
+        self.begin = 0  # number of the first command since the start
+        self._closing, self._again = threading.Event(), False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -132,6 +149,10 @@ class PlayedRobot:
             wait = clock + (self.cell.now.step + 1) * self.cell.dt - time.monotonic()
             self._closing.wait(max(wait, 0.0))
             self.cell.advance(self.command())
+            if self._again:
+                begin, clock, self.begin = time.time_ns(), time.monotonic(), len(self.commands)
+                self.cell.reset()
+                self._again = False
 
     def _publish(self, start):
         marks, joints = make_messages(self.cell, start)
@@ -144,11 +165,31 @@ class PlayedRobot:
 
     def command(self):
         """Return the latest command (n,), zero before the first."""
-        return np.array(self.commands[-1][1].data) if self.commands else self.still
+        new = self.commands[self.begin :]
+        return np.array(new[-1][1].data) if new else self.still
 
-    def speeds(self, since=0):
-        """Return the largest speed of each command after `since` others."""
-        return np.array([np.abs(m.data).max() for _, m in self.commands[since:]])
+    def moves(self):
+        """Return whether the robot is commanded to move."""
+        return np.abs(self.command()).max() > MOVES
+
+    def wait_for_motion(self, deadline=DEADLINE):
+        """Wait until the robot is commanded to move."""
+        wait_until(self.moves, "motion", deadline)
+
+    def wait_for_rest(self, deadline=5.0):
+        """Wait until commands are zero, and return the commands (k, n) on the way there."""
+        since = len(self.commands) - 1
+        wait_until(lambda: not self.command().any(), "rest", deadline)
+        return self.commands_since(since)
+
+    def commands_since(self, count):
+        """Return the commands (k, n) after `count` others."""
+        return np.array([message.data for _, message in self.commands[count:]])
+
+    def restart(self):
+        """Return to the start, with unchanged messages."""
+        self.change, self._again = lambda marks, joints: [joints], True
+        wait_until(lambda: not self._again, "restart")
 
     def close(self):
         """Stop publishing."""

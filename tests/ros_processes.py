@@ -125,7 +125,9 @@ class Listener:
 
     def hear(self, kind, topic, qos=100):
         """Store the messages of a topic from now on, and return their list of (time, message)."""
-        found = self.heard.setdefault(topic, [])
+        if topic in self.heard:
+            return self.heard[topic]
+        found = self.heard[topic] = []
         self.node.create_subscription(
             kind, topic, lambda message: found.append((time.monotonic(), message)), qos
         )

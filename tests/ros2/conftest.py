@@ -8,6 +8,7 @@ import os
 import warnings
 
 import pytest
+from ros_cells import braking_experiment
 from ros_processes import Listener, RosProcess
 
 LACKING = importlib.util.find_spec("rclpy") is None
@@ -40,8 +41,7 @@ def ros_environment(domain):
         yield told
 
 
-@pytest.fixture
-def start(ros_environment):
+def start_processes(ros_environment):
     """`start(ARGUMENTS)`: a Python process, such as `start("-m", "robsim", "--version")`."""
     started = []
 
@@ -54,14 +54,42 @@ def start(ros_environment):
         process.kill()
 
 
-@pytest.fixture
-def robsim(start):
+def start_robsim(start):
     """`robsim(ARGUMENTS)`: the command in a process of its own."""
     return lambda *arguments, **more: start("-m", "robsim", *arguments, **more)
 
 
-@pytest.fixture
-def listener(ros_environment, domain):
+def join_domain(ros_environment, domain):
+    """A node in this process."""
     found = Listener(domain)
     yield found
     found.close()
+
+
+start, start_long = (
+    pytest.fixture(start_processes, name=name, scope=scope)
+    for name, scope in (("start", "function"), ("start_long", "module"))
+)
+listener, listener_long = (
+    pytest.fixture(join_domain, name=name, scope=scope)
+    for name, scope in (("listener", "function"), ("listener_long", "module"))
+)
+
+
+@pytest.fixture
+def robsim(start):
+    return start_robsim(start)
+
+
+@pytest.fixture(scope="module")
+def robsim_long(start_long):
+    """As `robsim`, for processes that several tests of a file share."""
+    return start_robsim(start_long)
+
+
+@pytest.fixture(scope="session")
+def braking_cell(tmp_path_factory):
+    """An experiment that brakes within limits, and its file."""
+    experiment, path = braking_experiment(), tmp_path_factory.mktemp("braking") / "cell.toml"
+    path.write_text(experiment.to_toml(), encoding="utf-8")
+    return experiment, path

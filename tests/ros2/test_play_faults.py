@@ -1,6 +1,7 @@
 """Commands that fail, and two publishers: the played robot stops within limits, and goes on."""
 
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -58,12 +59,25 @@ class Commander:
         wait_until(lambda: np.abs(self.velocities()[-1]).max() < 1e-9, "rest")
 
 
-@pytest.fixture
-def commander(robsim, listener, path):
-    found = Commander(listener, robsim("ros2", "play", path))
-    found.wait_for_motion()
+@pytest.fixture(scope="module")
+def shared(robsim_long, listener_long, path):
+    """The commander of a cell that all tests share."""
+    play = robsim_long("ros2", "play", path)
+    found = Commander(listener_long, play)
     yield found
     found.timer.cancel()
+    assert play.finish(signal.SIGINT) == 0
+
+
+@pytest.fixture
+def commander(shared):
+    """A commander that moves the robot, which has begun at its start."""
+    shared.data = None
+    shared.wait_for_rest()
+    assert shared.listener.call(Trigger, "/robsim/reset").success
+    shared.data = SPEED
+    shared.wait_for_motion()
+    return shared
 
 
 def test_silence_stops_the_robot_within_its_acceleration(commander):
@@ -96,7 +110,8 @@ def test_two_publishers_stop_the_robot_until_one_is_left(commander, start):
     commander.wait_for_motion()
 
 
-def test_the_cell_is_paused_stepped_and_reset(commander, listener):
+def test_the_cell_is_paused_stepped_and_reset(commander):
+    listener = commander.listener
     clock = listener.hear(Clock, "/clock")
     assert listener.call(SetBool, "/robsim/pause", SetBool.Request(data=True)).success
     count = wait_until_quiet(clock)
@@ -117,13 +132,10 @@ def test_a_paused_process_goes_on(commander):
     with commander.play.paused():
         wait_until_quiet(commander.states)
     commander.wait_for_motion()
-    assert commander.play.finish(signal.SIGINT) == 0
 
 
 def wait_until_quiet(messages, pause=0.3):
     """Return the number of messages once none has come for some time."""
-    import time
-
     wait_until(lambda: time.monotonic() - messages[-1][0] > pause, "silence")
     return len(messages)
 
