@@ -15,6 +15,7 @@ from robsim.declare.joint_numbers import broadcast_limits
 from robsim.engine.simulated_cell import SimulatedCell
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.command_reader import CommandReader
+from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
 from robsim.ros2.middleware import load_message_type
@@ -42,8 +43,10 @@ class PlayNode:
         Node of the cell.
     experiment : Experiment
         Experiment that is played, with a single run.
-    stepped : bool, default False
+    stepped : bool
         Whether time passes with commands only.
+    recorder : BagRecorder
+        Bag of the measurements and the commands.
 
     Raises
     ------
@@ -51,11 +54,13 @@ class PlayNode:
         If the experiment has several runs, or names that do not fit the scene.
     """
 
-    def __init__(self, node: Any, experiment: Experiment, stepped: bool = False) -> None:
-        self._node, self._stepped = node, stepped
+    def __init__(
+        self, node: Any, experiment: Experiment, stepped: bool, recorder: BagRecorder
+    ) -> None:
+        self._node, self._stepped, self._recorder = node, stepped, recorder
         self._told = experiment.ros2 or RosConnection()
         self.cell, controller = experiment.cell(), Controller(experiment)
-        self._publishers = CellPublishers(node, self.cell, controller, self._told)
+        self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
         kind, order = self._told.command_type, self._told.order
         self._reader = CommandReader(controller, kind, dict(self._told.names), order)
         self._gate = CommandGate(
@@ -139,6 +144,7 @@ class PlayNode:
 
     def _on_command(self, message: Any) -> None:
         """Store a command, or the reason why it is none."""
+        self._recorder.write(self._told.commands, message, self.clock)
         try:
             values = self._reader.read(
                 f"command on {self._told.commands}", TimedMessage(self.clock, message)
