@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.engine.simulated_cell import CellInstant, SimulatedCell
 from robsim.logs import message_types, topics
-from robsim.logs.command_messages import make_header, make_joint_state, make_number_array
+from robsim.logs.command_messages import (
+    make_header,
+    make_joint_state,
+    make_number_array,
+    make_twist,
+)
 from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.name_map import map_mark_ids
 from robsim.logs.scene_messages import (
@@ -24,6 +29,7 @@ from robsim.logs.scene_messages import (
     make_transforms,
 )
 from robsim.logs.tf_poses import BodyPoses
+from robsim.logs.twists import TWIST_PARTS, TwistComponent
 from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
 from robsim.ros2.scene_markers import SceneMarkers
 from robsim.run.control.standalone_controller import Controller
@@ -242,6 +248,17 @@ class CellPublishers:
         """The markers of the scene."""
         return SceneMarkers(self._cell.scene)
 
+    @cached_property
+    def _twist_parts(self) -> dict[str, list[TwistComponent]]:
+        """The components of the twist of each base, with the indices of their velocities."""
+        tree, names, found = self._cell.scene.tree, self._cell.scene.velocity_names, {}
+        for link in self._bodies.bases:
+            body, _ = tree.find(link)
+            member = next(each for each in tree.members if each.body == body)
+            named = ((names[i].rpartition(".")[2], i) for i in range(self._cell.scene.nv)[member.v])
+            found[link] = [TwistComponent(*TWIST_PARTS[name], i) for name, i in named]
+        return found
+
     def _odometry_topic(self, link: str) -> str:
         """Return the topic of the odometry of a base."""
         return self._told.name_topic("odometry", robot=link.split(".", maxsplit=1)[0])
@@ -249,9 +266,16 @@ class CellPublishers:
     def _make_odometry(self, link: str, pose: Array, header: Any) -> Any:
         """Return the Odometry of a base at a pose (7,), with its velocity in its own axes."""
         make = make_ros_message
-        covariance = make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose))
+        parts = self._twist_parts[link]
+        both = {
+            "pose": make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose)),
+            "twist": make(
+                "geometry_msgs/msg/TwistWithCovariance",
+                twist=make_twist(make, self._cell.now.rates, parts),
+            ),
+        }
         name = self._frames.get(link, link)
-        return make(message_types.ODOMETRY, header=header, child_frame_id=name, pose=covariance)
+        return make(message_types.ODOMETRY, header=header, child_frame_id=name, **both)
 
 
 def _make_image(picture: NDArray[np.uint8], header: Any) -> Any:
