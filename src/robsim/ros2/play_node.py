@@ -15,6 +15,7 @@ from robsim.declare.joint_numbers import broadcast_limits
 from robsim.engine.simulated_cell import SimulatedCell
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.command_reader import CommandReader, check_command_names
+from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
 from robsim.ros2.connection_parameters import declare_connection
@@ -46,8 +47,10 @@ class PlayNode:
         Node of the cell.
     experiment : Experiment
         Experiment that is played, with a single run.
-    stepped : bool, default False
+    stepped : bool
         Whether time passes with commands only.
+    recorder : BagRecorder
+        Bag of the measurements and the commands.
 
     Raises
     ------
@@ -55,12 +58,14 @@ class PlayNode:
         If the experiment has several runs, or names that do not fit the scene.
     """
 
-    def __init__(self, node: Any, experiment: Experiment, stepped: bool = False) -> None:
-        self._node, self._stepped = node, stepped
+    def __init__(
+        self, node: Any, experiment: Experiment, stepped: bool, recorder: BagRecorder
+    ) -> None:
+        self._node, self._stepped, self._recorder = node, stepped, recorder
         self.cell, controller = experiment.cell(), Controller(experiment)
         connection = experiment.ros2 or RosConnection()
         self._told = declare_connection(node, connection, self.cell.scene)
-        self._publishers = CellPublishers(node, self.cell, controller, self._told)
+        self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
         self._diagnostics, self._refused = DiagnosticPublisher(node), 0
         kind, order = self._told.command_type, self._told.order
         names = dict(self._told.names)
@@ -165,6 +170,7 @@ class PlayNode:
         if values is None:
             return
         self._report_others()
+        self._recorder.write(self._told.commands, message, self.clock)
         sender = bytes((info.get("publisher_gid") or {}).get("data", b""))
         self._gate.take(values[self.cell.columns], time.monotonic(), sender)
         self._fresh = True
