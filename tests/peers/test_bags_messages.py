@@ -10,7 +10,7 @@ import robsim as rs
 from robsim.logs import message_types
 from robsim.logs.command_messages import make_header
 from robsim.logs.message_types import make_message
-from robsim.logs.run_messages import _camera_info_message
+from robsim.logs.scene_messages import make_camera_info
 
 
 def experiment(name="chapter_6_1"):
@@ -215,7 +215,7 @@ def test_an_april_tag_that_is_there_twice_is_reported():
 def test_the_camera_info_of_a_fisheye_is_that_of_the_camera():
     K, lens = [[300, 0, 320], [0, 295, 240], [0, 0, 1]], (-0.008, 0.045, -0.043, 0.008)
     camera = rs.Camera(K, (640, 480), distortion=lens, lens="fisheye")
-    info = _camera_info_message(camera, None)
+    info = make_camera_info(make_message, camera, None)
     assert info.distortion_model == "equidistant" and info.d.tolist() == list(lens)
     fields = {"width": 640, "height": 480, "k": info.k, "d": info.d}
     message = SimpleNamespace(**fields, distortion_model=info.distortion_model)

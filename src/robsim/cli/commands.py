@@ -19,7 +19,7 @@ from robsim.cli.console import print_text
 from robsim.cli.demo_command import run_demo
 from robsim.cli.examples_command import copy_example
 from robsim.cli.robots_command import describe_robots
-from robsim.cli.ros2_command import ros2
+from robsim.cli.ros2_command import serve_ros2
 from robsim.cli.run_command import simulate_scenario
 from robsim.cli.schema_command import print_schema
 from robsim.cli.stored_run_commands import explain_run_file, export_page
@@ -48,9 +48,9 @@ for _command in (
     export_page,
     copy_example,
     describe_robots,
+    serve_ros2,
     print_schema,
     open_studio,
-    ros2,
     compile_kernels,
 ):
     cli.add_command(_command)

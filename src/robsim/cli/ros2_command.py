@@ -1,15 +1,69 @@
-"""Group `ros2` of commands: nodes of ROS 2."""
+"""Commands `ros2 play` and `ros2 drive`: a simulated cell and a controller as nodes of ROS 2."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
-from robsim.cli.ros2_drive_command import drive_robot
+from robsim.cli.options import set_option
+from robsim.cli.scenarios import load_with_changes
+
+ROS_ARGUMENTS = {"ignore_unknown_options": True, "allow_interspersed_args": True}
 
 
 @click.group("ros2")
-def ros2() -> None:
-    """Play a scenario as a robot cell of ROS 2, or drive a robot by it."""
+def serve_ros2() -> None:
+    """Play a scenario as a robot cell on ROS 2, or drive a robot by its controller."""
 
 
-ros2.add_command(drive_robot)
+@serve_ros2.command("play", context_settings=ROS_ARGUMENTS)
+@click.argument("file", type=click.Path(path_type=Path))
+@set_option
+@click.option("--stepped", is_flag=True, help="One period for each command, not real time.")
+@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
+@click.option("--record", type=click.Path(path_type=Path), metavar="BAG", help="Bag to record.")
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+def play_cell(
+    file: Path,
+    changes: tuple[str, ...],
+    stepped: bool,
+    network: bool,
+    record: Path | None,
+    ros_arguments: tuple[str, ...],
+) -> None:
+    """Play the scenario in FILE as a robot cell.
+
+    The cell publishes joints, marks, pictures and poses, and takes velocities. The topics are in
+    the table [ros2] of the scenario.
+    """
+    from robsim.ros2.play import play_experiment
+
+    experiment = load_with_changes(file, changes)
+    how = {"stepped": stepped, "network": network}
+    play_experiment(experiment, record=record, arguments=ros_arguments, **how)
+
+
+@serve_ros2.command("drive", context_settings=ROS_ARGUMENTS)
+@click.argument("file", type=click.Path(path_type=Path))
+@set_option
+@click.option("--stepped", is_flag=True, help="Answer each instant of a stepped, played cell.")
+@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+def drive_robot(
+    file: Path,
+    changes: tuple[str, ...],
+    stepped: bool,
+    network: bool,
+    ros_arguments: tuple[str, ...],
+) -> None:
+    """Drive a robot by the controller of the scenario in FILE.
+
+    The controller reads joints and marks, or pictures, and publishes velocities. The topics are in
+    the table [ros2] of the scenario, and are parameters of the node. A signal ends the node; the
+    robot brakes first.
+    """
+    from robsim.ros2.drive import drive_experiment
+
+    experiment = load_with_changes(file, changes)
+    drive_experiment(experiment, stepped=stepped, network=network, arguments=ros_arguments)

@@ -25,6 +25,7 @@ from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream
 from robsim.run.log_commands import LOG_INTRINSICS
+from robsim.run.ros_connection import RosConnection
 from robsim.run.run_checks import check_instance
 from robsim.run.run_from_log import make_run_from_log
 from robsim.run.stored_data import unpack_stored_data
@@ -205,9 +206,12 @@ class _BagReader:
         frames: Mapping[str, str] | None,
     ) -> Log:
         """Return the streams of the bag as a log of the experiment."""
-        log_names = map_joint_names(names, self.scene)
-        bodies = BodyPoses(self.scene, log_names, frames)
-        self.roles = choose_topics(self.bag.topics, self.controller.cameras, topics, bool(bodies))
+        told = self.controller.experiment.ros2 or RosConnection()
+        log_names = map_joint_names(dict(told.names) if names is None else names, self.scene)
+        bodies = BodyPoses(self.scene, log_names, frames, told)
+        marks = dict(told.ids) if marks is None else marks
+        own = topics, bodies.links, told
+        self.roles = choose_topics(self.bag.topics, self.controller.cameras, *own)
         self.messages = {topic: [] for role, topic in self.roles.items() if role not in FRAME_ROLES}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
@@ -228,10 +232,9 @@ class _BagReader:
         messages = list(self._timed_messages("joints")) if "joints" in self.roles else []
         states = (each.message for each in messages if len(each.message.position))
         bodies.leave_out({name for state in states for name in state.name})
-        if bodies and "frames" in self.roles:
-            messages = list(
-                merge(messages, self._mobile_bodies(bodies), key=lambda each: each.time)
-            )
+        if bodies:
+            moved = self._mobile_bodies(bodies) if "frames" in self.roles else self._poses(bodies)
+            messages = list(merge(messages, moved, key=lambda each: each.time))
         q = JointValues([log_names.get(name, name) for name in scene.coordinate_names], "position")
         joints = read_joint_stream(topic, messages, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
@@ -249,12 +252,23 @@ class _BagReader:
             for time, joints in bodies.take(f"topic {moving}", each.message.transforms):
                 yield TimedMessage((self.clock == "header" and time) or each.logged, joints)
 
+    def _poses(self, bodies: BodyPoses) -> Iterator[TimedMessage]:
+        """Yield the coordinates of bodies that no JointState message covers, from odometry."""
+        links = [link for link in bodies.links if f"pose.{link}" in self.roles]
+        streams = (self._timed_messages(f"pose.{link}") for link in links)
+        topics = (f"topic {self.roles[f'pose.{link}']}" for link in links)
+        for what, link, stream in zip(topics, links, streams, strict=True):
+            for time, message in stream:
+                yield TimedMessage(time, bodies.take_pose(what, link, message))
+
     def _commands(self, log_names: Mapping[str, str]) -> Stream | None:
         """Return the commanded velocities; velocities without a command are zero."""
         if "commands" not in self.roles:
             return None
         topic = self.roles["commands"]
-        commands = CommandReader(self.controller, self.bag.topics[topic], log_names)
+        told = self.controller.experiment.ros2
+        order = told.order if told and topic == told.commands else ()
+        commands = CommandReader(self.controller, self.bag.topics[topic], log_names, order)
         stream = commands.stream(f"topic {topic}", self._timed_messages("commands"))
         self.others |= commands.others
         return stream

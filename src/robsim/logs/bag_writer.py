@@ -26,7 +26,6 @@ from robsim.run.run_checks import check_instance
 
 PLUGINS = {"mcap": ".mcap", "sqlite3": ".db3"}
 LATCHED = (topics.STATIC_FRAMES, topics.EXPERIMENT)  # topics kept for late subscribers
-LATEST = 2**31  # seconds: upper limit of a stamp
 VERSION: Final = 8  # of the bag format
 
 
@@ -88,7 +87,7 @@ def write_bag(
     check_instance(source, Experiment, "experiment")
     check_known(storage, PLUGINS, "no storage {}", "storages")
     first = as_float(start, "start (seconds)")
-    if not 0.0 <= first < LATEST - float(single_run["time"].values[-1]):
+    if not 0.0 <= first < message_types.LATEST - float(single_run["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {format_value(start)}")
     message_types.load_typestore()
     with convert_os_errors(path):

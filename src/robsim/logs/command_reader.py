@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -27,16 +27,24 @@ def check_torque_messages(torques: bool, kind: str) -> None:
 class CommandReader:
     """A reader of the velocities or torques (nv,) of a scene in command messages of one type.
 
-    Velocities without a command are zero. The attribute `others` collects names that the scene does
-    not have. InputError is raised for twists if the scene does not have one body that drives or
-    flies.
+    Arrays have the velocities of the controller, or of the joints in `order` by their names in the
+    log. Velocities without a command are zero. The attribute `others` collects names that the scene
+    does not have. InputError is raised for twists if the scene does not have one body that drives
+    or flies.
     """
 
-    def __init__(self, controller: Controller, kind: str, log_names: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        kind: str,
+        log_names: Mapping[str, str],
+        order: Sequence[str] = (),
+    ) -> None:
         names = controller.scene.velocity_names
         self.others: dict[str, None] = {}
         self._nv = len(names)
-        self._columns = [names.index(name) for name in controller.velocity_names]
+        commanded = {log_names.get(name, name): name for name in controller.velocity_names}
+        self._columns = [names.index(commanded[name]) for name in order or commanded]
         torques = controller.command_quantity == "torque"
         check_torque_messages(torques, kind)
         part: Part = "effort" if torques else "velocity"
@@ -50,14 +58,18 @@ class CommandReader:
             message_types.STAMPED: self._read_stamped,
         }[kind]
 
+    def read(self, what: str, each: TimedMessage) -> Array | None:
+        """Return the commands (nv,) of a message, None without commands; FileError if invalid."""
+        values: Array | None = self._row(what, each)
+        self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
+        return values
+
     def stream(self, what: str, timed: Iterable[TimedMessage]) -> Stream | None:
         """Return the commands (n, nv) of messages, or None without commands.
 
         `what` names the messages in errors. FileError is raised for an invalid command.
         """
-        rows = [(each.time, self._row(what, each)) for each in timed]
-        self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
-        return stack_stream(what, rows)
+        return stack_stream(what, ((each.time, self.read(what, each)) for each in timed))
 
     def _read_array(self, what: str, each: TimedMessage) -> Array:
         """Return the velocities in an array of the commanded velocities, or of all velocities."""

@@ -9,7 +9,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs.bag_files import TimedMessage
-from robsim.logs.message_types import Message
+from robsim.logs.mark_arrays import list_marks
+from robsim.logs.message_types import Message, is_mark_array
 from robsim.logs.name_map import Ids
 from robsim.run.log import Stream
 from robsim.servo.camera_target import PairKey
@@ -60,6 +61,9 @@ def read_marks(
 
 def _list_detections(message: Message) -> Iterator[tuple[str, PixelPosition]]:
     """Yield the id and the pixel of each mark: the middle of a box, or a corner of an AprilTag."""
+    if is_mark_array(message):
+        yield from list_marks(message)
+        return
     for detection in message.detections:
         if hasattr(detection, "corners"):
             corners = convert_apriltag_corners(

@@ -23,8 +23,11 @@ TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 TWISTS = TWIST, STAMPED
 APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
+ODOMETRY, POSE = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 Message = Any  # Any: rosbags and rclpy create the classes of messages at run time
+STAMP = 2  # numbers of the time at the start of an array of marks, its data_offset
+LATEST = 2**31  # seconds: upper limit of a stamp
 LONGEST = 1 << 26  # items of a sequence, such as the bytes of an image
 # fields of vision_msgs 4 and apriltag_msgs 2, which are not part of ROS itself
 _VISION = {
@@ -69,9 +72,29 @@ def make_message(kind: str, **fields: Any) -> Message:
 
 
 def header_time(message: object) -> int | None:
-    """Return the time in nanoseconds in the header of a message, or None without a header."""
+    """Return the time in nanoseconds in the header of a message, or None without a header.
+
+    An array of marks begins with its time.
+    """
     header = getattr(message, "header", None)
-    return None if header is None else int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
+    if header is not None:
+        return int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
+    return read_stamp(message) if is_mark_array(message) else None
+
+
+def is_mark_array(message: Message) -> bool:
+    """Return whether a message is an array of marks, and not of commands."""
+    layout = getattr(message, "layout", None)
+    return layout is not None and layout.data_offset == STAMP
+
+
+def read_stamp(message: Message) -> int:
+    """Return the time in nanoseconds at which the image was taken; InputError if it is none."""
+    stamp = [float(x) for x in message.data[:STAMP]]
+    whole = len(stamp) == STAMP and all(x.is_integer() and x >= 0.0 for x in stamp)
+    if not whole or stamp[0] >= LATEST or stamp[1] >= NANO:
+        raise InputError(f"an array of marks begins with seconds and nanoseconds, got {stamp}")
+    return int(stamp[0]) * NANO + int(stamp[1])
 
 
 def check_message_definition(kind: str, definition: str, what: str) -> None:

@@ -91,8 +91,13 @@ class RosMessages:
 
     @property
     def roams(self) -> bool:
-        """Whether the poses of any bodies that drive or fly are read from /tf."""
+        """Whether the poses of any bodies that drive or fly are read from /tf or odometry."""
         return bool(self._bodies)
+
+    @property
+    def links(self) -> list[str]:
+        """The links of bodies that drive or fly whose coordinates no JointState contains."""
+        return self._bodies.links
 
     def time(self, message: object) -> float | None:
         """Return the time of a message in seconds, or None if the time is zero.
@@ -155,8 +160,36 @@ class RosMessages:
             values = [self._update_joints("TFMessage", each) for each in bodies]
             return values[-1] if values else None
 
+    def pose(self, message: object, link: str | None = None) -> Array | None:
+        """Return the coordinates (nq,) of the scene after the pose of a body that drives or flies.
+
+        The result is None until all coordinates are known.
+
+        Parameters
+        ----------
+        message : object
+            Odometry or PoseStamped of the link of the body, in the world.
+        link : str, optional
+            Link that the message is about, as "rover.body". Default: the only one of these bodies.
+
+        Raises
+        ------
+        InputError
+            If the message has no pose, or the scene has no such body.
+        """
+        links = self.links
+        link = links[0] if link is None and len(links) == 1 else link
+        check_known(link, links, "no link {} that drives or flies", "links")
+        with _convert_errors(message, "Odometry or PoseStamped"):
+            fields = self._bodies.take_pose("pose", str(link), message)
+            at = TimedMessage(_message_time(message), fields)
+            return self._update_joints(f"pose of '{link}'", at)
+
     def marks(self, message: object, camera: str | None = None, t: float | None = None) -> Marks:
-        """Return the marks in a Detection2DArray or AprilTagDetectionArray, with their time.
+        """Return the marks in a message of detections, with their time.
+
+        The message is a Detection2DArray, an AprilTagDetectionArray, or a Float64MultiArray with
+        the ids of the marks as labels.
 
         Marks with an unknown id are listed in `health.unused` of the command that follows.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,21 +9,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.geometry.pose import Pose
 from robsim.logs import message_types, topics
 from robsim.logs.command_messages import NONE, make_header, make_joint_state
 from robsim.logs.message_types import Message, make_message
+from robsim.logs.scene_messages import (
+    compute_frame_poses,
+    make_camera_info,
+    make_detections,
+    make_transforms,
+)
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
-from robsim.vision.camera import Camera
-from robsim.vision.camera_files.calibration_files import name_ros_model
-from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _make_header = partial(make_header, make_message)
-COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}  # numbers of D
 
 
 class TopicMessage(NamedTuple):
@@ -76,7 +76,7 @@ def generate_messages(
     """Yield the messages of a run in the order of time; its first instant is at `start` ns."""
     scene, arrays = experiment.scene, _read_run_arrays(run)
     times = start + np.round(run["time"].values * NANO).astype(np.int64)
-    poses = _frame_poses(scene, arrays.q)
+    poses = compute_frame_poses(scene, arrays.q)
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
     lenses = {camera: scene.camera(camera).camera for camera in arrays.marks}
     origin = experiment.origin
@@ -84,18 +84,20 @@ def generate_messages(
         if text:
             message = make_message(message_types.TEXT, data=text)
             yield TopicMessage(topics.EXPERIMENT, message_types.TEXT, start, message)
-    still = _transforms_message(
-        {name: poses[name][0] for name in poses if name not in moving}, start
-    )
+    standing = {name: poses[name][0] for name in poses if name not in moving}
+    still = make_transforms(make_message, standing, start)
     yield TopicMessage(topics.STATIC_FRAMES, message_types.FRAMES, start, still)
     for i, time in enumerate(times.tolist()):
         yield from _joint_messages(arrays, i, time)
         moving_poses = {name: poses[name][i] for name in moving}
         yield TopicMessage(
-            topics.FRAMES, message_types.FRAMES, time, _transforms_message(moving_poses, time)
+            topics.FRAMES,
+            message_types.FRAMES,
+            time,
+            make_transforms(make_message, moving_poses, time),
         )
         for camera, lens in lenses.items():
-            info = _camera_info_message(lens, _make_header(time, camera))
+            info = make_camera_info(make_message, lens, _make_header(time, camera))
             yield TopicMessage(
                 topics.camera_topic(camera, "camera_info"), message_types.LENS, time, info
             )
@@ -115,72 +117,9 @@ def _joint_messages(arrays: _RunArrays, i: int, time: int) -> Iterator[TopicMess
     yield TopicMessage(topics.COMMANDS, message_types.JOINTS, time, command)
 
 
-def _frame_poses(scene: Scene, q: Array) -> dict[str, Array]:
-    """Return the poses (T, 7) of all frames in the world: position and quaternion (x, y, z, w)."""
-    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    eyes, things = ([part.name for part in parts] for parts in (scene.cameras, scene.objects))
-    poses = {name: scene.pose(name, q) for name in (*links, *eyes, *things)}
-    return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in poses.items()}
-
-
-def _transforms_message(poses: dict[str, Array], time: int) -> Message:
-    """Return the TFMessage of poses (7,) of frames in the world."""
-    transforms = []
-    for name, T in poses.items():
-        x, y, z, *rotation = T.tolist()
-        move = make_message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-        turn = make_message(
-            "geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True))
-        )
-        both = make_message("geometry_msgs/msg/Transform", translation=move, rotation=turn)
-        transforms.append(
-            make_message(
-                "geometry_msgs/msg/TransformStamped",
-                header=_make_header(time, "world"),
-                child_frame_id=name,
-                transform=both,
-            )
-        )
-    return make_message(message_types.FRAMES, transforms=transforms)
-
-
-def _camera_info_message(camera: Camera, header: Message) -> Message:
-    """Return the CameraInfo of a camera; its size is 0 x 0 if the camera has no size."""
-    width, height = camera.size or (0, 0)
-    model = name_ros_model(camera.lens, len(camera.distortion))
-    d = np.zeros(COEFFICIENTS[model])
-    d[: len(camera.distortion)] = camera.distortion
-    K = np.array(camera.K)
-    whole = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
-    return make_message(
-        message_types.LENS,
-        header=header,
-        height=height,
-        width=width,
-        distortion_model=model,
-        d=d,
-        k=K.ravel(),
-        r=np.eye(3).ravel(),
-        p=np.column_stack([K, np.zeros(3)]).ravel(),
-        binning_x=0,
-        binning_y=0,
-        roi=make_message("sensor_msgs/msg/RegionOfInterest", **whole),
-    )
-
-
 def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Message:
     """Return the Detection2DArray of the marks that a camera sees at an instant."""
-    header = _make_header(time, camera)
-    places = ((name, *arrays.pixels[i, mark].tolist()) for mark, name in arrays.marks[camera])
-    detections = [
-        _detection_message(header, *each) for each in places if math.isfinite(each[1] + each[2])
-    ]
-    return make_message(message_types.DETECTIONS, header=header, detections=detections)
-
-
-def _detection_message(header: Message, name: str, column: float, row: float) -> Message:
-    """Return the Detection2D of one mark, as a box of size zero."""
-    point = make_message("vision_msgs/msg/Point2D", x=column, y=row)
-    centre = make_message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
-    box = make_message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)
-    return make_message("vision_msgs/msg/Detection2D", header=header, results=[], bbox=box, id=name)
+    pixels = arrays.pixels[i, [mark for mark, _ in arrays.marks[camera]]]
+    seen = np.flatnonzero(np.isfinite(pixels).all(axis=1))
+    ids = [arrays.marks[camera][i][1] for i in seen]
+    return make_detections(make_message, _make_header(time, camera), ids, pixels[seen])

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError
+from robsim.base.errors import FileError, raise_file_errors
 from robsim.geometry.pose import Pose
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.joint_states import JointStateFields
@@ -15,6 +15,7 @@ from robsim.logs.message_types import Message
 from robsim.logs.name_map import check_name_map
 from robsim.logs.transforms import FrameTransforms
 from robsim.robot.joints.planar_joint import PlanarKind
+from robsim.run.ros_connection import RosConnection
 from robsim.world.scene import Scene
 
 WORLD = "world"
@@ -60,6 +61,8 @@ class BodyPoses:
         Names {coordinate of the scene: its name in the messages}, if they differ.
     frames : mapping or None
         Frames {"world" or "ROBOT.LINK": frame in the messages}, if they differ.
+    connection : RosConnection, optional
+        Connection whose frames are used instead of None.
 
     Raises
     ------
@@ -68,10 +71,17 @@ class BodyPoses:
     """
 
     def __init__(
-        self, scene: Scene, log_names: Mapping[str, str], frames: Mapping[str, str] | None
+        self,
+        scene: Scene,
+        log_names: Mapping[str, str],
+        frames: Mapping[str, str] | None,
+        connection: RosConnection | None = None,
     ) -> None:
         bodies = _find_mobile_bodies(scene, log_names)
-        log_frames = _map_frame_names(frames, [each.frame for each in bodies])
+        links = [each.frame for each in bodies]
+        if frames is None and connection is not None:  # it may name other frames, too
+            frames = {k: v for k, v in dict(connection.frames).items() if k in (WORLD, *links)}
+        log_frames = _map_frame_names(frames, links)
         self.transforms = FrameTransforms()
         self._root = log_frames.get(WORLD, WORLD)
         self._bodies = [(log_frames.get(each.frame, each.frame), each) for each in bodies]
@@ -79,6 +89,35 @@ class BodyPoses:
 
     def __bool__(self) -> bool:
         return bool(self._bodies)
+
+    @property
+    def links(self) -> list[str]:
+        """The links of the bodies, as ROBOT.LINK."""
+        return [body.frame for _, body in self._bodies]
+
+    @property
+    def bases(self) -> list[str]:
+        """The links of the bodies that drive on a plane."""
+        return [body.frame for _, body in self._bodies if len(body.names) == 3]
+
+    @property
+    def names(self) -> list[str]:
+        """The names in messages of the coordinates of the bodies."""
+        return [name for _, body in self._bodies for name in body.names]
+
+    def take_pose(self, what: str, link: str, message: Message) -> JointStateFields:
+        """Return the coordinates of a body at the pose of its link in the world.
+
+        The message is an Odometry or a PoseStamped. FileError is raised for an invalid pose.
+        """
+        body = next(body for _, body in self._bodies if body.frame == link)
+        pose = message.pose.pose if hasattr(message.pose, "pose") else message.pose
+        at, turn = pose.position, pose.orientation
+        with raise_file_errors(f"{what}: '{link}'"):
+            place, axes = (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+            T = Pose.from_quaternion(place, axes).matrix
+        self._last[link] = body.coordinates(what, T, self._last.get(link, ()))
+        return JointStateFields(body.names, position=self._last[link])
 
     def leave_out(self, names: Collection[str]) -> None:
         """Leave out the bodies with a coordinate in `names`, which JointState messages cover."""
@@ -105,10 +144,9 @@ class BodyPoses:
             moving_frame = self.transforms.moves_with(frame, self._root)
             T = self.transforms.pose(frame, self._root)
             if moving_frame in times and T is not None:
-                self._last[frame] = body.coordinates(what, T, self._last.get(frame, ()))
-                yield TimedMessage(
-                    times[moving_frame], JointStateFields(body.names, position=self._last[frame])
-                )
+                self._last[body.frame] = body.coordinates(what, T, self._last.get(body.frame, ()))
+                found = JointStateFields(body.names, position=self._last[body.frame])
+                yield TimedMessage(times[moving_frame], found)
 
 
 def _map_frame_names(frames: Mapping[str, str] | None, links: list[str]) -> Mapping[str, str]:

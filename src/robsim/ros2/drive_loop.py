@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.logs.command_messages import MakeMessage
 from robsim.logs.ros_messages import RosMessages
-from robsim.ros2.body_messages import list_body_topics, make_transform
+from robsim.logs.tf_poses import BodyPoses
 from robsim.ros2.picture_marks import PictureMarks, read_picture
 from robsim.ros2.stamp_clock import StampClock
 from robsim.run.control.drive_command import DriveCommand
@@ -48,6 +46,10 @@ class DriveLoop:
         Latest coordinates; None until all are known.
     command : DriveCommand or None
         Latest command.
+    links, bases : list of str
+        Links of bodies that drive or fly, and those of them that drive on a plane.
+    needs_joints : bool
+        Whether any coordinates are in joint states.
     stamps : dict of str to float
         Capture time of the latest image of each camera, by its stamp.
     """
@@ -65,14 +67,14 @@ class DriveLoop:
             controller,
             names=names,
             marks={key: list(ids) for key, ids in connection.ids},
-            frames=_map_body_frames(controller, connection),
             order=list(connection.order) or None,
             make=make,
         )
         coordinates = controller.scene.coordinate_names
         self.joint_names = {names.get(name, name) for name in coordinates}
-        self._all_bodies = _count_body_coordinates(controller) == len(coordinates)
-        self.frames = {each.frame for each in list_body_topics(controller.scene, connection)}
+        bodies = BodyPoses(controller.scene, names, None, connection)
+        self.links, self.bases = bodies.links, bodies.bases
+        self.needs_joints = len(bodies.names) < len(coordinates)
         self.reset()
 
     def reset(self) -> None:
@@ -88,8 +90,7 @@ class DriveLoop:
 
     def take_marks(self, message: Any, camera: str) -> None:
         """Store the marks of a camera until the next command."""
-        readable = read_mark_array(message) if hasattr(message, "layout") else message
-        marks = self.ros.marks(readable, camera, t=self.clock.stamp)
+        marks = self.ros.marks(message, camera, t=self.clock.stamp)
         self._marks[camera], self.stamps[camera] = marks, marks.t
 
     def take_picture(self, message: Any, camera: str) -> None:
@@ -103,11 +104,9 @@ class DriveLoop:
             self._greys[camera] = grey
         self.stamps[camera] = t
 
-    def take_body(self, message: Any, frame: str) -> float | None:
+    def take_body(self, message: Any, link: str) -> float | None:
         """Store the pose of a body, and return the time in its stamp; None if q is incomplete."""
-        frames = dict(self.connection.frames)
-        tree = make_transform(message, frames.get(frame, frame), frames.get("world", "world"))
-        q = self.ros.frames(tree)
+        q = self.ros.pose(message, link)
         self.q = self.q if q is None else q
         return None if q is None else self.ros.time(message)
 
@@ -118,11 +117,6 @@ class DriveLoop:
             return None
         self.q = q
         return self.ros.time(message)
-
-    @property
-    def answers_bodies(self) -> bool:
-        """Whether bodies that drive or fly have all coordinates, so that there are no joints."""
-        return self._all_bodies
 
     def continue_from(self, other: DriveLoop) -> None:
         """Take over the coordinates and the permission of another loop."""
@@ -182,44 +176,6 @@ class DriveLoop:
     def _is_new_and_old(self, camera: str, lead: float) -> bool:
         """Return whether an image that just arrived is far behind the joints."""
         return camera in self._marks and lead < -CLOCKS
-
-
-def read_mark_array(message: Any) -> Any:
-    """Return the marks of a Float64MultiArray as a Detection2DArray.
-
-    The labels of the dimensions are ids of marks; the data are seconds and nanoseconds of the
-    image, then the column and row of each mark.
-
-    >>> layout = SimpleNamespace(dim=[SimpleNamespace(label="plate.3")], data_offset=2)
-    >>> marks = read_mark_array(SimpleNamespace(layout=layout, data=[7.0, 0.0, 320.0, 240.0]))
-    >>> marks.header.stamp.sec, marks.detections[0].id
-    (7, 'plate.3')
-    """
-    start, data = message.layout.data_offset, list(message.data)
-    stamp = SimpleNamespace(sec=int(data[0]), nanosec=int(data[1]))
-    names = [each.label for each in message.layout.dim]
-    pairs = zip(data[start::2], data[start + 1 :: 2], strict=True)
-    found = [_make_detection(name, pair) for name, pair in zip(names, pairs, strict=True)]
-    return SimpleNamespace(header=SimpleNamespace(stamp=stamp), detections=found)
-
-
-def _make_detection(name: str, pixel: tuple[float, float]) -> Any:
-    """Return a detection of a mark at a pixel."""
-    position = SimpleNamespace(x=pixel[0], y=pixel[1])
-    box = SimpleNamespace(center=SimpleNamespace(position=position))
-    return SimpleNamespace(id=name, bbox=box)
-
-
-def _count_body_coordinates(controller: Controller) -> int:
-    """Return the number of coordinates of bodies that drive or fly."""
-    models = [link.joint.model for robot in controller.scene.robots for link in robot.links]
-    return sum(7 if model.free else 3 for model in models if model.roams)
-
-
-def _map_body_frames(controller: Controller, connection: RosConnection) -> Mapping[str, str]:
-    """Return the frames of a connection that drive or fly, and the world."""
-    used = {each.frame for each in list_body_topics(controller.scene, connection)} | {"world"}
-    return {frame: name for frame, name in connection.frames if frame in used}
 
 
 def read_instant(data: list[float]) -> tuple[float, list[float]]:

@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import Any
 
 from robsim.base.errors import InputError, RobSimError
-from robsim.logs.message_types import DETECTIONS, JOINTS, NUMBERS, TEXT
-from robsim.ros2.body_messages import list_body_topics
+from robsim.logs.message_types import DETECTIONS, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
+from robsim.logs.topics import pose_topic
 from robsim.ros2.command_state import describe_command, make_diagnostics
 from robsim.ros2.drive_loop import DriveLoop, read_instant
 from robsim.ros2.goal_teaching import teach_goal
@@ -61,6 +61,7 @@ class DriveNode:
         self._said: dict[str, str] = {}
         self._heard: float | None = None  # monotonic time of the last joints that were answered
         self._instant: tuple[float, list[float]] | None = None
+        self._answered, self._heard_by = 0.0, 0
         self._stamp: dict[str, float] = {}
         self.node = _make_lifecycle_node(
             NAME,
@@ -157,8 +158,11 @@ class DriveNode:
                 topic = connection.name_topic("marks", camera=camera)
                 kind = NUMBERS if find_message_type(DETECTIONS) is None else DETECTIONS
                 self._listen(kind, topic, _bind(self._on_marks, camera))
-        for each in list_body_topics(controller.scene, connection):
-            self._listen(each.kind, each.topic, _bind(self._on_body, each.frame))
+        for link in self.loop.links:
+            drives = link in self.loop.bases
+            odometry = connection.name_topic("odometry", robot=link.partition(".")[0])
+            kind, topic = (ODOMETRY, odometry) if drives else (POSE, pose_topic(link))
+            self._listen(kind, topic, _bind(self._on_body, link))
         self._listen("std_msgs/msg/Bool", connection.name_topic("run"), self._on_run)
         if self.stepped:
             self._listen(NUMBERS, INSTANT, self._on_instant)
@@ -209,11 +213,11 @@ class DriveNode:
             self._answer(self._now() if stamp is None else stamp)
         self._take_stamp("", loop.ros.time(message))
 
-    def _on_body(self, message: Any, frame: str) -> None:
-        stamp = self.loop.take_body(message, frame)
-        if self.loop.answers_bodies and self.loop.q is not None and not self.stepped:
+    def _on_body(self, message: Any, link: str) -> None:
+        stamp = self.loop.take_body(message, link)
+        if not self.loop.needs_joints and self.loop.q is not None and not self.stepped:
             self._answer(self._now() if stamp is None else stamp)
-        self._take_stamp(frame, self.loop.ros.time(message))
+        self._take_stamp(link, self.loop.ros.time(message))
 
     def _on_marks(self, message: Any, camera: str) -> None:
         self.loop.take_marks(message, camera)
@@ -227,8 +231,10 @@ class DriveNode:
         self.loop.permit(message.data, time.monotonic())
 
     def _on_instant(self, message: Any) -> None:
-        self._instant = read_instant(list(message.data))
-        self._answer_instant()
+        instant = read_instant(list(message.data))
+        if instant[0] != self._answered:
+            self._instant = instant
+            self._answer_instant()
 
     def _take_stamp(self, name: str, stamp: float | None) -> None:
         """Store the stamp of joints or of a body, for an announced instant."""
@@ -238,17 +244,22 @@ class DriveNode:
 
     def _answer_instant(self) -> None:
         """Answer the announced instant if all its measurements are there."""
-        if not self.stepped or self._instant is None:
+        if not self.stepped or self._instant is None or not self._has_listener():
             return
         t, images = self._instant
-        sources = self.loop.frames | ({""} if not self.loop.answers_bodies else set())
+        sources = [*self.loop.links, *([""] if self.loop.needs_joints else [])]
         if not all(abs(self._stamp.get(each, -1.0) - t) < SAME for each in sources):
             return
         for camera, taken in zip(self._controller.cameras, images, strict=True):
             if not math.isnan(taken) and abs(self.loop.stamps.get(camera, -1.0) - taken) > SAME:
                 return
-        self._instant = None
+        self._instant, self._answered = None, t
         self._answer(t)
+
+    def _has_listener(self) -> bool:
+        """Return whether the cell would receive the answer to its instant."""
+        self._heard_by = self._heard_by or self._commands.get_subscription_count()
+        return bool(self._heard_by)
 
     # ------------------------------------------------------------------ commands
 
@@ -279,6 +290,8 @@ class DriveNode:
 
     def _watch(self) -> None:
         """Brake the robot if no joints have been answered for `patience`."""
+        if self.active and self.stepped:
+            self._answer_instant()
         if not self.active or self.stepped or self._heard is None:
             return
         silence = time.monotonic() - self._heard

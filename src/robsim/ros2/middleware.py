@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+from array import array
 from functools import cache
 from importlib import import_module
 from typing import Any
+
+import numpy as np
 
 from robsim.base.errors import InputError
 
@@ -68,9 +71,19 @@ def load_message_type(kind: str) -> Any:
 
 
 def make_ros_message(kind: str, **fields: Any) -> Any:
-    """Return a message of rclpy with fields; arrays become lists, as rclpy requires."""
-    plain = {name: v.tolist() if hasattr(v, "tolist") else v for name, v in fields.items()}
+    """Return a message of rclpy with fields.
+
+    Arrays become lists, as rclpy requires, and bytes an array of Python, which it takes as it is.
+    """
+    plain = {name: _convert_array(value) for name, value in fields.items()}
     return load_message_type(kind)(**plain)
+
+
+def _convert_array(value: Any) -> Any:
+    """Return an array as a field of a message; other values are unchanged."""
+    if not isinstance(value, np.ndarray):
+        return value
+    return array("B", value.tobytes()) if value.dtype == np.uint8 else value.tolist()
 
 
 def make_sensor_qos(depth: int = 10) -> Any:

@@ -1,4 +1,4 @@
-"""A node of ROS 2 as a process: its start, its executor and its end by a signal."""
+"""A process with one node: its start, its signals and its end."""
 
 from __future__ import annotations
 
@@ -10,52 +10,64 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-from robsim.base.errors import InputError
 from robsim.ros2.middleware import limit_discovery, require_rclpy
 
-ENDS = tuple(
+SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+
+
 STOPPING = 15.0  # seconds until a node that does not stop is left
 
 
+class StopFlag:
+    """The first signal that asks the process to end, if there was one.
+
+    The second signal ends the process at once.
+    """
+
+    def __init__(self) -> None:
+        self.received = ""
+
+    def __call__(self, number: int, frame: object) -> None:
+        """Store a signal, as a signal handler."""
+        self.received = signal.Signals(number).name
+        signal.signal(number, signal.SIG_DFL)
+
+
 @contextmanager
-def join_ros(arguments: Sequence[str], network: bool) -> Iterator[str]:
-    """Initialise rclpy within a block; the value is a sentence about the network.
+def open_ros(arguments: Sequence[str], network: bool) -> Iterator[tuple[Any, StopFlag, str]]:
+    """Initialise ROS 2, and yield rclpy, the flag of signals, and a sentence on the network.
 
-    Signals keep their handlers: the caller stops the robot.
-
-    Raises
-    ------
-    InputError
-        If ROS 2 is not installed, or the arguments are not valid.
+    Signals are stored in the flag, so that the program decides how it ends.
     """
     rclpy = require_rclpy()
-    sentence = limit_discovery(network)
-    none = import_module("rclpy.signals").SignalHandlerOptions.NO
+    reach, stop = limit_discovery(network), StopFlag()
+    no_handlers = rclpy.signals.SignalHandlerOptions.NO
+    rclpy.init(args=["robsim", *arguments], signal_handler_options=no_handlers)
+    before = {number: signal.signal(number, stop) for number in SIGNALS}
     try:
-        rclpy.init(args=["robsim", *arguments], signal_handler_options=none)
-    except Exception as error:  # noqa: BLE001  rclpy has several classes of errors for arguments
-        raise InputError(f"arguments of ROS: {error!s:.200}") from None
-    try:
-        yield sentence
+        yield rclpy, stop, reach
     finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
         rclpy.try_shutdown()
 
 
-def spin_until_signal(node: Any, stop: Callable[[], None], ready: Callable[[], None]) -> int:
-    """Execute a node until SIGINT, SIGTERM or SIGHUP, stop it, and return the signal.
+def spin_until_signal(node: Any, flag: StopFlag, stop: Callable[[], None]) -> None:
+    """Execute a node until a signal asks for its end, and stop it.
 
-    `ready` is called once the node is executed, and `stop` by the thread that executes it. Messages
-    are taken by the executor of events, which has a shorter latency than the others of rclpy.
+    `stop` is called by the thread that executes the node. Messages are taken by the executor of
+    events, whose latency is shorter than the latency of the others of rclpy. The main thread sleeps
+    until a signal, so that it takes no time from the executor.
     """
+    executor = import_module("rclpy.experimental").EventsExecutor(context=node.context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, name="ros", daemon=True)
     with _receive_signals() as receiver:
-        executor = import_module("rclpy.experimental").EventsExecutor(context=node.context)
-        executor.add_node(node)
-        thread = threading.Thread(target=executor.spin, name="ros", daemon=True)
         thread.start()
-        ready()
-        number = receiver.recv(1)[0]
+        if not flag.received:
+            receiver.recv(1)
         stopped = threading.Event()
 
         def end() -> None:
@@ -68,25 +80,17 @@ def spin_until_signal(node: Any, stop: Callable[[], None], ready: Callable[[], N
         stopped.wait(STOPPING)
         executor.shutdown()
         thread.join(1.0)
-    return int(number)
 
 
 @contextmanager
 def _receive_signals() -> Iterator[socket.socket]:
-    """Yield a socket that receives a byte for each signal, from any thread of the process.
-
-    The number of the signal is the byte. Other threads of the process cannot interrupt a lock of
-    the main thread, so the signal is not waited for with a lock.
-    """
+    """Yield a socket that receives a byte for each signal, from any thread of the process."""
     receiver, sender = socket.socketpair()
     sender.setblocking(False)
-    before = {number: signal.signal(number, lambda *_: None) for number in ENDS}
-    wakeup = signal.set_wakeup_fd(sender.fileno())
+    before = signal.set_wakeup_fd(sender.fileno())
     try:
         yield receiver
     finally:
-        signal.set_wakeup_fd(wakeup)
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        signal.set_wakeup_fd(before)
         receiver.close()
         sender.close()

@@ -116,7 +116,9 @@ class RosConnection(DeclaredValue):
             Topic.
         """
         topic: str = getattr(self, field)
-        return topic.replace(CAMERA, camera).replace(ROBOT, robot)
+        for part, name in ((CAMERA, camera), (ROBOT, robot)):
+            topic = topic.replace(part, name.replace("-", "_"))
+        return topic
 
     def check(self, scene: Scene) -> None:
         """Raise InputError if a name is not one of a joint, target or frame of a scene."""

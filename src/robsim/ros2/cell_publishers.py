@@ -1,0 +1,254 @@
+"""The messages of a simulated cell: joints, marks, pictures, poses and markers."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.engine.simulated_cell import CellInstant, SimulatedCell
+from robsim.logs import message_types, topics
+from robsim.logs.command_messages import make_header, make_joint_state, make_number_array
+from robsim.logs.mark_arrays import make_mark_array
+from robsim.logs.name_map import map_mark_ids
+from robsim.logs.scene_messages import (
+    compute_frame_poses,
+    make_camera_info,
+    make_detections,
+    make_pose,
+    make_transforms,
+)
+from robsim.logs.tf_poses import BodyPoses
+from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
+from robsim.ros2.scene_markers import SceneMarkers
+from robsim.run.control.standalone_controller import Controller
+from robsim.run.log import NANO
+from robsim.run.ros_connection import RosConnection
+from robsim.servo.camera_target import PairKey
+from robsim.world.scene_picture import CameraPictures, NoiseKey
+
+INSTANT = "/robsim/instant"
+MARKERS = "/robsim/markers"
+IMAGE, INFO = "sensor_msgs/msg/Image", message_types.LENS
+CLOCK = "rosgraph_msgs/msg/Clock"
+MARKER_PERIOD = 0.1  # seconds between two markers of the scene
+DEPTH = 10  # messages that a slow subscriber may be behind
+
+
+class CellPublishers:
+    """The publishers of a node for a simulated cell.
+
+    Messages that cost much, such as pictures, are made for subscribers only.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Node that publishes.
+    cell : SimulatedCell
+        Cell, as it truly is.
+    controller : Controller
+        Controller of the experiment, which defines names and the order of cameras.
+    connection : RosConnection
+        Topics and names.
+    """
+
+    def __init__(
+        self, node: Any, cell: SimulatedCell, controller: Controller, connection: RosConnection
+    ) -> None:
+        self._node, self._cell, self._told = node, cell, connection
+        self._controller, self.cameras = controller, controller.cameras
+        names, scene = dict(connection.names), cell.scene
+        self._bodies = BodyPoses(scene, names, None, connection)
+        log_names = [names.get(each, each) for each in scene.coordinate_names]
+        self._rows = [i for i, name in enumerate(log_names) if name not in self._bodies.names]
+        self._joint_names = [log_names[i] for i in self._rows]
+        velocities = {name: i for i, name in enumerate(scene.velocity_names)}
+        alike = [velocities.get(scene.coordinate_names[i]) for i in self._rows]
+        self._columns = [] if None in alike else [i for i in alike if i is not None]
+        self._ids = self._map_ids()
+        self._frames = dict(connection.frames)
+        self._root = self._frames.get("world", "world")
+        self._past: deque[CellInstant] = deque([cell.now], maxlen=2)
+        self._next_markers = 0
+        self._publishers: dict[str, Any] = {}
+        self._announce()
+
+    def _map_ids(self) -> dict[PairKey, list[str]]:
+        """Return the ids of the marks of each camera and target."""
+        found: dict[PairKey, list[str]] = {}
+        for camera in self.cameras:
+            ids, _ = map_mark_ids(self._controller, camera, dict(self._told.ids))
+            for name, (key, _) in ids.items():
+                found.setdefault(key, []).append(name)
+        return found
+
+    def _announce(self) -> None:
+        """Create the publishers, so that subscribers find them."""
+        self._publisher(CLOCK, "/clock")
+        for camera in self.cameras:
+            self._publisher(self._mark_type, self._told.name_topic("marks", camera=camera))
+            self._publisher(INFO, topics.camera_topic(camera, "camera_info"))
+            if self._cell.scene.camera(camera).camera.size is not None:
+                self._publisher(IMAGE, self._told.name_topic("images", camera=camera))
+        for link in self._bodies.bases:
+            self._publisher(message_types.ODOMETRY, self._odometry_topic(link))
+        for frame in self._frame_names:
+            self._publisher(message_types.POSE, topics.pose_topic(frame))
+        if self._joint_names:
+            self._publisher(message_types.JOINTS, self._told.joints)
+        self._publisher(message_types.NUMBERS, INSTANT)
+        self._publisher("visualization_msgs/msg/MarkerArray", MARKERS)
+        if self._has_tf:
+            self._publisher(message_types.FRAMES, topics.FRAMES)
+
+    @property
+    def _mark_type(self) -> str:
+        """The type of the marks: detections where they are installed, else arrays."""
+        installed = find_message_type(message_types.DETECTIONS) is not None
+        return message_types.DETECTIONS if installed else message_types.NUMBERS
+
+    @property
+    def _has_tf(self) -> bool:
+        """Whether the messages of tf2 are installed."""
+        return find_message_type(message_types.FRAMES) is not None
+
+    @cached_property
+    def _frame_names(self) -> list[str]:
+        """The names of all frames of the scene."""
+        return list(compute_frame_poses(self._cell.scene, self._cell.now.q[None]))
+
+    def _publisher(self, kind: str, topic: str, latched: bool = False) -> Any:
+        """Return the publisher of a topic."""
+        if topic not in self._publishers:
+            found = find_message_type(kind)
+            qos = make_latched_qos() if latched else DEPTH
+            self._publishers[topic] = self._node.create_publisher(found, topic, qos)
+        return self._publishers[topic]
+
+    def _is_heard(self, topic: str) -> bool:
+        """Return whether a topic has subscribers."""
+        return bool(self._publishers[topic].get_subscription_count())
+
+    def publish(self, start: int) -> None:
+        """Publish the messages of the present instant, of a cell that began at `start` ns."""
+        now = self._cell.now
+        if now.step == 0:
+            self._past.clear()
+        self._past.append(now)
+        time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
+        stamp = make_header(make_ros_message, time).stamp
+        self._publishers["/clock"].publish(make_ros_message(CLOCK, clock=stamp))
+        if now.arrived:
+            for camera in self.cameras:
+                self._publish_image(camera, max(taken, 1))
+        self._publish_poses(time)
+        if self._joint_names:
+            rates, none = now.rates[self._columns], np.empty(0)
+            parts = now.measured[self._rows], rates if self._columns else none
+            state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
+            self._publishers[self._told.joints].publish(state)
+        self._publishers[INSTANT].publish(self._make_instant(time, max(taken, 1)))
+
+    def _make_instant(self, time: int, taken: int) -> Any:
+        """Return the message of an instant: its time, and the time of the newest images."""
+        parts = [*divmod(time, NANO), *divmod(taken, NANO) * len(self.cameras)]
+        return make_number_array(make_ros_message, np.array(parts, dtype=np.float64))
+
+    def _publish_image(self, camera: str, taken: int) -> None:
+        """Publish the marks, the lens and, to subscribers, the picture of a new image."""
+        now, told = self._cell.now, self._told
+        header = make_header(make_ros_message, taken, self._frames.get(camera, camera))
+        lens = topics.camera_topic(camera, "camera_info")
+        if self._is_heard(lens):
+            eye = self._cell.scene.camera(camera).camera
+            self._publishers[lens].publish(make_camera_info(make_ros_message, eye, header))
+        images = told.name_topic("images", camera=camera)
+        if images in self._publishers and self._is_heard(images):
+            self._publishers[images].publish(_make_image(self._draw(camera), header))
+        ids, pixels = self._list_visible_marks(now, camera)
+        if self._mark_type == message_types.DETECTIONS:
+            marks = make_detections(make_ros_message, header, ids, pixels)
+        else:
+            marks = make_mark_array(make_ros_message, taken, ids, pixels)
+        self._publishers[told.name_topic("marks", camera=camera)].publish(marks)
+
+    def _list_visible_marks(self, now: CellInstant, camera: str) -> tuple[list[str], Array]:
+        """Return the ids and pixels (n, 2) of the marks that a camera sees."""
+        keys = [key for key in now.pixels if key[0] == camera]
+        ids = [name for key in keys for name in self._ids[key]]
+        pixels = np.concatenate([now.pixels[key] for key in keys])
+        seen = np.flatnonzero(np.isfinite(pixels).all(axis=1))
+        return [ids[i] for i in seen], pixels[seen]
+
+    def _draw(self, camera: str) -> NDArray[np.uint8]:
+        """Return the newest picture (h, w) of a camera: of the task, or drawn at its time."""
+        now = self._cell.now
+        if camera in now.pictures:
+            return np.asarray(np.rint(now.pictures[camera]), dtype=np.uint8)
+        before = self._past[0]
+        lateness = min(max(now.time - now.image_time, 0.0), self._cell.dt)
+        share = np.array([1.0 - lateness / self._cell.dt])
+        q = self._cell.scene.tree.between(before.q[:, None], now.q[:, None], share)
+        rates = (now.q - before.q)[:, None] / self._cell.dt
+        key = NoiseKey(0, np.zeros(1, dtype=np.uint64), now.step)
+        picture: NDArray[np.uint8] = self._pictures(camera).take(q.copy(), rates, key)[0]
+        return picture
+
+    @cache  # noqa: B019  as many as cameras, and one object in a process
+    def _pictures(self, camera: str) -> CameraPictures:
+        """Return the renderer of a camera."""
+        return CameraPictures(self._cell.scene, self._cell.scene.camera(camera))
+
+    def _publish_poses(self, time: int) -> None:
+        """Publish the poses of bodies that drive or fly, and to subscribers those of all frames."""
+        heard = [f for f in self._frame_names if self._is_heard(topics.pose_topic(f))]
+        shown = self._is_heard(MARKERS) and time >= self._next_markers
+        if not (heard or shown or self._has_tf or self._bodies.links):
+            return
+        every = compute_frame_poses(self._cell.scene, self._cell.now.measured[None])
+        poses = {name: T[0] for name, T in every.items()}
+        header = make_header(make_ros_message, time, self._root)
+        for frame in heard:
+            pose = make_pose(make_ros_message, poses[frame])
+            message = make_ros_message(message_types.POSE, header=header, pose=pose)
+            self._publishers[topics.pose_topic(frame)].publish(message)
+        for link in self._bodies.bases:
+            self._publishers[self._odometry_topic(link)].publish(
+                self._make_odometry(link, poses[link], header)
+            )
+        if self._has_tf:
+            named = {self._frames.get(name, name): T for name, T in poses.items()}
+            message = make_transforms(make_ros_message, named, time, self._root)
+            self._publishers[topics.FRAMES].publish(message)
+        if shown:
+            self._next_markers = time + round(MARKER_PERIOD * NANO)
+            self._publishers[MARKERS].publish(self._markers.place(poses, time, self._root))
+
+    @cached_property
+    def _markers(self) -> SceneMarkers:
+        """The markers of the scene."""
+        return SceneMarkers(self._cell.scene)
+
+    def _odometry_topic(self, link: str) -> str:
+        """Return the topic of the odometry of a base."""
+        return self._told.name_topic("odometry", robot=link.split(".", maxsplit=1)[0])
+
+    def _make_odometry(self, link: str, pose: Array, header: Any) -> Any:
+        """Return the Odometry of a base at a pose (7,), with its velocity in its own axes."""
+        make = make_ros_message
+        covariance = make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose))
+        name = self._frames.get(link, link)
+        return make(message_types.ODOMETRY, header=header, child_frame_id=name, pose=covariance)
+
+
+def _make_image(picture: NDArray[np.uint8], header: Any) -> Any:
+    """Return the Image of grey values (h, w)."""
+    height, width = picture.shape
+    size: Mapping[str, int] = {"height": height, "width": width, "step": width}
+    data = np.ascontiguousarray(picture).ravel()
+    return make_ros_message(IMAGE, header=header, encoding="mono8", data=data, **size)
