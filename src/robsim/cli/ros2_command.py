@@ -12,6 +12,18 @@ from robsim.cli.scenarios import load_with_changes
 ROS_ARGUMENTS = {"ignore_unknown_options": True, "allow_interspersed_args": True}
 
 
+def check_ros_arguments(arguments: tuple[str, ...]) -> None:
+    """Raise a usage error unless the arguments that are left begin with --ros-args.
+
+    >>> check_ros_arguments(("--steped",))
+    Traceback (most recent call last):
+    ...
+    click.exceptions.UsageError: no option --steped; arguments of ROS follow --ros-args
+    """
+    if arguments and arguments[0] != "--ros-args":
+        raise click.UsageError(f"no option {arguments[0]}; arguments of ROS follow --ros-args")
+
+
 @click.group("ros2")
 def serve_ros2() -> None:
     """Play a scenario as a robot cell on ROS 2, or drive a robot by its controller."""
@@ -39,6 +51,7 @@ def play_cell(
     """
     from robsim.ros2.play import play_experiment
 
+    check_ros_arguments(ros_arguments)
     experiment = load_with_changes(file, changes)
     how = {"stepped": stepped, "network": network}
     play_experiment(experiment, record=record, arguments=ros_arguments, **how)
