@@ -25,13 +25,13 @@ def eye_in_hand():
 def eye_to_hand():
     """A camera on the floor."""
     experiment = rs.load_scenario(rs.examples.path("eye_to_hand"))
-    return experiment.with_(**LATE).at("task.gain", 2.0)
+    return experiment.with_(**LATE).at("task.gain", 3.0)
 
 
 def mobile_base():
     """A base that cannot move sideways."""
     experiment = rs.load_scenario(rs.examples.path("unicycle_docking"))
-    return experiment.with_(**LATE).at("task.tolerance", 0.01)
+    return experiment.with_(**LATE).at("task.tolerance", 0.01).at("task.gain", 2.0)
 
 
 def rendered_tag():
