@@ -92,6 +92,32 @@ class Coordinates:
         return found[max(found)] if found else np.full(len(self.names), np.nan)
 
 
+class JointMotion:
+    """The velocities of joints by the differences of their states."""
+
+    def __init__(self, listener):
+        from sensor_msgs.msg import JointState
+
+        self.states = listener.hear(JointState, JOINTS, 100)
+
+    def count(self):
+        """Return the number of states."""
+        return len(self.states)
+
+    def velocities(self, since):
+        """Return the velocities (k, nq) after `since` states."""
+        states = [state for _, state in self.states[since:]]
+        at = np.array([state.position for state in states])
+        t = np.array([to_seconds(state.header.stamp) for state in states])
+        return np.diff(at, axis=0) / np.diff(t)[:, None]
+
+    def speed(self):
+        """Return the latest speed of the fastest joint, or NaN before two states."""
+        if len(self.states) < 2:
+            return np.nan
+        return np.abs(self.velocities(-2)).max()
+
+
 def make_messages(cell, start):
     """Return the marks of each camera and the joints of a cell as messages; `start` is in ns."""
     from builtin_interfaces.msg import Time
