@@ -42,3 +42,28 @@ def play_cell(
     experiment = load_with_changes(file, changes)
     how = {"stepped": stepped, "network": network}
     play_experiment(experiment, record=record, arguments=ros_arguments, **how)
+
+
+@serve_ros2.command("drive", context_settings=ROS_ARGUMENTS)
+@click.argument("file", type=click.Path(path_type=Path))
+@set_option
+@click.option("--stepped", is_flag=True, help="Answer each instant of a stepped, played cell.")
+@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+def drive_robot(
+    file: Path,
+    changes: tuple[str, ...],
+    stepped: bool,
+    network: bool,
+    ros_arguments: tuple[str, ...],
+) -> None:
+    """Drive a robot by the controller of the scenario in FILE.
+
+    The controller reads joints and marks, or pictures, and publishes velocities. The topics are in
+    the table [ros2] of the scenario, and are parameters of the node. A signal ends the node; the
+    robot brakes first.
+    """
+    from robsim.ros2.drive import drive_experiment
+
+    experiment = load_with_changes(file, changes)
+    drive_experiment(experiment, stepped=stepped, network=network, arguments=ros_arguments)

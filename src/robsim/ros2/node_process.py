@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Sequence
+import socket
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from robsim.ros2.middleware import limit_discovery, require_rclpy
@@ -12,6 +15,9 @@ from robsim.ros2.middleware import limit_discovery, require_rclpy
 SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+
+
+STOPPING = 15.0  # seconds until a node that does not stop is left
 
 
 class StopFlag:
@@ -46,3 +52,45 @@ def open_ros(arguments: Sequence[str], network: bool) -> Iterator[tuple[Any, Sto
         for number, handler in before.items():
             signal.signal(number, handler)
         rclpy.try_shutdown()
+
+
+def spin_until_signal(node: Any, flag: StopFlag, stop: Callable[[], None]) -> None:
+    """Execute a node until a signal asks for its end, and stop it.
+
+    `stop` is called by the thread that executes the node. Messages are taken by the executor of
+    events, whose latency is shorter than the latency of the others of rclpy. The main thread sleeps
+    until a signal, so that it takes no time from the executor.
+    """
+    executor = import_module("rclpy.experimental").EventsExecutor(context=node.context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, name="ros", daemon=True)
+    with _receive_signals() as receiver:
+        thread.start()
+        if not flag.received:
+            receiver.recv(1)
+        stopped = threading.Event()
+
+        def end() -> None:
+            try:
+                stop()
+            finally:
+                stopped.set()
+
+        executor.create_task(end)
+        stopped.wait(STOPPING)
+        executor.shutdown()
+        thread.join(1.0)
+
+
+@contextmanager
+def _receive_signals() -> Iterator[socket.socket]:
+    """Yield a socket that receives a byte for each signal, from any thread of the process."""
+    receiver, sender = socket.socketpair()
+    sender.setblocking(False)
+    before = signal.set_wakeup_fd(sender.fileno())
+    try:
+        yield receiver
+    finally:
+        signal.set_wakeup_fd(before)
+        receiver.close()
+        sender.close()

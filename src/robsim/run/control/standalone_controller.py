@@ -34,6 +34,7 @@ from robsim.servo.camera_target import CameraTarget
 from robsim.servo.command import Decision
 from robsim.servo.constraints.start_check import check_constraints
 from robsim.servo.single_step import SingleStepController
+from robsim.servo.task_controller import TaskController
 
 BEYOND = 0.1  # tolerance of measured joints outside their limits, as a share of their range
 LATENESS = 1e-3  # periods: tolerance of the longest time of a command, as clocks are not exact
@@ -144,6 +145,11 @@ class Controller:
     def sights(self) -> tuple[CameraTarget, ...]:
         """The pairs of camera and target, in the order of the marks of a run."""
         return self._standalone.controller.sights
+
+    @property
+    def bound_task(self) -> TaskController:
+        """The task bound to the scene, with its detectors and believed cameras."""
+        return self._standalone.controller
 
     def reset(self) -> None:
         """Forget all measurements and any stop, as before the first call.
@@ -274,6 +280,18 @@ class Controller:
         for i, pair in enumerate(self._images.collect_new_pixels().tolist()):
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
+
+    def last_decision(self) -> Decision:
+        """Return the decision of the last call of `step`, with the run as the last axis.
+
+        Raises
+        ------
+        InputError
+            If no command has been computed yet.
+        """
+        if self._last is None or not self._images.are_known:
+            raise InputError("no command yet: call step with an image first")
+        return self._standalone.decision(self._blocks)
 
     def decide(self, pixels: Pixels | Marks | None, q: Coordinates, t: float) -> Decision:
         """Return the decision of `step` for a released robot, with features and errors, run last.

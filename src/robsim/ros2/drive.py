@@ -1,0 +1,56 @@
+"""Driving of a robot by the controller of an experiment on ROS 2, until a signal ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robsim.ros2.node_process import open_ros, spin_until_signal
+from robsim.run.experiment import Experiment
+
+
+def drive_experiment(
+    experiment: Experiment,
+    *,
+    stepped: bool = False,
+    network: bool = False,
+    arguments: Sequence[str] = (),
+) -> None:
+    """Drive a robot by the controller of an experiment, until a signal ends the process.
+
+    The robot brakes within the limits of the experiment before the process ends.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with a single run.
+    stepped : bool, default False
+        Whether commands answer the instants of a stepped, played cell. Default: joint states.
+    network : bool, default False
+        Whether nodes on other machines are reached.
+    arguments : sequence of str, optional
+        Arguments of ROS, such as ["--ros-args", "-p", "patience:=0.2"].
+
+    Raises
+    ------
+    InputError
+        If ROS 2 is not installed, or the experiment has several runs.
+
+    Examples
+    --------
+    >>> from robsim import examples, load_scenario
+    >>> mission = load_scenario(examples.path("inspection_a"))
+    >>> drive_experiment(mission)
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.InputError: ...
+    """
+    from robsim.ros2.drive_node import DriveNode
+
+    with open_ros(arguments, network) as (_, flag, reach):
+        drive = DriveNode(experiment, stepped)
+        drive.log.info(reach)
+        drive.start()
+        drive.log.info(f"drives by {experiment.source or 'the experiment'}")
+        spin_until_signal(drive.node, flag, drive.stop)
+        drive.log.info(f"ends by {flag.received}")
+        drive.node.destroy_node()

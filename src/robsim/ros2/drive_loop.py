@@ -1,0 +1,188 @@
+"""The controller of an experiment between ROS 2 messages, without a node."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.logs.command_messages import MakeMessage
+from robsim.logs.ros_messages import RosMessages
+from robsim.logs.tf_poses import BodyPoses
+from robsim.ros2.picture_marks import PictureMarks, read_picture
+from robsim.ros2.stamp_clock import StampClock
+from robsim.run.control.drive_command import DriveCommand
+from robsim.run.control.mark_input import Marks
+from robsim.run.control.standalone_controller import Controller
+from robsim.run.log import NANO
+from robsim.run.ros_connection import RosConnection
+
+PERMITTED = 0.2  # seconds for which a permission to move is valid
+CLOCKS = 1.0  # seconds: larger differences of stamps are of two clocks
+
+
+class DriveLoop:
+    """One command for each joint state, from the latest images.
+
+    Times of the computer, `now`, are seconds of a monotonic clock.
+
+    Parameters
+    ----------
+    controller : Controller
+        Controller of the experiment.
+    connection : RosConnection
+        Topics and names of the messages.
+    make : callable
+        Function that returns a message, as in `RosMessages`.
+    stepped : bool, default False
+        Whether time passes by stamps only.
+
+    Attributes
+    ----------
+    q : ndarray of shape (nq,) or None
+        Latest coordinates; None until all are known.
+    command : DriveCommand or None
+        Latest command.
+    links, bases : list of str
+        Links of bodies that drive or fly, and those of them that drive on a plane.
+    needs_joints : bool
+        Whether any coordinates are in joint states.
+    stamps : dict of str to float
+        Capture time of the latest image of each camera, by its stamp.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        connection: RosConnection,
+        make: MakeMessage,
+        stepped: bool = False,
+    ) -> None:
+        self.controller, self.connection, self.stepped = controller, connection, stepped
+        names = dict(connection.names)
+        self.ros = RosMessages(
+            controller,
+            names=names,
+            marks={key: list(ids) for key, ids in connection.ids},
+            order=list(connection.order) or None,
+            make=make,
+        )
+        coordinates = controller.scene.coordinate_names
+        self.joint_names = {names.get(name, name) for name in coordinates}
+        bodies = BodyPoses(controller.scene, names, None, connection)
+        self.links, self.bases = bodies.links, bodies.bases
+        self.needs_joints = len(bodies.names) < len(coordinates)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all measurements."""
+        self.controller.reset()
+        self.clock, self.pictures = StampClock(), PictureMarks(self.controller)
+        self.q: Array | None = None
+        self.command: DriveCommand | None = None
+        self.stamps: dict[str, float] = {}
+        self._permitted = -math.inf
+        self._marks: dict[str, Marks] = {}
+        self._greys: dict[str, NDArray[np.uint8]] = {}
+
+    def take_marks(self, message: Any, camera: str) -> None:
+        """Store the marks of a camera until the next command."""
+        marks = self.ros.marks(message, camera, t=self.clock.stamp)
+        self._marks[camera], self.stamps[camera] = marks, marks.t
+
+    def take_picture(self, message: Any, camera: str) -> None:
+        """Store the marks in a picture, and the picture for features of pictures."""
+        grey, t = read_picture(message), self.ros.time(message) or self.clock.stamp
+        if camera in self.pictures.cameras:
+            q = self.controller.scene.home if self.q is None else self.q
+            found = self.pictures.find(camera, grey, q)
+            self._marks[camera] = Marks({key[1]: p for key, p in found.items()}, t)
+        if camera in self.controller.pictured_cameras:
+            self._greys[camera] = grey
+        self.stamps[camera] = t
+
+    def take_body(self, message: Any, link: str) -> float | None:
+        """Store the pose of a body, and return the time in its stamp; None if q is incomplete."""
+        q = self.ros.pose(message, link)
+        self.q = self.q if q is None else q
+        return None if q is None else self.ros.time(message)
+
+    def take_joints(self, message: Any) -> float | None:
+        """Store joints, and return the time in their stamp; None if q is incomplete."""
+        q = self.ros.joints(message)
+        if q is None:
+            return None
+        self.q = q
+        return self.ros.time(message)
+
+    def continue_from(self, other: DriveLoop) -> None:
+        """Take over the coordinates and the permission of another loop."""
+        self.q, self._permitted = other.q, other._permitted
+        self.stamps = dict(other.stamps)
+
+    def permit(self, allowed: bool, now: float) -> None:
+        """Store a permission to move, or a ban."""
+        self._permitted = now if allowed else -math.inf
+
+    def answer(self, stamp: float, now: float) -> DriveCommand | None:
+        """Return the command at a stamp, or None for joints that repeat or are late."""
+        t = self.clock.advance(stamp, None if self.stepped else now)
+        if t is None or self.q is None:
+            return None
+        run = True if now - self._permitted < PERMITTED else None
+        marks, self._marks = self._marks, {}
+        greys, self._greys = self._greys, {}
+        offset = self.clock.offset
+        shifted = {camera: Marks(m.pixels, m.t + offset) for camera, m in marks.items()}
+        self.command = self.controller.step(shifted or None, self.q, t, run=run, images=greys)
+        return self.command
+
+    def brake(self) -> DriveCommand | None:
+        """Return the command of one period of braking; None before the first command."""
+        if self.q is None or self.command is None:
+            return None
+        t = self.clock.tick(self.controller.dt)
+        self.command = self.controller.step(None, self.q, t, run=False)
+        return self.command
+
+    @property
+    def numbers(self) -> Array:
+        """The latest commanded velocities or torques (n,), zero before the first."""
+        if self.command is None:
+            return np.zeros(len(self.controller.velocity_names))
+        torques = self.controller.command_quantity == "torque"
+        return self.command.torques if torques else self.command.velocities
+
+    def make_command(self) -> Any:
+        """Return the message of the latest command."""
+        return self.ros.command(self.numbers, self.connection.command_type)
+
+    def make_still(self) -> Any:
+        """Return the message of zero velocities."""
+        zero = np.zeros(len(self.controller.velocity_names))
+        return self.ros.command(zero, self.connection.command_type)
+
+    def find_other_clock(self) -> tuple[str, float] | None:
+        """Return a camera whose stamps are of another clock, and its lead in seconds, or None."""
+        for camera, t in self.stamps.items():
+            lead = t - self.clock.stamp
+            if math.isfinite(lead) and (lead > CLOCKS or self._is_new_and_old(camera, lead)):
+                return camera, lead
+        return None
+
+    def _is_new_and_old(self, camera: str, lead: float) -> bool:
+        """Return whether an image that just arrived is far behind the joints."""
+        return camera in self._marks and lead < -CLOCKS
+
+
+def read_instant(data: list[float]) -> tuple[float, list[float]]:
+    """Return the time of an instant, and the capture time of each camera, NaN before the first.
+
+    >>> read_instant([1.0, 5e8, 1.0, 0.0])
+    (1.5, [1.0])
+    """
+    times = [seconds + nanos / NANO for seconds, nanos in zip(data[::2], data[1::2], strict=True)]
+    return times[0], times[1:]

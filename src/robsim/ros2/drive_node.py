@@ -1,0 +1,394 @@
+"""The lifecycle node that drives a robot by the controller of an experiment."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from robsim.base.errors import InputError, RobSimError
+from robsim.logs.message_types import DETECTIONS, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
+from robsim.logs.topics import pose_topic
+from robsim.ros2.command_state import describe_command, make_diagnostics
+from robsim.ros2.drive_loop import DriveLoop, read_instant
+from robsim.ros2.goal_teaching import teach_goal
+from robsim.ros2.middleware import (
+    find_message_type,
+    load_message_type,
+    make_latched_qos,
+    make_listening_qos,
+    make_ros_message,
+)
+from robsim.ros2.node_parameters import read_parameters
+from robsim.run.control.standalone_controller import Controller
+from robsim.run.experiment import Experiment
+from robsim.run.ros_connection import RosConnection
+
+NAME = "robsim_drive"
+IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
+DIAGNOSTICS, EVERY = "diagnostic_msgs/msg/DiagnosticArray", 1.0  # seconds between diagnostics
+LONGEST_BRAKING = 10.0  # seconds
+SAME = 1e-6  # seconds: stamps of one instant
+
+
+class DriveNode:
+    """The controller of an experiment as a lifecycle node of ROS 2.
+
+    Each joint state is answered by a command while the node is active. In steps, a command answers
+    each instant that a played cell announces, once all its measurements are there.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with a single run.
+    stepped : bool, default False
+        Whether commands answer announced instants instead of joint states.
+
+    Attributes
+    ----------
+    node : object
+        Lifecycle node of rclpy.
+    active : bool
+        Whether the node commands the robot.
+    """
+
+    def __init__(self, experiment: Experiment, stepped: bool = False) -> None:
+        self.stepped, self.active = stepped, False
+        self._controller = Controller(experiment)
+        self._entities: list[Callable[[], Any]] = []
+        self._said: dict[str, str] = {}
+        self._heard: float | None = None  # monotonic time of the last joints that were answered
+        self._instant: tuple[float, list[float]] | None = None
+        self._answered, self._heard_by = 0.0, 0
+        self._stamp: dict[str, float] = {}
+        self.node = _make_lifecycle_node(
+            NAME,
+            on_configure=self._configure,
+            on_activate=self._activate,
+            on_deactivate=self._deactivate,
+            on_cleanup=self._disconnect,
+            on_shutdown=self._shut_down,
+        )
+        self.log = self.node.get_logger()
+        self.connection = read_parameters(self.node, experiment.ros2 or RosConnection())
+
+    def start(self) -> None:
+        """Configure and activate the node; raise InputError if a transition fails."""
+        for trigger in (self.node.trigger_configure, self.node.trigger_activate):
+            if "SUCCESS" not in str(trigger()):
+                raise InputError(f"the node {NAME} could not be started")
+
+    def stop(self) -> None:
+        """Brake the robot to rest, and command no more."""
+        if self.active:
+            self._brake_to_rest()
+            self.active = False
+
+    # ------------------------------------------------------------------ transitions
+
+    def _configure(self) -> None:
+        """Create the loop, the publishers, the subscriptions and the services."""
+        self.loop = DriveLoop(
+            self._controller, self.connection, make_ros_message, stepped=self.stepped
+        )
+        node, connection = self.node, self.connection
+        kind = load_message_type(connection.command_type)
+        self._commands = node.create_publisher(kind, connection.commands, 10)
+        self._keep(node.destroy_publisher, self._commands)
+        self._publish_experiment()
+        self._subscribe()
+        self._serve("/robsim/teach", self._on_teach)
+        self._serve("/robsim/reset_drive", self._on_reset)
+        self._diagnostics = None
+        if find_message_type(DIAGNOSTICS) is not None:
+            kind = find_message_type(DIAGNOSTICS)
+            self._diagnostics = node.create_publisher(kind, "/diagnostics", 10)
+            self._keep(node.destroy_publisher, self._diagnostics)
+            self._keep(node.destroy_timer, node.create_timer(EVERY, self._diagnose))
+        self._keep(node.destroy_timer, node.create_timer(self._controller.dt, self._watch))
+
+    def _activate(self) -> None:
+        self.loop.reset()
+        self._heard, self._stamp, self._instant, self.active = None, {}, None, True
+        self.log.info(f"active: commands are published on {self.connection.commands}")
+
+    def _deactivate(self) -> None:
+        self.stop()
+
+    def _shut_down(self) -> None:
+        self.stop()
+
+    def _disconnect(self) -> None:
+        while self._entities:
+            self._entities.pop()()
+
+    # ------------------------------------------------------------------ connection
+
+    def _keep(self, destroy: Callable[[Any], Any], entity: Any) -> None:
+        """Store how an entity of the node is destroyed."""
+        self._entities.append(lambda: destroy(entity))
+
+    def _listen(self, kind: str, topic: str, call: Callable[[Any], None]) -> None:
+        """Subscribe to a topic; messages are used while the node is active."""
+
+        def take(message: Any) -> None:
+            if self.active:
+                self._guard(topic, call, message)
+
+        found = load_message_type(kind)
+        depth = make_listening_qos(100 if self.stepped else 10)
+        if self.stepped:
+            depth.reliability = import_module("rclpy.qos").ReliabilityPolicy.RELIABLE
+        self._keep(
+            self.node.destroy_subscription, self.node.create_subscription(found, topic, take, depth)
+        )
+
+    def _subscribe(self) -> None:
+        """Subscribe to joints, images, bodies and permissions."""
+        connection, controller = self.connection, self._controller
+        self._listen(JOINTS, connection.name_topic("joints"), self._on_joints)
+        pictured = {*self.loop.pictures.cameras, *controller.pictured_cameras}
+        for camera in controller.cameras:
+            if camera in pictured:
+                topic = connection.name_topic("images", camera=camera)
+                self._listen(IMAGE, topic, _bind(self._on_picture, camera))
+            else:
+                topic = connection.name_topic("marks", camera=camera)
+                kind = NUMBERS if find_message_type(DETECTIONS) is None else DETECTIONS
+                self._listen(kind, topic, _bind(self._on_marks, camera))
+        for link in self.loop.links:
+            drives = link in self.loop.bases
+            odometry = connection.name_topic("odometry", robot=link.partition(".")[0])
+            kind, topic = (ODOMETRY, odometry) if drives else (POSE, pose_topic(link))
+            self._listen(kind, topic, _bind(self._on_body, link))
+        self._listen("std_msgs/msg/Bool", connection.name_topic("run"), self._on_run)
+        if self.stepped:
+            self._listen(NUMBERS, INSTANT, self._on_instant)
+
+    def _serve(self, name: str, call: Callable[[], str]) -> None:
+        """Offer a service of std_srvs/Trigger; `call` returns the message of a success."""
+
+        def answer(_: Any, response: Any) -> Any:
+            try:
+                response.message, response.success = call(), True
+                self.log.info(response.message)
+            except RobSimError as error:
+                response.message, response.success = str(error), False
+                self.log.error(f"{name}: {error}")
+            return response
+
+        kind = load_message_type("std_srvs/srv/Trigger")
+        self._keep(self.node.destroy_service, self.node.create_service(kind, name, answer))
+
+    def _publish_experiment(self) -> None:
+        """Publish the experiment as TOML, for a recorded bag."""
+        kind = load_message_type(TEXT)
+        publisher = self.node.create_publisher(kind, "/robsim/experiment", make_latched_qos(1))
+        self._keep(self.node.destroy_publisher, publisher)
+        try:
+            publisher.publish(make_ros_message(TEXT, data=self._controller.experiment.to_toml()))
+        except RobSimError as error:
+            self.log.warning(f"the experiment is not published: {error}")
+
+    # ------------------------------------------------------------------ messages
+
+    def _guard(self, topic: str, call: Callable[[Any], None], message: Any) -> None:
+        """Take a message; the first of several unusable messages of a topic is reported."""
+        try:
+            call(message)
+            self._report(topic, "")
+        except RobSimError as error:
+            self._report(topic, f"{topic}: {error}")
+        except (ValueError, IndexError, AttributeError, TypeError) as error:
+            self._report(topic, f"{topic}: the message has another form: {error}")
+
+    def _on_joints(self, message: Any) -> None:
+        loop = self.loop
+        if len(message.name) and loop.joint_names.isdisjoint(message.name):
+            raise InputError("none of the joints is in the scene")
+        stamp = loop.take_joints(message)
+        if loop.q is not None and not self.stepped:
+            self._answer(self._now() if stamp is None else stamp)
+        self._take_stamp("", loop.ros.time(message))
+
+    def _on_body(self, message: Any, link: str) -> None:
+        stamp = self.loop.take_body(message, link)
+        if not self.loop.needs_joints and self.loop.q is not None and not self.stepped:
+            self._answer(self._now() if stamp is None else stamp)
+        self._take_stamp(link, self.loop.ros.time(message))
+
+    def _on_marks(self, message: Any, camera: str) -> None:
+        self.loop.take_marks(message, camera)
+        self._answer_instant()
+
+    def _on_picture(self, message: Any, camera: str) -> None:
+        self.loop.take_picture(message, camera)
+        self._answer_instant()
+
+    def _on_run(self, message: Any) -> None:
+        self.loop.permit(message.data, time.monotonic())
+
+    def _on_instant(self, message: Any) -> None:
+        instant = read_instant(list(message.data))
+        if instant[0] != self._answered:
+            self._instant = instant
+            self._answer_instant()
+
+    def _take_stamp(self, name: str, stamp: float | None) -> None:
+        """Store the stamp of joints or of a body, for an announced instant."""
+        if self.stepped and stamp is not None:
+            self._stamp[name] = stamp
+            self._answer_instant()
+
+    def _answer_instant(self) -> None:
+        """Answer the announced instant if all its measurements are there."""
+        if not self.stepped or self._instant is None or not self._has_listener():
+            return
+        t, images = self._instant
+        sources = [*self.loop.links, *([""] if self.loop.needs_joints else [])]
+        if not all(abs(self._stamp.get(each, -1.0) - t) < SAME for each in sources):
+            return
+        for camera, taken in zip(self._controller.cameras, images, strict=True):
+            if not math.isnan(taken) and abs(self.loop.stamps.get(camera, -1.0) - taken) > SAME:
+                return
+        self._instant, self._answered = None, t
+        self._answer(t)
+
+    def _has_listener(self) -> bool:
+        """Return whether the cell would receive the answer to its instant."""
+        self._heard_by = self._heard_by or self._commands.get_subscription_count()
+        return bool(self._heard_by)
+
+    # ------------------------------------------------------------------ commands
+
+    def _answer(self, stamp: float) -> None:
+        """Publish the command for the latest measurements, if they are new."""
+        now = time.monotonic()
+        command = self.loop.answer(stamp, now)
+        if command is None:
+            return
+        self._commands.publish(self.loop.make_command())
+        self._heard = now
+        if self.loop.clock.leap:
+            self.log.warning(f"the clock of the joints leapt by {self.loop.clock.leap:.3g} s")
+        self._report("silence", "", "joints are back")
+        self._report("state", describe_command(command), good=True)
+        self._compare_clocks()
+
+    def _compare_clocks(self) -> None:
+        """Report a camera whose clock differs from the clock of the joints."""
+        found = self.loop.find_other_clock()
+        if found is not None:
+            camera, lead = found
+            self._report(
+                f"clock of {camera}",
+                f"two clocks: the images of {camera} are stamped {abs(lead):.3g} s "
+                f"{'after' if lead > 0 else 'before'} the joints",
+            )
+
+    def _watch(self) -> None:
+        """Brake the robot if no joints have been answered for `patience`."""
+        if self.active and self.stepped:
+            self._answer_instant()
+        if not self.active or self.stepped or self._heard is None:
+            return
+        silence = time.monotonic() - self._heard
+        if silence > self.connection.patience:
+            self._report("silence", f"no usable joints for {silence:.2g} s: the robot brakes")
+            self.loop.brake()
+            self._commands.publish(self.loop.make_command())
+            if not self.loop.numbers.any():
+                self._heard = None
+
+    def _brake_to_rest(self) -> None:
+        """Publish braking commands, one each period, until the robot is at rest."""
+        dt, begin = self._controller.dt, time.monotonic()
+        if self.loop.command is None:
+            return
+        due = begin
+        while self.loop.numbers.any() and time.monotonic() - begin < LONGEST_BRAKING:
+            due += dt
+            time.sleep(max(due - time.monotonic(), 0.0))
+            self.loop.brake()
+            self._commands.publish(self.loop.make_command())
+        if self.loop.numbers.any():
+            self.log.error("the robot does not come to rest: zero is commanded")
+        self._commands.publish(self.loop.make_still())
+        self._heard = None
+
+    # ------------------------------------------------------------------ services and reports
+
+    def _on_teach(self) -> str:
+        """Make the present image the goal."""
+        experiment = teach_goal(self._controller)
+        controller = Controller(experiment)
+        self._brake_to_rest()
+        self._controller = controller
+        permitted, self.loop = (
+            self.loop,
+            DriveLoop(controller, self.connection, make_ros_message, stepped=self.stepped),
+        )
+        self.loop.continue_from(permitted)
+        return "the goal is the present image"
+
+    def _on_reset(self) -> str:
+        """Brake, and forget all measurements and any stop."""
+        self._brake_to_rest()
+        self.loop.reset()
+        self._said.clear()
+        return "the controller begins again"
+
+    def _report(self, about: str, text: str, end: str = "", good: bool = False) -> None:
+        """Log a text about something if the last text about it was another.
+
+        An empty text ends the matter, which is logged as `end`.
+        """
+        before = self._said.get(about, "")
+        if bool(text) == bool(before) and not (good and text != before):
+            return
+        self._said[about] = text
+        if text:
+            (self.log.info if good else self.log.warning)(text)
+        elif end:
+            self.log.info(end)
+
+    def _diagnose(self) -> None:
+        """Publish the state of the controller."""
+        if self._diagnostics is not None:
+            state = "active" if self.active else "inactive"
+            problems = [text for about, text in self._said.items() if text and about != "state"]
+            stamp = self.node.get_clock().now().to_msg()
+            self._diagnostics.publish(
+                make_diagnostics(NAME, state, self.loop.command, problems, stamp)
+            )
+
+    def _now(self) -> float:
+        """Return the time of the node in seconds."""
+        return float(self.node.get_clock().now().nanoseconds) * 1e-9
+
+
+def _bind(call: Callable[[Any, str], None], name: str) -> Callable[[Any], None]:
+    """Return a function of a message, with the name of its camera or frame."""
+    return lambda message: call(message, name)
+
+
+def _make_lifecycle_node(name: str, **transitions: Callable[[], None]) -> Any:
+    """Return a lifecycle node of rclpy that calls a function in each transition."""
+    lifecycle = import_module("rclpy.lifecycle")
+    results = lifecycle.TransitionCallbackReturn
+
+    def wrap(call: Callable[[], None]) -> Any:
+        def change(node: Any, _: Any) -> Any:
+            try:
+                call()
+            except RobSimError as error:
+                node.get_logger().error(str(error))
+                return results.FAILURE
+            return results.SUCCESS
+
+        return change
+
+    methods = {event: wrap(call) for event, call in transitions.items()}
+    return type("DriveLifecycle", (lifecycle.LifecycleNode,), methods)(name)
