@@ -12,6 +12,7 @@ from robsim.base.errors import FileError
 from robsim.base.folder_lock import lock_folder
 
 CHECKPOINT = "checkpoint"  # file from which an interrupted run continues
+BAG_METADATA = "metadata.yaml"  # file in the folder of a bag
 
 
 @contextmanager
@@ -68,7 +69,13 @@ def choose_output_file(output: Path | None, name: str, force: bool) -> Path:
 
 def find_run_file(path: Path) -> Path:
     """Return the path of the run in a folder of results; return other paths unchanged."""
-    return path / "run.nc" if path_exists(path) and path.is_dir() else path
+    is_folder = path_exists(path) and path.is_dir() and not is_bag(path)
+    return path / "run.nc" if is_folder else path
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is a bag of ROS 2, by its name or its metadata."""
+    return bool({".mcap", ".db3"} & set(path.suffixes)) or path_exists(path / BAG_METADATA)
 
 
 def path_exists(path: Path) -> bool:

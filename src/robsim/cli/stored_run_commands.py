@@ -10,7 +10,7 @@ import click
 from robsim.base.errors import InputError, raise_file_errors
 from robsim.cli.console import print_text
 from robsim.cli.options import force_option
-from robsim.cli.output_files import choose_output_file, find_run_file
+from robsim.cli.output_files import choose_output_file, find_run_file, is_bag
 from robsim.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -76,19 +76,36 @@ def _load_shown_object(path: Path) -> xr.Dataset | Experiment | Robot:
 
 @click.command("explain")
 @click.argument("run", type=click.Path(path_type=Path))
+@click.argument("scenario", required=False, type=click.Path(path_type=Path))
 @click.option("--no-trials", is_flag=True, help="Do not simulate the suggested changes.")
 @click.option("--unsealed", is_flag=True, help="Accept a RUN without a valid seal.")
-def explain_run_file(run: Path, no_trials: bool, unsealed: bool) -> None:
+def explain_run_file(run: Path, scenario: Path | None, no_trials: bool, unsealed: bool) -> None:
     """Explain the outcome of a run, and suggest changes.
 
-    RUN is a run.nc or its folder. The explanation names the cause and suggests changes of the
-    experiment. The changes are tried by simulation, unless --no-trials is given.
+    RUN is a run.nc or its folder, or a bag of ROS 2. SCENARIO is the experiment that the robot of a
+    bag was meant to perform, if the bag does not contain it. The explanation names the cause and
+    suggests changes of the experiment. The changes are tried by simulation, unless --no-trials is
+    given.
     """
     from robsim.analysis.explanation.explanation import explain
-    from robsim.files.netcdf import open_run
 
     path = find_run_file(run)
-    result = open_run(path, unsealed=unsealed)
+    if is_bag(path):
+        result = _read_bag_of_scenario(path, scenario)
+    elif scenario is not None:
+        raise InputError(f"a SCENARIO is for a bag, and {path} stores its experiment: leave it out")
+    else:
+        from robsim.files.netcdf import open_run
+
+        result = open_run(path, unsealed=unsealed)
     with raise_file_errors(path):
         explanation = explain(result, trials=not no_trials)
     print_text(explanation)
+
+
+def _read_bag_of_scenario(path: Path, scenario: Path | None) -> xr.Dataset:
+    """Return the run in a bag, of a scenario file or of the experiment in the bag."""
+    from robsim.logs.bag_reader import read_bag
+    from robsim.run.experiment import load_scenario
+
+    return read_bag(path, None if scenario is None else load_scenario(scenario))

@@ -19,6 +19,7 @@ from robsim.run.log import NANO
 Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages of a bag
+MOST_PADDING = 8  # bytes after a message
 
 
 class RecordedMessage(NamedTuple):
@@ -100,11 +101,20 @@ class Bag:
                 for connection, logged, data in reader.messages(connections) if connections else ():
                     with self._convert_errors(connection.topic):
                         payload = decompression.decompress_message(data)
-                        message = self._store.deserialize_cdr(payload, connection.msgtype)
+                        message = self._deserialize(payload, connection.msgtype)
                         timed = RecordedMessage(
                             int(logged), message_types.header_time(message), message
                         )
                     yield connection.topic, timed
+
+    def _deserialize(self, payload: bytes, kind: str) -> message_types.Message:
+        """Return a message in CDR, without the bytes that ROS 2 may append after an empty list."""
+        for cut in range(0, MOST_PADDING + 1, 4):
+            try:
+                return self._store.deserialize_cdr(payload[: len(payload) - cut], kind)
+            except Exception:  # noqa: BLE001  the error of the whole message is shown
+                continue
+        return self._store.deserialize_cdr(payload, kind)
 
     def _store_topics(self) -> None:
         """Store the topics; raise FileError for an empty or huge bag, or a topic of two types."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
 
 from robsim.base.errors import FileError, suggest_names
 from robsim.logs import message_types
 from robsim.logs.name_map import check_name_map
 from robsim.run.ros_connection import RosConnection
 
-JOINTS, COMMANDS, EXPERIMENT = "/joint_states", "/joint_commands", "/robsim/experiment"
-FRAMES, STATIC_FRAMES = "/tf", "/tf_static"
+JOINTS, COMMANDS, FRAMES = "/joint_states", "/joint_commands", "/tf"
+STATIC_FRAMES: Final = "/tf_static"
+EXPERIMENT: Final = "/robsim/experiment"
 TYPES = {
     "joints": (message_types.JOINTS,),
     "commands": (

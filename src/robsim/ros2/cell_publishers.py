@@ -24,6 +24,7 @@ from robsim.logs.scene_messages import (
     make_transforms,
 )
 from robsim.logs.tf_poses import BodyPoses
+from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
 from robsim.ros2.scene_markers import SceneMarkers
 from robsim.run.control.standalone_controller import Controller
@@ -55,11 +56,19 @@ class CellPublishers:
         Controller of the experiment, which defines names and the order of cameras.
     connection : RosConnection
         Topics and names.
+    recorder : BagRecorder
+        Bag of joints, marks and poses of bodies.
     """
 
     def __init__(
-        self, node: Any, cell: SimulatedCell, controller: Controller, connection: RosConnection
+        self,
+        node: Any,
+        cell: SimulatedCell,
+        controller: Controller,
+        connection: RosConnection,
+        recorder: BagRecorder,
     ) -> None:
+        self._recorder = recorder
         self._node, self._cell, self._told = node, cell, connection
         self._controller, self.cameras = controller, controller.cameras
         names, scene = dict(connection.names), cell.scene
@@ -77,6 +86,14 @@ class CellPublishers:
         self._next_markers = 0
         self._publishers: dict[str, Any] = {}
         self._announce()
+        self._recorded = self._list_recorded_topics()
+
+    def _list_recorded_topics(self) -> set[str]:
+        """Return the topics that an explanation of the motion needs."""
+        flying = [link for link in self._bodies.links if link not in self._bodies.bases]
+        marks = (self._told.name_topic("marks", camera=each) for each in self.cameras)
+        bases = (self._odometry_topic(link) for link in self._bodies.bases)
+        return {self._told.joints, *marks, *bases, *map(topics.pose_topic, flying)}
 
     def _map_ids(self) -> dict[PairKey, list[str]]:
         """Return the ids of the marks of each camera and target."""
@@ -130,6 +147,12 @@ class CellPublishers:
             self._publishers[topic] = self._node.create_publisher(found, topic, qos)
         return self._publishers[topic]
 
+    def _send(self, topic: str, message: Any, time: int) -> None:
+        """Publish a message, and record it unless the bag needs no such messages."""
+        self._publishers[topic].publish(message)
+        if topic in self._recorded:
+            self._recorder.write(topic, message, time)
+
     def _is_heard(self, topic: str) -> bool:
         """Return whether a topic has subscribers."""
         return bool(self._publishers[topic].get_subscription_count())
@@ -142,40 +165,40 @@ class CellPublishers:
         self._past.append(now)
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
-        self._publishers["/clock"].publish(make_ros_message(CLOCK, clock=stamp))
+        self._send("/clock", make_ros_message(CLOCK, clock=stamp), time)
         if now.arrived:
             for camera in self.cameras:
-                self._publish_image(camera, max(taken, 1))
+                self._publish_image(camera, max(taken, 1), time)
         self._publish_poses(time)
         if self._joint_names:
             rates, none = now.rates[self._columns], np.empty(0)
             parts = now.measured[self._rows], rates if self._columns else none
             state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
-            self._publishers[self._told.joints].publish(state)
-        self._publishers[INSTANT].publish(self._make_instant(time, max(taken, 1)))
+            self._send(self._told.joints, state, time)
+        self._send(INSTANT, self._make_instant(time, max(taken, 1)), time)
 
     def _make_instant(self, time: int, taken: int) -> Any:
         """Return the message of an instant: its time, and the time of the newest images."""
         parts = [*divmod(time, NANO), *divmod(taken, NANO) * len(self.cameras)]
         return make_number_array(make_ros_message, np.array(parts, dtype=np.float64))
 
-    def _publish_image(self, camera: str, taken: int) -> None:
+    def _publish_image(self, camera: str, taken: int, time: int) -> None:
         """Publish the marks, the lens and, to subscribers, the picture of a new image."""
         now, told = self._cell.now, self._told
         header = make_header(make_ros_message, taken, self._frames.get(camera, camera))
         lens = topics.camera_topic(camera, "camera_info")
         if self._is_heard(lens):
             eye = self._cell.scene.camera(camera).camera
-            self._publishers[lens].publish(make_camera_info(make_ros_message, eye, header))
+            self._send(lens, make_camera_info(make_ros_message, eye, header), time)
         images = told.name_topic("images", camera=camera)
         if images in self._publishers and self._is_heard(images):
-            self._publishers[images].publish(_make_image(self._draw(camera), header))
+            self._send(images, _make_image(self._draw(camera), header), time)
         ids, pixels = self._list_visible_marks(now, camera)
         if self._mark_type == message_types.DETECTIONS:
             marks = make_detections(make_ros_message, header, ids, pixels)
         else:
             marks = make_mark_array(make_ros_message, taken, ids, pixels)
-        self._publishers[told.name_topic("marks", camera=camera)].publish(marks)
+        self._send(told.name_topic("marks", camera=camera), marks, time)
 
     def _list_visible_marks(self, now: CellInstant, camera: str) -> tuple[list[str], Array]:
         """Return the ids and pixels (n, 2) of the marks that a camera sees."""
@@ -206,7 +229,8 @@ class CellPublishers:
 
     def _publish_poses(self, time: int) -> None:
         """Publish the poses of bodies that drive or fly, and to subscribers those of all frames."""
-        heard = [f for f in self._frame_names if self._is_heard(topics.pose_topic(f))]
+        names = ((frame, topics.pose_topic(frame)) for frame in self._frame_names)
+        heard = [f for f, topic in names if topic in self._recorded or self._is_heard(topic)]
         shown = self._is_heard(MARKERS) and time >= self._next_markers
         if not (heard or shown or self._has_tf or self._bodies.links):
             return
@@ -216,18 +240,17 @@ class CellPublishers:
         for frame in heard:
             pose = make_pose(make_ros_message, poses[frame])
             message = make_ros_message(message_types.POSE, header=header, pose=pose)
-            self._publishers[topics.pose_topic(frame)].publish(message)
+            self._send(topics.pose_topic(frame), message, time)
         for link in self._bodies.bases:
-            self._publishers[self._odometry_topic(link)].publish(
-                self._make_odometry(link, poses[link], header)
-            )
+            message = self._make_odometry(link, poses[link], header)
+            self._send(self._odometry_topic(link), message, time)
         if self._has_tf:
             named = {self._frames.get(name, name): T for name, T in poses.items()}
             message = make_transforms(make_ros_message, named, time, self._root)
-            self._publishers[topics.FRAMES].publish(message)
+            self._send(topics.FRAMES, message, time)
         if shown:
             self._next_markers = time + round(MARKER_PERIOD * NANO)
-            self._publishers[MARKERS].publish(self._markers.place(poses, time, self._root))
+            self._send(MARKERS, self._markers.place(poses, time, self._root), time)
 
     @cached_property
     def _markers(self) -> SceneMarkers:

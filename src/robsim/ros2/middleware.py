@@ -105,13 +105,3 @@ def make_latched_qos(depth: int = LATCHED_DEPTH) -> Any:
     """Return the quality of service of messages that late subscribers receive too."""
     qos = import_module("rclpy.qos")
     return qos.QoSProfile(depth=depth, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-def find_sender(info: Any) -> bytes:
-    """Return the identifier of the publisher of a message, empty before ROS 2 Kilted.
-
-    >>> find_sender({"publisher_gid": {"data": b"a"}}), find_sender({})
-    (b'a', b'')
-    """
-    gid = info.get("publisher_gid")
-    return bytes(gid["data"]) if gid else b""

@@ -48,6 +48,7 @@ def play_experiment(
     robsim.base.errors.InputError: ...
     """
     with open_ros(arguments, network) as (rclpy, stop, reach), ExitStack() as stack:
+        from robsim.ros2.bag_recorder import BagRecorder
         from robsim.ros2.play_node import NAME, PlayNode, spin_cell
 
         node = rclpy.create_node(NAME)
@@ -55,7 +56,8 @@ def play_experiment(
         executor = rclpy.executors.SingleThreadedExecutor()
         stack.callback(executor.shutdown)
         executor.add_node(node)
-        play = PlayNode(node, experiment, stepped)
+        recorder = stack.enter_context(BagRecorder(record))
+        play = PlayNode(node, experiment, stepped, recorder)
         node.get_logger().info(reach)
         way = "one period for each command" if stepped else "in real time"
         node.get_logger().info(f"plays {experiment.source or 'the experiment'} {way}")

@@ -15,9 +15,10 @@ from robsim.declare.joint_numbers import broadcast_limits
 from robsim.engine.simulated_cell import SimulatedCell
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.command_reader import CommandReader
+from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
-from robsim.ros2.middleware import find_sender, load_message_type
+from robsim.ros2.middleware import load_message_type
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
@@ -42,8 +43,10 @@ class PlayNode:
         Node of the cell.
     experiment : Experiment
         Experiment that is played, with a single run.
-    stepped : bool, default False
+    stepped : bool
         Whether time passes with commands only.
+    recorder : BagRecorder
+        Bag of the measurements and the commands.
 
     Raises
     ------
@@ -51,11 +54,13 @@ class PlayNode:
         If the experiment has several runs, or names that do not fit the scene.
     """
 
-    def __init__(self, node: Any, experiment: Experiment, stepped: bool = False) -> None:
-        self._node, self._stepped = node, stepped
+    def __init__(
+        self, node: Any, experiment: Experiment, stepped: bool, recorder: BagRecorder
+    ) -> None:
+        self._node, self._stepped, self._recorder = node, stepped, recorder
         self._told = experiment.ros2 or RosConnection()
         self.cell, controller = experiment.cell(), Controller(experiment)
-        self._publishers = CellPublishers(node, self.cell, controller, self._told)
+        self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
         kind, order = self._told.command_type, self._told.order
         self._reader = CommandReader(controller, kind, dict(self._told.names), order)
         self._gate = CommandGate(
@@ -67,7 +72,6 @@ class PlayNode:
         )
         self._paused, self._fresh, self._said = False, False, ""
         self._others: set[str] = set()  # reported names
-        self._senders: dict[bytes, float] = {}  # publishers of commands: the last times
         self._waits_since = time.monotonic()
         self._start_clock(STEPPED_START if stepped else time.time_ns())
         node.create_subscription(load_message_type(kind), self._told.commands, self._on_command, 1)
@@ -110,7 +114,7 @@ class PlayNode:
 
     def _advance(self) -> None:
         """Move for one period with the present command, and publish the next instant."""
-        count = self._count_senders()
+        count = self._node.count_publishers(self._told.commands)
         two = f"{count} publishers of {self._told.commands}: the robot brakes until one is left"
         self._gate.block(two if count > 1 else "")
         command = self._gate.next_command(self.cell.now.q, time.monotonic())
@@ -121,14 +125,6 @@ class PlayNode:
             self._start_again("the motion of the joints is unstable: the cell returns to its start")
         self._catch_up()
         self._publish()
-
-    def _count_senders(self) -> int:
-        """Return the number of publishers with commands that are not older than the timeout."""
-        oldest = time.monotonic() - self._told.timeout
-        self._senders = {sender: t for sender, t in self._senders.items() if t >= oldest}
-        if b"" in self._senders:  # also counts publishers that are silent
-            return int(self._node.count_publishers(self._told.commands))
-        return len(self._senders)
 
     def _catch_up(self) -> None:
         """Report a clock that is behind real time, and let it go on from there."""
@@ -146,9 +142,9 @@ class PlayNode:
         if time.monotonic() - self._waits_since > SILENCE:
             self._say(f"waits for a command on {self._told.commands}")
 
-    def _on_command(self, message: Any, info: Any) -> None:
+    def _on_command(self, message: Any) -> None:
         """Store a command, or the reason why it is none."""
-        self._senders[find_sender(info)] = time.monotonic()
+        self._recorder.write(self._told.commands, message, self.clock)
         try:
             values = self._reader.read(
                 f"command on {self._told.commands}", TimedMessage(self.clock, message)
