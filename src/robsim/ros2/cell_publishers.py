@@ -83,6 +83,7 @@ class CellPublishers:
         self._frames = dict(connection.frames)
         self._root = self._frames.get("world", "world")
         self._past: deque[CellInstant] = deque([cell.now], maxlen=2)
+        self._taken = 0  # time of the newest published images in ns, 0 before the first
         self._next_markers = 0
         self._publishers: dict[str, Any] = {}
         self._announce()
@@ -162,24 +163,31 @@ class CellPublishers:
         now = self._cell.now
         if now.step == 0:
             self._past.clear()
-        self._past.append(now)
+            self._taken = 0
+        if not self._past or now is not self._past[-1]:  # a stepped cell may repeat an instant
+            self._past.append(now)
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
         self._send("/clock", make_ros_message(CLOCK, clock=stamp), time)
         if now.arrived:
+            self._taken = max(taken, 1)
             for camera in self.cameras:
-                self._publish_image(camera, max(taken, 1), time)
+                self._publish_image(camera, self._taken, time)
         self._publish_poses(time)
         if self._joint_names:
             rates, none = now.rates[self._columns], np.empty(0)
             parts = now.measured[self._rows], rates if self._columns else none
             state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
             self._send(self._told.joints, state, time)
-        self._send(INSTANT, self._make_instant(time, max(taken, 1)), time)
+        self._send(INSTANT, self._make_instant(time), time)
 
-    def _make_instant(self, time: int, taken: int) -> Any:
-        """Return the message of an instant: its time, and the time of the newest images."""
-        parts = [*divmod(time, NANO), *divmod(taken, NANO) * len(self.cameras)]
+    def _make_instant(self, time: int) -> Any:
+        """Return the message of an instant: its time, and the time of the newest images.
+
+        The time of images is NaN before the first.
+        """
+        taken = divmod(self._taken, NANO) if self._taken else (np.nan, np.nan)
+        parts = [*divmod(time, NANO), *taken * len(self.cameras)]
         return make_number_array(make_ros_message, np.array(parts, dtype=np.float64))
 
     def _publish_image(self, camera: str, taken: int, time: int) -> None:

@@ -14,10 +14,11 @@ from robsim.base.errors import InputError
 from robsim.declare.joint_numbers import broadcast_limits
 from robsim.engine.simulated_cell import SimulatedCell
 from robsim.logs.bag_files import TimedMessage
-from robsim.logs.command_reader import CommandReader
+from robsim.logs.command_reader import CommandReader, check_command_names
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
+from robsim.ros2.connection_parameters import declare_connection
 from robsim.ros2.middleware import load_message_type
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
@@ -27,6 +28,7 @@ from robsim.run.ros_connection import RosConnection
 NAME = "robsim_cell"
 STEPPED_START = NANO  # ns on the clock of a stepped cell: a time of zero means no time
 BEHIND = 0.5  # seconds behind real time that are reported, and no longer made up
+AGAIN = 0.5  # seconds after which a stepped cell repeats an instant, for nodes that missed it
 SILENCE = 5.0  # seconds without a command in which a stepped cell reports that it waits
 TRIGGER, SET_BOOL = "std_srvs/srv/Trigger", "std_srvs/srv/SetBool"
 
@@ -58,17 +60,21 @@ class PlayNode:
         self, node: Any, experiment: Experiment, stepped: bool, recorder: BagRecorder
     ) -> None:
         self._node, self._stepped, self._recorder = node, stepped, recorder
-        self._told = experiment.ros2 or RosConnection()
         self.cell, controller = experiment.cell(), Controller(experiment)
+        connection = experiment.ros2 or RosConnection()
+        self._told = declare_connection(node, connection, self.cell.scene)
         self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
         kind, order = self._told.command_type, self._told.order
-        self._reader = CommandReader(controller, kind, dict(self._told.names), order)
+        names = dict(self._told.names)
+        self._reader = CommandReader(controller, kind, names, order)
+        self._commanded = [names.get(each, each) for each in controller.velocity_names]
         self._gate = CommandGate(
             self.cell.scene,
             self.cell.columns,
             self.cell.dt,
             math.inf if stepped else self._told.timeout,
             _find_acceleration(experiment, self.cell),
+            controller.command_quantity == "torque",
         )
         self._paused, self._fresh, self._said = False, False, ""
         self._others: set[str] = set()  # reported names
@@ -102,7 +108,7 @@ class PlayNode:
         if self._is_due():
             self._advance()
         elif self._stepped and not self._paused:
-            self._report_waiting()
+            self._wait_for_command()
 
     def _is_due(self) -> bool:
         """Return whether the next period begins."""
@@ -114,9 +120,6 @@ class PlayNode:
 
     def _advance(self) -> None:
         """Move for one period with the present command, and publish the next instant."""
-        count = self._node.count_publishers(self._told.commands)
-        two = f"{count} publishers of {self._told.commands}: the robot brakes until one is left"
-        self._gate.block(two if count > 1 else "")
         command = self._gate.next_command(self.cell.now.q, time.monotonic())
         self._say(self._gate.reason)
         self._fresh, self._waits_since = False, time.monotonic()
@@ -136,16 +139,20 @@ class PlayNode:
     def _publish(self) -> None:
         """Publish the present instant."""
         self._publishers.publish(self._start)
+        self._published = time.monotonic()
 
-    def _report_waiting(self) -> None:
-        """Report once that a stepped cell waits for a command."""
+    def _wait_for_command(self) -> None:
+        """Repeat the instant that a stepped cell waits at, and report once that it waits."""
+        if time.monotonic() - self._published > AGAIN:
+            self._publish()
         if time.monotonic() - self._waits_since > SILENCE:
             self._say(f"waits for a command on {self._told.commands}")
 
-    def _on_command(self, message: Any) -> None:
-        """Store a command, or the reason why it is none."""
+    def _on_command(self, message: Any, info: Any) -> None:
+        """Store a command with its publisher, or the reason why it is none."""
         self._recorder.write(self._told.commands, message, self.clock)
         try:
+            check_command_names(message, self._commanded)
             values = self._reader.read(
                 f"command on {self._told.commands}", TimedMessage(self.clock, message)
             )
@@ -157,7 +164,8 @@ class PlayNode:
         if values is None:
             return
         self._report_others()
-        self._gate.take(values[self.cell.columns], time.monotonic())
+        sender = bytes((info.get("publisher_gid") or {}).get("data", b""))
+        self._gate.take(values[self.cell.columns], time.monotonic(), sender)
         self._fresh = True
 
     def _report_others(self) -> None:
