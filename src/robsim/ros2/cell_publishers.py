@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.engine.simulated_cell import CellInstant, SimulatedCell
 from robsim.logs import message_types, topics
-from robsim.logs.command_messages import make_header, make_joint_state, make_number_array
+from robsim.logs.command_messages import (
+    make_header,
+    make_joint_state,
+    make_number_array,
+    make_twist,
+)
 from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.name_map import map_mark_ids
 from robsim.logs.scene_messages import (
@@ -24,6 +29,7 @@ from robsim.logs.scene_messages import (
     make_transforms,
 )
 from robsim.logs.tf_poses import BodyPoses
+from robsim.logs.twists import TWIST_PARTS, TwistComponent
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
 from robsim.ros2.scene_markers import SceneMarkers
@@ -82,7 +88,8 @@ class CellPublishers:
         self._ids = self._map_ids()
         self._frames = dict(connection.frames)
         self._root = self._frames.get("world", "world")
-        self._past: deque[CellInstant] = deque([cell.now], maxlen=2)
+        self._past: deque[CellInstant] = deque(maxlen=2)
+        self._repeats = False  # whether the present instant was published before
         self._taken = 0  # time of the newest published images in ns, 0 before the first
         self._next_markers = 0
         self._publishers: dict[str, Any] = {}
@@ -151,7 +158,7 @@ class CellPublishers:
     def _send(self, topic: str, message: Any, time: int) -> None:
         """Publish a message, and record it unless the bag needs no such messages."""
         self._publishers[topic].publish(message)
-        if topic in self._recorded:
+        if topic in self._recorded and not self._repeats:
             self._recorder.write(topic, message, time)
 
     def _is_heard(self, topic: str) -> bool:
@@ -161,11 +168,7 @@ class CellPublishers:
     def publish(self, start: int) -> None:
         """Publish the messages of the present instant, of a cell that began at `start` ns."""
         now = self._cell.now
-        if now.step == 0:
-            self._past.clear()
-            self._taken = 0
-        if not self._past or now is not self._past[-1]:  # a stepped cell may repeat an instant
-            self._past.append(now)
+        self._store_instant(now)
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
         self._send("/clock", make_ros_message(CLOCK, clock=stamp), time)
@@ -180,6 +183,16 @@ class CellPublishers:
             state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
             self._send(self._told.joints, state, time)
         self._send(INSTANT, self._make_instant(time), time)
+
+    def _store_instant(self, now: CellInstant) -> None:
+        """Store an instant for pictures between two of them, unless it was published before."""
+        self._repeats = bool(self._past) and now is self._past[-1]
+        if self._repeats:
+            return
+        if now.step == 0:
+            self._past.clear()
+            self._taken = 0
+        self._past.append(now)
 
     def _make_instant(self, time: int) -> Any:
         """Return the message of an instant: its time, and the time of the newest images.
@@ -265,6 +278,17 @@ class CellPublishers:
         """The markers of the scene."""
         return SceneMarkers(self._cell.scene)
 
+    @cached_property
+    def _twist_parts(self) -> dict[str, list[TwistComponent]]:
+        """The components of the twist of each base, with the indices of their velocities."""
+        tree, names, found = self._cell.scene.tree, self._cell.scene.velocity_names, {}
+        for link in self._bodies.bases:
+            body, _ = tree.find(link)
+            member = next(each for each in tree.members if each.body == body)
+            named = ((names[i].rpartition(".")[2], i) for i in range(self._cell.scene.nv)[member.v])
+            found[link] = [TwistComponent(*TWIST_PARTS[name], i) for name, i in named]
+        return found
+
     def _odometry_topic(self, link: str) -> str:
         """Return the topic of the odometry of a base."""
         return self._told.name_topic("odometry", robot=link.split(".", maxsplit=1)[0])
@@ -272,9 +296,16 @@ class CellPublishers:
     def _make_odometry(self, link: str, pose: Array, header: Any) -> Any:
         """Return the Odometry of a base at a pose (7,), with its velocity in its own axes."""
         make = make_ros_message
-        covariance = make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose))
+        parts = self._twist_parts[link]
+        both = {
+            "pose": make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose)),
+            "twist": make(
+                "geometry_msgs/msg/TwistWithCovariance",
+                twist=make_twist(make, self._cell.now.rates, parts),
+            ),
+        }
         name = self._frames.get(link, link)
-        return make(message_types.ODOMETRY, header=header, child_frame_id=name, pose=covariance)
+        return make(message_types.ODOMETRY, header=header, child_frame_id=name, **both)
 
 
 def _make_image(picture: NDArray[np.uint8], header: Any) -> Any:

@@ -124,7 +124,7 @@ class CommandGate:
             return command
         if not self.reason:
             self.reason = f"the command is scaled to the speed of joint {self._names[i]}"
-        return command / shares[i]
+        return np.asarray(command / shares[i])
 
     def _keep_within_limits(self, command: Array, q: Array) -> Array:
         """Return the command without motions of joints beyond their limits."""

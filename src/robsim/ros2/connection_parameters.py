@@ -53,22 +53,21 @@ def change_connection(
     return RosConnection(**values)
 
 
-def _to_parameter(value: object) -> object:
+def _to_parameter(value: Any) -> object:
     """Return a field of a connection as a text, a number or a list of texts."""
     if isinstance(value, str | float):
         return value
-    entries = dict(value).items() if _is_table(value) else []
-    pairs = [f"{key}={of if isinstance(of, str) else ','.join(of)}" for key, of in entries]
-    texts: Any = value
-    return (pairs if _is_table(value) else [str(each) for each in texts]) or [""]
+    if not _is_table(value):
+        return list(value) or [""]
+    pairs = dict(value).items()
+    return [f"{key}={of if isinstance(of, str) else ','.join(of)}" for key, of in pairs] or [""]
 
 
-def _is_table(value: object) -> bool:
+def _is_table(value: Any) -> bool:
     """Return whether a field is a table {key: value}, as a mapping or as pairs."""
     if isinstance(value, Mapping):
         return True
-    pairs: Any = value
-    return bool(pairs) and all(isinstance(each, tuple) for each in pairs)
+    return bool(value) and all(isinstance(each, tuple) for each in value)
 
 
 def _from_parameter(name: str, value: object) -> object:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from robsim.ros2.node_process import open_ros
 from robsim.run.experiment import Experiment
+from robsim.run.run_checks import check_instance
 
 
 def play_experiment(
@@ -40,13 +41,12 @@ def play_experiment(
 
     Examples
     --------
-    >>> from robsim import examples, load_scenario
-    >>> mission = load_scenario(examples.path("inspection_a"))
-    >>> play_experiment(mission)
+    >>> play_experiment("cell.toml")
     Traceback (most recent call last):
     ...
-    robsim.base.errors.InputError: ...
+    robsim.base.errors.InputError: experiment: expected an Experiment, got 'cell.toml'
     """
+    check_instance(experiment, Experiment, "experiment")
     with open_ros(arguments, network) as (rclpy, stop, reach), ExitStack() as stack:
         from robsim.ros2.bag_recorder import BagRecorder
         from robsim.ros2.play_node import NAME, PlayNode, spin_cell

@@ -19,6 +19,7 @@ from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
 from robsim.ros2.connection_parameters import declare_connection
+from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
 from robsim.ros2.middleware import load_message_type
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
@@ -30,6 +31,7 @@ STEPPED_START = NANO  # ns on the clock of a stepped cell: a time of zero means 
 BEHIND = 0.5  # seconds behind real time that are reported, and no longer made up
 AGAIN = 0.5  # seconds after which a stepped cell repeats an instant, for nodes that missed it
 SILENCE = 5.0  # seconds without a command in which a stepped cell reports that it waits
+QUEUE = 10  # commands that wait: more than one, so that two publishers are noticed
 TRIGGER, SET_BOOL = "std_srvs/srv/Trigger", "std_srvs/srv/SetBool"
 
 
@@ -64,6 +66,7 @@ class PlayNode:
         connection = experiment.ros2 or RosConnection()
         self._told = declare_connection(node, connection, self.cell.scene)
         self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
+        self._diagnostics, self._refused = DiagnosticPublisher(node), 0
         kind, order = self._told.command_type, self._told.order
         names = dict(self._told.names)
         self._reader = CommandReader(controller, kind, names, order)
@@ -80,7 +83,10 @@ class PlayNode:
         self._others: set[str] = set()  # reported names
         self._waits_since = time.monotonic()
         self._start_clock(STEPPED_START if stepped else time.time_ns())
-        node.create_subscription(load_message_type(kind), self._told.commands, self._on_command, 1)
+        node.create_subscription(
+            load_message_type(kind), self._told.commands, self._on_command, QUEUE
+        )
+        node.create_timer(PERIOD, self._diagnose)
         node.create_service(load_message_type(TRIGGER), "/robsim/reset", self._on_reset)
         node.create_service(load_message_type(SET_BOOL), "/robsim/pause", self._on_pause)
         node.create_service(load_message_type(TRIGGER), "/robsim/step", self._on_step)
@@ -150,13 +156,13 @@ class PlayNode:
 
     def _on_command(self, message: Any, info: Any) -> None:
         """Store a command with its publisher, or the reason why it is none."""
-        self._recorder.write(self._told.commands, message, self.clock)
         try:
             check_command_names(message, self._commanded)
             values = self._reader.read(
                 f"command on {self._told.commands}", TimedMessage(self.clock, message)
             )
         except InputError as error:
+            self._refused += 1
             self._gate.refuse(f"not used: {error}")
             if self._stepped:
                 self._say(f"not used: {error}")
@@ -164,6 +170,7 @@ class PlayNode:
         if values is None:
             return
         self._report_others()
+        self._recorder.write(self._told.commands, message, self.clock)
         sender = bytes((info.get("publisher_gid") or {}).get("data", b""))
         self._gate.take(values[self.cell.columns], time.monotonic(), sender)
         self._fresh = True
@@ -202,6 +209,15 @@ class PlayNode:
             return _answer(response, False, "the cell is not paused: call /robsim/pause first")
         self._advance()
         return _answer(response, True, f"at {self.cell.now.time:.6g} s")
+
+    def _diagnose(self) -> None:
+        """Publish the state of the cell."""
+        values = {
+            "time": f"{self.cell.now.time:.6g} s",
+            "clock": "paused" if self._paused else "stepped" if self._stepped else "real time",
+            "refused commands": self._refused,
+        }
+        self._diagnostics.publish(self._said, values)
 
     def _say(self, reason: str) -> None:
         """Log a reason if it is new; no reason is the end of the last one."""
