@@ -23,6 +23,7 @@ from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.name_map import map_mark_ids
 from robsim.logs.scene_messages import (
     compute_frame_poses,
+    list_frame_names,
     make_camera_info,
     make_detections,
     make_pose,
@@ -145,7 +146,7 @@ class CellPublishers:
     @cached_property
     def _frame_names(self) -> list[str]:
         """The names of all frames of the scene."""
-        return list(compute_frame_poses(self._cell.scene, self._cell.now.q[None]))
+        return list_frame_names(self._cell.scene)
 
     def _publisher(self, kind: str, topic: str, latched: bool = False) -> Any:
         """Return the publisher of a topic."""
@@ -253,9 +254,9 @@ class CellPublishers:
         names = ((frame, topics.pose_topic(frame)) for frame in self._frame_names)
         heard = [f for f, topic in names if topic in self._recorded or self._is_heard(topic)]
         shown = self._is_heard(MARKERS) and time >= self._next_markers
-        if not (heard or shown or self._has_tf or self._bodies.links):
-            return
-        every = compute_frame_poses(self._cell.scene, self._cell.now.measured[None])
+        whole = shown or self._has_tf
+        needed = self._frame_names if whole else [*heard, *self._bodies.bases]
+        every = compute_frame_poses(self._cell.scene, self._cell.now.measured[None], needed)
         poses = {name: T[0] for name, T in every.items()}
         header = make_header(make_ros_message, time, self._root)
         for frame in heard:
