@@ -134,12 +134,17 @@ class CellPublishers:
         """Return whether a topic has subscribers."""
         return bool(self._publishers[topic].get_subscription_count())
 
+    def count_subscribers(self) -> int:
+        """Return the number of subscribers of all topics."""
+        return sum(each.get_subscription_count() for each in self._publishers.values())
+
     def publish(self, start: int) -> None:
         """Publish the messages of the present instant, of a cell that began at `start` ns."""
         now = self._cell.now
         if now.step == 0:
             self._past.clear()
-        self._past.append(now)
+        if not self._past or self._past[-1] is not now:
+            self._past.append(now)
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
         self._publishers["/clock"].publish(make_ros_message(CLOCK, clock=stamp))

@@ -67,6 +67,7 @@ class PlayNode:
         )
         self._paused, self._fresh, self._said = False, False, ""
         self._others: set[str] = set()  # reported names
+        self._subscribers = 0
         self._waits_since = time.monotonic()
         self._start_clock(STEPPED_START if stepped else time.time_ns())
         node.create_subscription(load_message_type(kind), self._told.commands, self._on_command, 1)
@@ -97,6 +98,7 @@ class PlayNode:
         if self._is_due():
             self._advance()
         elif self._stepped and not self._paused:
+            self._publish_to_new()
             self._report_waiting()
 
     def _is_due(self) -> bool:
@@ -131,6 +133,12 @@ class PlayNode:
     def _publish(self) -> None:
         """Publish the present instant."""
         self._publishers.publish(self._start)
+
+    def _publish_to_new(self) -> None:
+        """Publish the present instant again if there are new subscribers, who have missed it."""
+        before, self._subscribers = self._subscribers, self._publishers.count_subscribers()
+        if self._subscribers > before:
+            self._publish()
 
     def _report_waiting(self) -> None:
         """Report once that a stepped cell waits for a command."""
