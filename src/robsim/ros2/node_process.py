@@ -66,20 +66,28 @@ def spin_until_signal(node: Any, flag: StopFlag, stop: Callable[[], None]) -> No
     thread = threading.Thread(target=executor.spin, name="ros", daemon=True)
     with _receive_signals() as receiver:
         thread.start()
+        _perform(executor, lambda: None)
+        for number in SIGNALS:  # again: the executor has replaced the handlers at its start
+            signal.signal(number, flag)
         if not flag.received:
             receiver.recv(1)
-        stopped = threading.Event()
-
-        def end() -> None:
-            try:
-                stop()
-            finally:
-                stopped.set()
-
-        executor.create_task(end)
-        stopped.wait(STOPPING)
+        _perform(executor, stop)
         executor.shutdown()
         thread.join(1.0)
+
+
+def _perform(executor: Any, call: Callable[[], None]) -> None:
+    """Call a function in the thread of an executor, and wait for its end."""
+    done = threading.Event()
+
+    def perform() -> None:
+        try:
+            call()
+        finally:
+            done.set()
+
+    executor.create_task(perform)
+    done.wait(STOPPING)
 
 
 @contextmanager
