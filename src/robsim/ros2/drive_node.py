@@ -349,8 +349,10 @@ class DriveNode:
         if bool(text) == bool(before) and not (good and text != before):
             return
         self._said[about] = text
-        if text:
-            (self.log.info if good else self.log.warning)(text)
+        if text and good:
+            self.log.info(text)  # rclpy forbids a line that logs with several severities
+        elif text:
+            self.log.warning(text)
         elif end:
             self.log.info(end)
 
