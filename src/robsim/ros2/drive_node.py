@@ -351,10 +351,10 @@ class DriveNode:
         if bool(text) == bool(before) and not (good and text != before):
             return
         self._said[about] = text
-        if text:
-            (self.log.info if good else self.log.warning)(text)
-        elif end:
-            self.log.info(end)
+        if text and not good:
+            self.log.warning(text)
+        elif text or end:  # rclpy requires one severity for each line of code
+            self.log.info(text or end)
 
     def _diagnose(self) -> None:
         """Publish the state of the controller."""
