@@ -25,13 +25,13 @@ def eye_in_hand():
 def eye_to_hand():
     """A camera on the floor."""
     experiment = rs.load_scenario(rs.examples.path("eye_to_hand"))
-    return experiment.with_(**LATE).at("task.gain", 2.0)
+    return experiment.with_(**LATE).at("task.gain", 3.0)
 
 
 def mobile_base():
     """A base that cannot move sideways."""
     experiment = rs.load_scenario(rs.examples.path("unicycle_docking"))
-    return experiment.with_(**LATE).at("task.tolerance", 0.01)
+    return experiment.with_(**LATE).at("task.tolerance", 0.01).at("task.gain", 2.0)
 
 
 def rendered_tag():
@@ -90,6 +90,32 @@ class Coordinates:
         """Return the latest coordinates (nq,), or NaN before the first."""
         found = self.by_time()
         return found[max(found)] if found else np.full(len(self.names), np.nan)
+
+
+class JointMotion:
+    """The velocities of joints by the differences of their states."""
+
+    def __init__(self, listener):
+        from sensor_msgs.msg import JointState
+
+        self.states = listener.hear(JointState, JOINTS, 100)
+
+    def count(self):
+        """Return the number of states."""
+        return len(self.states)
+
+    def velocities(self, since):
+        """Return the velocities (k, nq) after `since` states."""
+        states = [state for _, state in self.states[since:]]
+        at = np.array([state.position for state in states])
+        t = np.array([to_seconds(state.header.stamp) for state in states])
+        return np.diff(at, axis=0) / np.diff(t)[:, None]
+
+    def speed(self):
+        """Return the latest speed of the fastest joint, or NaN before two states."""
+        if len(self.states) < 2:
+            return np.nan
+        return np.abs(self.velocities(-2)).max()
 
 
 def make_messages(cell, start):

@@ -52,6 +52,7 @@ def start_processes(ros_environment):
     yield begin
     for process in reversed(started):
         process.kill()
+        print(f"{process.name} wrote:\n{process.text}")  # which pytest shows with a failure
 
 
 def start_robsim(start):

@@ -5,10 +5,9 @@ import time
 
 import numpy as np
 import pytest
-from ros_cells import COMMANDS, JOINTS, to_seconds
+from ros_cells import COMMANDS, JointMotion, to_seconds
 from ros_processes import wait_until
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
@@ -35,28 +34,21 @@ class Commander:
 
     def __init__(self, listener, play):
         self.listener, self.play = listener, play
-        self.states = listener.hear(JointState, JOINTS, 100)
+        self.motion = JointMotion(listener)
         self.publisher = listener.publish(Float64MultiArray, COMMANDS)
         self.data = SPEED
         self.timer = listener.node.create_timer(DT, self._send)
-        wait_until(lambda: len(self.states) > 1, "joint states")
+        wait_until(lambda: self.motion.count() > 1, "joint states")
 
     def _send(self):
         if self.data is not None:
             self.publisher.publish(Float64MultiArray(data=self.data))
 
-    def velocities(self, count=2, since=None):
-        """Return the velocities (k, nq) by the differences of the latest joints."""
-        states = self.states[-count:] if since is None else self.states[since:]
-        at = np.array([list(state.position) for _, state in states])
-        t = np.array([to_seconds(state.header.stamp) for _, state in states])
-        return np.diff(at, axis=0) / np.diff(t)[:, None]
-
     def wait_for_motion(self):
-        wait_until(lambda: abs(self.velocities()[-1][0] - SPEED[0]) < 1e-3, "motion")
+        wait_until(lambda: abs(self.motion.velocities(-2)[0, 0] - SPEED[0]) < 1e-3, "motion")
 
     def wait_for_rest(self):
-        wait_until(lambda: np.abs(self.velocities()[-1]).max() < 1e-9, "rest")
+        wait_until(lambda: self.motion.speed() == 0.0, "rest")
 
 
 @pytest.fixture(scope="module")
@@ -81,10 +73,10 @@ def commander(shared):
 
 
 def test_silence_stops_the_robot_within_its_acceleration(commander):
-    since, line = len(commander.states), commander.play.mark()
+    since, line = commander.motion.count(), commander.play.mark()
     commander.data = None
     commander.wait_for_rest()
-    change = np.abs(np.diff(commander.velocities(since=since - 2), axis=0)).max()
+    change = np.abs(np.diff(commander.motion.velocities(since - 2), axis=0)).max()
     assert change <= 1.01 * ACCELERATION * DT
     commander.play.wait_for("command", since=line)
     commander.data = SPEED
@@ -106,7 +98,7 @@ def test_two_publishers_stop_the_robot_until_one_is_left(commander, start):
     other = start("-c", OTHER)
     commander.play.wait_for("publishers", since=line)
     commander.wait_for_rest()
-    other.finish(signal.SIGKILL)
+    other.kill()
     commander.wait_for_motion()
 
 
@@ -125,13 +117,13 @@ def test_the_cell_is_paused_stepped_and_reset(commander):
     commander.wait_for_rest()
     assert listener.call(Trigger, "/robsim/reset").success
     start = rs.load_scenario(rs.examples.path("eye_to_hand")).start
-    wait_until(lambda: np.allclose(commander.states[-1][1].position, start), "start")
+    wait_until(lambda: np.allclose(commander.motion.states[-1][1].position, start), "start")
     assert to_seconds(clock[-1][1].clock) > before
 
 
 def test_a_paused_process_goes_on(commander):
     with commander.play.paused():
-        wait_until_quiet(commander.states)
+        wait_until_quiet(commander.motion.states)
     commander.wait_for_motion()
 
 
@@ -148,5 +140,8 @@ rclpy.init()
 node = rclpy.create_node("other")
 publisher = node.create_publisher(Float64MultiArray, "{COMMANDS}", 1)
 node.create_timer({DT}, lambda: publisher.publish(Float64MultiArray(data=[-0.2] + [0.0] * 5)))
-rclpy.spin(node)
+try:
+    rclpy.spin(node)
+except rclpy.executors.ExternalShutdownException:
+    pass
 """

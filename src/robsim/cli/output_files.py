@@ -12,7 +12,8 @@ from robsim.base.errors import FileError
 from robsim.base.folder_lock import lock_folder
 
 CHECKPOINT = "checkpoint"  # file from which an interrupted run continues
-BAG_METADATA = "metadata.yaml"  # file in the folder of a bag
+BAG_METADATA = "metadata.yaml"  # file in the folder of a complete bag
+BAG_SUFFIXES = {".mcap", ".db3"}
 
 
 @contextmanager
@@ -74,8 +75,12 @@ def find_run_file(path: Path) -> Path:
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path is a bag of ROS 2, by its name or its metadata."""
-    return bool({".mcap", ".db3"} & set(path.suffixes)) or path_exists(path / BAG_METADATA)
+    """Return whether a path is a bag of ROS 2, by its name or the files of its folder."""
+    if BAG_SUFFIXES & set(path.suffixes):
+        return True
+    with convert_os_errors(path):
+        files = list(path.iterdir()) if path_exists(path) and path.is_dir() else []
+    return any(BAG_SUFFIXES & set(file.suffixes) or file.name == BAG_METADATA for file in files)
 
 
 def path_exists(path: Path) -> bool:

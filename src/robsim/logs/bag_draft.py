@@ -17,59 +17,40 @@ LATCHED = (topics.STATIC_FRAMES, topics.EXPERIMENT)  # topics kept for late subs
 VERSION: Final = 8  # of the bag format
 
 
-class BagDraft:
-    """A bag that appears at its path when the `with` block ends without an error.
+def check_bag_path(path: Path) -> None:
+    """Raise FileError if the folder of a new bag exists already."""
+    if path.suffix not in PLUGINS.values() and path.exists():
+        raise FileError(f"{path} exists already; a bag needs a new folder")
 
-    If the path ends with .mcap or .db3, the bag is a single file, else a new folder.
+
+class TopicWriter:
+    """A writer of messages to the folder of a new bag, which adds topics as they come.
 
     Parameters
     ----------
-    path : Path
-        Path of the bag.
-    storage : str, default "mcap"
-        Storage of a folder: "mcap" or "sqlite3".
-    prefix : str, default ".robsim-"
-        Start of the name of the folder of an incomplete bag.
-
-    Raises
-    ------
-    FileError
-        If the folder of a new bag exists already.
+    folder : Path
+        New folder.
+    storage : str
+        "mcap" or "sqlite3".
     """
 
-    def __init__(self, path: Path, storage: str = "mcap", prefix: str = ".robsim-") -> None:
-        self.path, self._is_file = path, path.suffix in PLUGINS.values()
-        self._storage = storage
-        if self._is_file:
-            self._storage = next(name for name, end in PLUGINS.items() if end == path.suffix)
-        elif path.exists():
-            raise FileError(f"{path} exists already; a bag needs a new folder")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self.folder = Path(tempfile.mkdtemp(prefix=prefix, dir=path.parent))
+    def __init__(self, folder: Path, storage: str) -> None:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+
+        self._store = message_types.load_typestore()
+        plugin = StoragePlugin[storage.upper()]
+        self._writer = Writer(folder, version=VERSION, storage_plugin=plugin)
+        self._writer.open()
         self._connections: dict[str, Any] = {}
 
     @property
-    def _content(self) -> Path:
-        """The folder with the files of the bag."""
-        return self.folder / self.path.name
+    def storage(self) -> Any:
+        """The writer of the file by rosbags."""
+        return self._writer.storage
 
-    def __enter__(self) -> Self:
-        from rosbags.rosbag2 import StoragePlugin, Writer
-
-        plugin = StoragePlugin[self._storage.upper()]
-        self._store = message_types.load_typestore()
-        self._writer = Writer(self._content, version=VERSION, storage_plugin=plugin)
-        self._writer.open()
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        try:
-            self._writer.close()
-            if kind is None:
-                self._move()
-        finally:
-            with suppress(OSError):
-                shutil.rmtree(self.folder)
+    def close(self) -> None:
+        """Complete the files of the bag."""
+        self._writer.close()
 
     def write(self, topic: str, kind: str, time: int, data: bytes | memoryview) -> None:
         """Write a message in CDR, with its time in ns."""
@@ -83,6 +64,52 @@ class BagDraft:
     def write_message(self, topic: str, kind: str, time: int, message: Any) -> None:
         """Write a message of rosbags, with its time in ns."""
         self.write(topic, kind, time, self._store.serialize_cdr(message, kind))
+
+
+class BagDraft:
+    """A bag that appears at its path when the `with` block ends without an error.
+
+    If the path ends with .mcap or .db3, the bag is a single file, else a new folder.
+
+    Parameters
+    ----------
+    path : Path
+        Path of the bag.
+    storage : str, default "mcap"
+        Storage of a folder: "mcap" or "sqlite3".
+
+    Raises
+    ------
+    FileError
+        If the folder of a new bag exists already.
+    """
+
+    def __init__(self, path: Path, storage: str = "mcap") -> None:
+        self.path, self._is_file = path, path.suffix in PLUGINS.values()
+        self._storage = storage
+        check_bag_path(path)
+        if self._is_file:
+            self._storage = next(name for name, end in PLUGINS.items() if end == path.suffix)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.folder = Path(tempfile.mkdtemp(prefix=".robsim-", dir=path.parent))
+
+    @property
+    def _content(self) -> Path:
+        """The folder with the files of the bag."""
+        return self.folder / self.path.name
+
+    def __enter__(self) -> Self:
+        self.topics = TopicWriter(self._content, self._storage)
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            self.topics.close()
+            if kind is None:
+                self._move()
+        finally:
+            with suppress(OSError):
+                shutil.rmtree(self.folder)
 
     def _move(self) -> None:
         """Move the complete bag to its path."""

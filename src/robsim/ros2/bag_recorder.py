@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
-from robsim.base.atomic_files import convert_os_errors
 from robsim.logs import message_types, topics
-from robsim.logs.bag_draft import BagDraft
+from robsim.logs.bag_journal import BagJournal
 from robsim.run.experiment import Experiment
 
 
 class BagRecorder:
     """A bag with the messages of a node, which is complete at the end of its `with` block.
 
-    Until then the messages are in a folder beside the bag, NAME.part-....
+    Until then the messages are in a folder beside the bag, NAME.part1, which `read_bag` reads if the
+    process is killed.
 
     Parameters
     ----------
@@ -34,25 +33,21 @@ class BagRecorder:
 
     def __init__(self, path: Path | None, believed: Experiment | None = None) -> None:
         self._path, self._believed = path, believed
-        self._stack, self._kinds = ExitStack(), dict[type, str]()
-        self._draft: BagDraft | None = None
+        self._kinds: dict[type, str] = {}
+        self._journal: BagJournal | None = None
 
     def __enter__(self) -> Self:
         if self._path is not None:
-            message_types.load_typestore()  # InputError without rosbags
-            with convert_os_errors(self._path):
-                draft = BagDraft(self._path, prefix=f"{self._path.name}.part-")
-                self._draft = self._stack.enter_context(draft)
+            self._journal = BagJournal(self._path)
         return self
 
     def __exit__(self, *reason: object) -> None:
-        if self._path is not None:
-            with convert_os_errors(self._path):
-                self._stack.__exit__(None, None, None)  # also complete after an error
+        if self._journal is not None:
+            self._journal.complete()  # also after an error
 
     def write(self, topic: str, message: Any, time: int) -> None:
         """Record a message of rclpy, with its time in ns."""
-        if self._draft is None:
+        if self._journal is None:
             return
         from rclpy.serialization import serialize_message
 
@@ -60,15 +55,15 @@ class BagRecorder:
             self._write_experiment(self._believed, time)
             self._believed = None
         kind = self._kinds.setdefault(type(message), _name_type(type(message)))
-        self._draft.write(topic, kind, time, serialize_message(message))
+        self._journal.write(topic, kind, time, serialize_message(message))
 
     def _write_experiment(self, experiment: Experiment, time: int) -> None:
         """Record an experiment, with the time of the first message."""
-        assert self._draft is not None
+        assert self._journal is not None
         origin = experiment.origin
         for text in filter(None, (origin.get("scenario"), origin.get("stored_data"))):
             message = message_types.make_message(message_types.TEXT, data=text)
-            self._draft.write_message(topics.EXPERIMENT, message_types.TEXT, time, message)
+            self._journal.topics.write_message(topics.EXPERIMENT, message_types.TEXT, time, message)
 
 
 def _name_type(kind: type) -> str:

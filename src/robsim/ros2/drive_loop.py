@@ -66,7 +66,7 @@ class DriveLoop:
         self.ros = RosMessages(
             controller,
             names=names,
-            marks={key: list(ids) for key, ids in connection.ids},
+            marks=dict(connection.ids),
             order=list(connection.order) or None,
             make=make,
         )
@@ -96,6 +96,8 @@ class DriveLoop:
     def take_picture(self, message: Any, camera: str) -> None:
         """Store the marks in a picture, and the picture for features of pictures."""
         grey, t = read_picture(message), self.ros.time(message) or self.clock.stamp
+        if t == self.stamps.get(camera):
+            return
         if camera in self.pictures.cameras:
             q = self.controller.scene.home if self.q is None else self.q
             found = self.pictures.find(camera, grey, q)

@@ -30,6 +30,7 @@ NAME = "robsim_drive"
 IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
 DIAGNOSTICS, EVERY = "diagnostic_msgs/msg/DiagnosticArray", 1.0  # seconds between diagnostics
 LONGEST_BRAKING = 10.0  # seconds
+ACKED = 1.0  # seconds until subscribers must have received the last command
 SAME = 1e-6  # seconds: stamps of one instant
 
 
@@ -316,6 +317,7 @@ class DriveNode:
         if self.loop.numbers.any():
             self.log.error("the robot does not come to rest: zero is commanded")
         self._commands.publish(self.loop.make_still())
+        self._commands.wait_for_all_acked(import_module("rclpy.duration").Duration(seconds=ACKED))
         self._heard = None
 
     # ------------------------------------------------------------------ services and reports
@@ -349,10 +351,10 @@ class DriveNode:
         if bool(text) == bool(before) and not (good and text != before):
             return
         self._said[about] = text
-        if text:
-            (self.log.info if good else self.log.warning)(text)
-        elif end:
-            self.log.info(end)
+        if text and not good:
+            self.log.warning(text)
+        elif text or end:  # rclpy requires one severity for each line of code
+            self.log.info(text or end)
 
     def _diagnose(self) -> None:
         """Publish the state of the controller."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import signal
-import socket
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -17,7 +15,7 @@ SIGNALS = tuple(
 )
 
 
-STOPPING = 15.0  # seconds until a node that does not stop is left
+LONGEST_WAIT = 0.1  # seconds until a signal is noticed
 
 
 class StopFlag:
@@ -55,42 +53,10 @@ def open_ros(arguments: Sequence[str], network: bool) -> Iterator[tuple[Any, Sto
 
 
 def spin_until_signal(node: Any, flag: StopFlag, stop: Callable[[], None]) -> None:
-    """Execute a node until a signal asks for its end, and stop it.
-
-    `stop` is called by the thread that executes the node. Messages are taken by the executor of
-    events, whose latency is shorter than the latency of the others of rclpy. The main thread sleeps
-    until a signal, so that it takes no time from the executor.
-    """
-    executor = import_module("rclpy.experimental").EventsExecutor(context=node.context)
+    """Execute a node until a signal asks for its end, and stop it."""
+    executor = import_module("rclpy.executors").SingleThreadedExecutor()
     executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, name="ros", daemon=True)
-    with _receive_signals() as receiver:
-        thread.start()
-        if not flag.received:
-            receiver.recv(1)
-        stopped = threading.Event()
-
-        def end() -> None:
-            try:
-                stop()
-            finally:
-                stopped.set()
-
-        executor.create_task(end)
-        stopped.wait(STOPPING)
-        executor.shutdown()
-        thread.join(1.0)
-
-
-@contextmanager
-def _receive_signals() -> Iterator[socket.socket]:
-    """Yield a socket that receives a byte for each signal, from any thread of the process."""
-    receiver, sender = socket.socketpair()
-    sender.setblocking(False)
-    before = signal.set_wakeup_fd(sender.fileno())
-    try:
-        yield receiver
-    finally:
-        signal.set_wakeup_fd(before)
-        receiver.close()
-        sender.close()
+    while not flag.received:
+        executor.spin_once(timeout_sec=LONGEST_WAIT)
+    stop()
+    executor.shutdown()

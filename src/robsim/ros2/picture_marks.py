@@ -102,4 +102,5 @@ def _list_pairs(controller: Controller) -> list[DetectedPair]:
 
 def _predict_pixels(pair: DetectedPair, q: Array) -> Array:
     """Return the pixels (N, 2) at which the marks of a pair are at coordinates q (nq,)."""
-    return np.rint(pair.believed.project(q[:, None]).pixels[..., 0])
+    pixels: Array = np.rint(pair.believed.project(q[:, None]).pixels[..., 0])
+    return pixels
