@@ -42,14 +42,36 @@ def test_a_wrong_message_leaves_the_last_command_until_its_timeout(gate):
     assert gate.reason == "5 numbers: the robot brakes"
 
 
-def test_a_blocked_robot_brakes_until_it_is_free(gate):
-    gate.take(SPEED, 0.0)
+def test_commands_of_two_publishers_brake_until_one_is_left(gate):
+    gate.take(SPEED, 0.0, b"first")
     gate.next_command(np.zeros(2), 0.0)
-    gate.block("2 publishers")
+    gate.take(-SPEED, 0.1, b"second")
     np.testing.assert_allclose(gate.next_command(np.zeros(2), 0.1), SPEED / 2)
-    assert gate.reason == "2 publishers"
-    gate.block("")
-    np.testing.assert_array_equal(gate.next_command(np.zeros(2), 0.2), SPEED)
+    assert gate.reason == "commands of 2 publishers: the robot brakes until one is left"
+    gate.take(SPEED, 0.55, b"first")
+    assert not gate.next_command(np.zeros(2), 0.55).any()
+    gate.take(SPEED, 0.65, b"first")
+    np.testing.assert_array_equal(gate.next_command(np.zeros(2), 0.65), SPEED)
+    assert gate.reason == ""
+
+
+def test_a_fast_command_keeps_its_direction():
+    turn = rs.joints.Joint("revolute", speed=2.0)
+    links = [rs.joints.Link("base"), rs.joints.Link("a", "base", turn)]
+    links.append(rs.joints.Link("b", "a", rs.joints.Joint("revolute")))
+    gate = CommandGate(rs.Scene([rs.Robot("arm", links)]), np.arange(2), DT, 0.5)
+    gate.take(np.array([-4.0, 1.0]), 0.0)
+    np.testing.assert_allclose(gate.next_command(np.zeros(2), 0.0), [-2.0, 0.5])
+    assert gate.reason == "the command is scaled to the speed of joint a"
+
+
+def test_torques_have_no_limits_of_velocities():
+    scene = rs.Scene([rs.robots.load("ur5e")])
+    gate = CommandGate(scene, np.arange(6), 0.01, 0.5, np.ones(6), torques=True)
+    torques = np.array([50.0, -150.0, 100.0, 1.0, 0.0, 0.0])
+    gate.take(torques, 0.0)
+    np.testing.assert_array_equal(gate.next_command(scene.limits[:, 1], 0.0), torques)
+    assert not gate.next_command(scene.home, 1.0).any()
 
 
 def test_joints_stop_at_their_limits_and_may_leave_them():

@@ -113,6 +113,7 @@ def test_two_publishers_stop_the_robot_until_one_is_left(commander, start):
 def test_the_cell_is_paused_stepped_and_reset(commander):
     listener = commander.listener
     clock = listener.hear(Clock, "/clock")
+    wait_until(lambda: clock, "clock")
     assert listener.call(SetBool, "/robsim/pause", SetBool.Request(data=True)).success
     count = wait_until_quiet(clock)
     assert listener.call(Trigger, "/robsim/step").success

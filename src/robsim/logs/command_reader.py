@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, check_known
 from robsim.logs import message_types, twists
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.joint_states import JointStateFields, JointValues, Part, stack_stream
@@ -22,6 +22,25 @@ def check_torque_messages(torques: bool, kind: str) -> None:
             f"the law commands torques, and messages of {kind} command velocities: use "
             f"{message_types.NUMBERS} or {message_types.JOINTS}"
         )
+
+
+def check_command_names(message: message_types.Message, commanded: Collection[str]) -> None:
+    """Raise InputError if a command by names does not name the commanded joints, each once.
+
+    >>> from types import SimpleNamespace as Message
+    >>> check_command_names(Message(joint_names=["elbow"], points=[]), ["elbow", "wrist"])
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.InputError: a command without joint wrist
+    """
+    names = getattr(message, "name", getattr(message, "joint_names", None))
+    if names is None or not len(names):
+        return
+    for name in names:
+        check_known(name, commanded, "a command of joint {}, which is not commanded", "joints")
+    for name in commanded:
+        if name not in names:
+            raise InputError(f"a command without joint {name}")
 
 
 class CommandReader:

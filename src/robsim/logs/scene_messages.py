@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robsim.base.arrays import Array
-from robsim.geometry.pose import Pose
+from robsim.base.arrays import Array, move_runs_last
+from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.logs import message_types
 from robsim.logs.command_messages import MakeMessage, make_header
 from robsim.logs.message_types import Message
@@ -18,12 +18,26 @@ from robsim.world.scene import Scene
 COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}  # numbers of D
 
 
-def compute_frame_poses(scene: Scene, q: Array) -> dict[str, Array]:
-    """Return poses (T, 7) of all frames in the world: position and quaternion (x, y, z, w)."""
+def list_frame_names(scene: Scene) -> list[str]:
+    """Return the names of all links, cameras and objects of a scene."""
     links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
     eyes, things = ([part.name for part in parts] for parts in (scene.cameras, scene.objects))
-    poses = {name: scene.pose(name, q) for name in (*links, *eyes, *things)}
-    return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in poses.items()}
+    return [*links, *eyes, *things]
+
+
+def compute_frame_poses(
+    scene: Scene, q: Array, names: Sequence[str] | None = None
+) -> dict[str, Array]:
+    """Return poses (T, 7) of frames in the world: position and quaternion (x, y, z, w).
+
+    The coordinates are q (T, nq), and the default is all frames of the scene.
+    """
+    every = list_frame_names(scene) if names is None else list(names)
+    if not every:
+        return {}
+    bodies = scene.tree.bodies(move_runs_last(q, 1))
+    T = [homogeneous_matrix(scene.tree.frame(bodies, name), q.shape[:-1]) for name in every]
+    return dict(zip(every, Pose(np.array(T)).q, strict=True))
 
 
 def make_transforms(

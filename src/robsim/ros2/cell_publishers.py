@@ -13,17 +13,24 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.engine.simulated_cell import CellInstant, SimulatedCell
 from robsim.logs import message_types, topics
-from robsim.logs.command_messages import make_header, make_joint_state, make_number_array
+from robsim.logs.command_messages import (
+    make_header,
+    make_joint_state,
+    make_number_array,
+    make_twist,
+)
 from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.name_map import map_mark_ids
 from robsim.logs.scene_messages import (
     compute_frame_poses,
+    list_frame_names,
     make_camera_info,
     make_detections,
     make_pose,
     make_transforms,
 )
 from robsim.logs.tf_poses import BodyPoses
+from robsim.logs.twists import TWIST_PARTS, TwistComponent
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
 from robsim.ros2.scene_markers import SceneMarkers
@@ -82,7 +89,9 @@ class CellPublishers:
         self._ids = self._map_ids()
         self._frames = dict(connection.frames)
         self._root = self._frames.get("world", "world")
-        self._past: deque[CellInstant] = deque([cell.now], maxlen=2)
+        self._past: deque[CellInstant] = deque(maxlen=2)
+        self._repeats = False  # whether the present instant was published before
+        self._taken = 0  # time of the newest published images in ns, 0 before the first
         self._next_markers = 0
         self._publishers: dict[str, Any] = {}
         self._announce()
@@ -137,7 +146,7 @@ class CellPublishers:
     @cached_property
     def _frame_names(self) -> list[str]:
         """The names of all frames of the scene."""
-        return list(compute_frame_poses(self._cell.scene, self._cell.now.q[None]))
+        return list_frame_names(self._cell.scene)
 
     def _publisher(self, kind: str, topic: str, latched: bool = False) -> Any:
         """Return the publisher of a topic."""
@@ -150,7 +159,7 @@ class CellPublishers:
     def _send(self, topic: str, message: Any, time: int) -> None:
         """Publish a message, and record it unless the bag needs no such messages."""
         self._publishers[topic].publish(message)
-        if topic in self._recorded:
+        if topic in self._recorded and not self._repeats:
             self._recorder.write(topic, message, time)
 
     def _is_heard(self, topic: str) -> bool:
@@ -160,26 +169,39 @@ class CellPublishers:
     def publish(self, start: int) -> None:
         """Publish the messages of the present instant, of a cell that began at `start` ns."""
         now = self._cell.now
-        if now.step == 0:
-            self._past.clear()
-        self._past.append(now)
+        self._store_instant(now)
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
         self._send("/clock", make_ros_message(CLOCK, clock=stamp), time)
         if now.arrived:
+            self._taken = max(taken, 1)
             for camera in self.cameras:
-                self._publish_image(camera, max(taken, 1), time)
+                self._publish_image(camera, self._taken, time)
         self._publish_poses(time)
         if self._joint_names:
             rates, none = now.rates[self._columns], np.empty(0)
             parts = now.measured[self._rows], rates if self._columns else none
             state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
             self._send(self._told.joints, state, time)
-        self._send(INSTANT, self._make_instant(time, max(taken, 1)), time)
+        self._send(INSTANT, self._make_instant(time), time)
 
-    def _make_instant(self, time: int, taken: int) -> Any:
-        """Return the message of an instant: its time, and the time of the newest images."""
-        parts = [*divmod(time, NANO), *divmod(taken, NANO) * len(self.cameras)]
+    def _store_instant(self, now: CellInstant) -> None:
+        """Store an instant for pictures between two of them, unless it was published before."""
+        self._repeats = bool(self._past) and now is self._past[-1]
+        if self._repeats:
+            return
+        if now.step == 0:
+            self._past.clear()
+            self._taken = 0
+        self._past.append(now)
+
+    def _make_instant(self, time: int) -> Any:
+        """Return the message of an instant: its time, and the time of the newest images.
+
+        The time of images is NaN before the first.
+        """
+        taken = divmod(self._taken, NANO) if self._taken else (np.nan, np.nan)
+        parts = [*divmod(time, NANO), *taken * len(self.cameras)]
         return make_number_array(make_ros_message, np.array(parts, dtype=np.float64))
 
     def _publish_image(self, camera: str, taken: int, time: int) -> None:
@@ -232,9 +254,9 @@ class CellPublishers:
         names = ((frame, topics.pose_topic(frame)) for frame in self._frame_names)
         heard = [f for f, topic in names if topic in self._recorded or self._is_heard(topic)]
         shown = self._is_heard(MARKERS) and time >= self._next_markers
-        if not (heard or shown or self._has_tf or self._bodies.links):
-            return
-        every = compute_frame_poses(self._cell.scene, self._cell.now.measured[None])
+        whole = shown or self._has_tf
+        needed = self._frame_names if whole else [*heard, *self._bodies.bases]
+        every = compute_frame_poses(self._cell.scene, self._cell.now.measured[None], needed)
         poses = {name: T[0] for name, T in every.items()}
         header = make_header(make_ros_message, time, self._root)
         for frame in heard:
@@ -257,6 +279,17 @@ class CellPublishers:
         """The markers of the scene."""
         return SceneMarkers(self._cell.scene)
 
+    @cached_property
+    def _twist_parts(self) -> dict[str, list[TwistComponent]]:
+        """The components of the twist of each base, with the indices of their velocities."""
+        tree, names, found = self._cell.scene.tree, self._cell.scene.velocity_names, {}
+        for link in self._bodies.bases:
+            body, _ = tree.find(link)
+            member = next(each for each in tree.members if each.body == body)
+            named = ((names[i].rpartition(".")[2], i) for i in range(self._cell.scene.nv)[member.v])
+            found[link] = [TwistComponent(*TWIST_PARTS[name], i) for name, i in named]
+        return found
+
     def _odometry_topic(self, link: str) -> str:
         """Return the topic of the odometry of a base."""
         return self._told.name_topic("odometry", robot=link.split(".", maxsplit=1)[0])
@@ -264,9 +297,16 @@ class CellPublishers:
     def _make_odometry(self, link: str, pose: Array, header: Any) -> Any:
         """Return the Odometry of a base at a pose (7,), with its velocity in its own axes."""
         make = make_ros_message
-        covariance = make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose))
+        parts = self._twist_parts[link]
+        both = {
+            "pose": make("geometry_msgs/msg/PoseWithCovariance", pose=make_pose(make, pose)),
+            "twist": make(
+                "geometry_msgs/msg/TwistWithCovariance",
+                twist=make_twist(make, self._cell.now.rates, parts),
+            ),
+        }
         name = self._frames.get(link, link)
-        return make(message_types.ODOMETRY, header=header, child_frame_id=name, pose=covariance)
+        return make(message_types.ODOMETRY, header=header, child_frame_id=name, **both)
 
 
 def _make_image(picture: NDArray[np.uint8], header: Any) -> Any:

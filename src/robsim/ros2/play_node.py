@@ -14,10 +14,12 @@ from robsim.base.errors import InputError
 from robsim.declare.joint_numbers import broadcast_limits
 from robsim.engine.simulated_cell import SimulatedCell
 from robsim.logs.bag_files import TimedMessage
-from robsim.logs.command_reader import CommandReader
+from robsim.logs.command_reader import CommandReader, check_command_names
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
+from robsim.ros2.connection_parameters import declare_connection
+from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
 from robsim.ros2.middleware import load_message_type
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
@@ -27,7 +29,9 @@ from robsim.run.ros_connection import RosConnection
 NAME = "robsim_cell"
 STEPPED_START = NANO  # ns on the clock of a stepped cell: a time of zero means no time
 BEHIND = 0.5  # seconds behind real time that are reported, and no longer made up
+AGAIN = 0.5  # seconds after which a stepped cell repeats an instant, for nodes that missed it
 SILENCE = 5.0  # seconds without a command in which a stepped cell reports that it waits
+QUEUE = 10  # commands that wait: more than one, so that two publishers are noticed
 TRIGGER, SET_BOOL = "std_srvs/srv/Trigger", "std_srvs/srv/SetBool"
 
 
@@ -58,23 +62,31 @@ class PlayNode:
         self, node: Any, experiment: Experiment, stepped: bool, recorder: BagRecorder
     ) -> None:
         self._node, self._stepped, self._recorder = node, stepped, recorder
-        self._told = experiment.ros2 or RosConnection()
         self.cell, controller = experiment.cell(), Controller(experiment)
+        connection = experiment.ros2 or RosConnection()
+        self._told = declare_connection(node, connection, self.cell.scene)
         self._publishers = CellPublishers(node, self.cell, controller, self._told, recorder)
+        self._diagnostics, self._refused = DiagnosticPublisher(node), 0
         kind, order = self._told.command_type, self._told.order
-        self._reader = CommandReader(controller, kind, dict(self._told.names), order)
+        names = dict(self._told.names)
+        self._reader = CommandReader(controller, kind, names, order)
+        self._commanded = [names.get(each, each) for each in controller.velocity_names]
         self._gate = CommandGate(
             self.cell.scene,
             self.cell.columns,
             self.cell.dt,
             math.inf if stepped else self._told.timeout,
             _find_acceleration(experiment, self.cell),
+            controller.command_quantity == "torque",
         )
         self._paused, self._fresh, self._said = False, False, ""
         self._others: set[str] = set()  # reported names
         self._waits_since = time.monotonic()
         self._start_clock(STEPPED_START if stepped else time.time_ns())
-        node.create_subscription(load_message_type(kind), self._told.commands, self._on_command, 1)
+        node.create_subscription(
+            load_message_type(kind), self._told.commands, self._on_command, QUEUE
+        )
+        node.create_timer(PERIOD, self._diagnose)
         node.create_service(load_message_type(TRIGGER), "/robsim/reset", self._on_reset)
         node.create_service(load_message_type(SET_BOOL), "/robsim/pause", self._on_pause)
         node.create_service(load_message_type(TRIGGER), "/robsim/step", self._on_step)
@@ -102,7 +114,7 @@ class PlayNode:
         if self._is_due():
             self._advance()
         elif self._stepped and not self._paused:
-            self._report_waiting()
+            self._wait_for_command()
 
     def _is_due(self) -> bool:
         """Return whether the next period begins."""
@@ -114,9 +126,6 @@ class PlayNode:
 
     def _advance(self) -> None:
         """Move for one period with the present command, and publish the next instant."""
-        count = self._node.count_publishers(self._told.commands)
-        two = f"{count} publishers of {self._told.commands}: the robot brakes until one is left"
-        self._gate.block(two if count > 1 else "")
         command = self._gate.next_command(self.cell.now.q, time.monotonic())
         self._say(self._gate.reason)
         self._fresh, self._waits_since = False, time.monotonic()
@@ -136,20 +145,24 @@ class PlayNode:
     def _publish(self) -> None:
         """Publish the present instant."""
         self._publishers.publish(self._start)
+        self._published = time.monotonic()
 
-    def _report_waiting(self) -> None:
-        """Report once that a stepped cell waits for a command."""
+    def _wait_for_command(self) -> None:
+        """Repeat the instant that a stepped cell waits at, and report once that it waits."""
+        if time.monotonic() - self._published > AGAIN:
+            self._publish()
         if time.monotonic() - self._waits_since > SILENCE:
             self._say(f"waits for a command on {self._told.commands}")
 
-    def _on_command(self, message: Any) -> None:
-        """Store a command, or the reason why it is none."""
-        self._recorder.write(self._told.commands, message, self.clock)
+    def _on_command(self, message: Any, info: Any) -> None:
+        """Store a command with its publisher, or the reason why it is none."""
         try:
+            check_command_names(message, self._commanded)
             values = self._reader.read(
                 f"command on {self._told.commands}", TimedMessage(self.clock, message)
             )
         except InputError as error:
+            self._refused += 1
             self._gate.refuse(f"not used: {error}")
             if self._stepped:
                 self._say(f"not used: {error}")
@@ -157,7 +170,9 @@ class PlayNode:
         if values is None:
             return
         self._report_others()
-        self._gate.take(values[self.cell.columns], time.monotonic())
+        self._recorder.write(self._told.commands, message, self.clock)
+        sender = bytes((info.get("publisher_gid") or {}).get("data", b""))
+        self._gate.take(values[self.cell.columns], time.monotonic(), sender)
         self._fresh = True
 
     def _report_others(self) -> None:
@@ -194,6 +209,15 @@ class PlayNode:
             return _answer(response, False, "the cell is not paused: call /robsim/pause first")
         self._advance()
         return _answer(response, True, f"at {self.cell.now.time:.6g} s")
+
+    def _diagnose(self) -> None:
+        """Publish the state of the cell."""
+        values = {
+            "time": f"{self.cell.now.time:.6g} s",
+            "clock": "paused" if self._paused else "stepped" if self._stepped else "real time",
+            "refused commands": self._refused,
+        }
+        self._diagnostics.publish(self._said, values)
 
     def _say(self, reason: str) -> None:
         """Log a reason if it is new; no reason is the end of the last one."""

@@ -10,6 +10,7 @@ from robsim.base.arrays import Array
 from robsim.logs.command_messages import make_header
 from robsim.logs.scene_messages import make_pose
 from robsim.plot.wireframe import ScenePart, list_scene_parts
+from robsim.robot.urdf.shape_export import color_to_rgba
 from robsim.ros2.middleware import make_ros_message
 from robsim.world.scene import Scene
 
@@ -35,10 +36,8 @@ class SceneMarkers:
 
 def _make_marker(number: int, part: ScenePart) -> Any:
     """Return the marker of a solid in the axes of its frame: triangles, or lines without faces."""
-    from matplotlib.colors import to_rgb
-
     wire = part.wire
-    red, green, blue = to_rgb(wire.color)
+    red, green, blue, _ = color_to_rgba(wire.color)
     color = make_ros_message("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=1.0)
     triangles = [_split_polygon(np.asarray(face)) for face in wire.faces]
     points = np.concatenate(triangles) if triangles else wire.segments.reshape(-1, 3)
