@@ -100,7 +100,7 @@ class CommandReader:
         if not np.isfinite(row).all():
             raise FileError(f"{what}: {row[~np.isfinite(row)][0]}, {each.when}")
         velocities = np.zeros(self._nv)
-        velocities[slice(None) if len(row) == self._nv else self._columns] = row
+        velocities[self._columns if len(row) == len(self._columns) else slice(None)] = row
         return velocities
 
     def _read_point(self, what: str, each: TimedMessage) -> Array | None:

@@ -13,8 +13,8 @@ from robsim.run.experiment import Experiment
 class BagRecorder:
     """A bag with the messages of a node, which is complete at the end of its `with` block.
 
-    Until then the messages are in a folder beside the bag, NAME.part1, which `read_bag` reads if the
-    process is killed.
+    Until then the messages are in a folder beside the bag, PATH.part1. If the process is killed,
+    `read_bag` reads this folder.
 
     Parameters
     ----------

@@ -272,12 +272,12 @@ class CellPublishers:
             self._send(topics.FRAMES, message, time)
         if shown:
             self._next_markers = time + round(MARKER_PERIOD * NANO)
-            self._send(MARKERS, self._markers.place(poses, time, self._root), time)
+            self._send(MARKERS, self._markers.place(poses, time), time)
 
     @cached_property
     def _markers(self) -> SceneMarkers:
         """The markers of the scene."""
-        return SceneMarkers(self._cell.scene)
+        return SceneMarkers(self._cell.scene, self._root)
 
     @cached_property
     def _twist_parts(self) -> dict[str, list[TwistComponent]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import numpy as np
@@ -12,26 +13,68 @@ from robsim.logs.scene_messages import make_pose
 from robsim.plot.wireframe import ScenePart, list_scene_parts
 from robsim.robot.urdf.shape_export import color_to_rgba
 from robsim.ros2.middleware import make_ros_message
+from robsim.run.log import NANO
 from robsim.world.scene import Scene
 
 MARKER = "visualization_msgs/msg/Marker"
 FRUSTUM_DEPTH = 0.1  # metres, of cameras without a housing
 LINE_WIDTH = 0.004  # metres
+PLACEHOLDER = 987_654_321  # seconds and nanoseconds of a marker that is not placed
 
 
 class SceneMarkers:
-    """The markers of all solids of a scene, which are built once and placed at each message."""
+    """The markers of all solids of a scene, which are serialised once and placed at each message.
 
-    def __init__(self, scene: Scene) -> None:
-        self._parts = [part for part in list_scene_parts(scene, FRUSTUM_DEPTH) if not part.to]
-        self._markers = [_make_marker(number, part) for number, part in enumerate(self._parts)]
+    Triangles and colours stay; only the times and the poses in the serialised message change. To
+    serialise the triangles each time would take milliseconds.
 
-    def place(self, poses: dict[str, Array], time: int, root: str) -> Any:
-        """Return the MarkerArray at poses (7,) of all frames in the root frame."""
-        header = make_header(make_ros_message, time, root)
-        for part, marker in zip(self._parts, self._markers, strict=True):
-            marker.header, marker.pose = header, make_pose(make_ros_message, poses[part.frame])
-        return make_ros_message("visualization_msgs/msg/MarkerArray", markers=self._markers)
+    Parameters
+    ----------
+    scene : Scene
+        Scene with the solids.
+    root : str
+        Frame of the poses.
+    """
+
+    def __init__(self, scene: Scene, root: str) -> None:
+        from rclpy.serialization import serialize_message
+
+        parts = [part for part in list_scene_parts(scene, FRUSTUM_DEPTH) if not part.to]
+        self._frames = [part.frame for part in parts]
+        markers = [_make_marker(number, part) for number, part in enumerate(parts)]
+        for number, marker in enumerate(markers):
+            marker.header = make_header(make_ros_message, _placeholder_time(number), root)
+            marker.pose = make_pose(make_ros_message, _placeholder_pose(number))
+        message = make_ros_message("visualization_msgs/msg/MarkerArray", markers=markers)
+        self._bytes = bytearray(serialize_message(message))
+        numbers = range(len(markers))
+        times = (_pack_time(_placeholder_time(number)) for number in numbers)
+        self._times = [self._bytes.index(each) for each in times]
+        self._poses = [self._bytes.index(_placeholder_pose(number).tobytes()) for number in numbers]
+
+    def place(self, poses: dict[str, Array], time: int) -> bytes:
+        """Return the serialised MarkerArray at a time in ns, at poses (7,) of all frames."""
+        stamp = _pack_time(time)
+        for frame, at, pose in zip(self._frames, self._times, self._poses, strict=True):
+            self._bytes[at : at + len(stamp)] = stamp
+            values = np.asarray(poses[frame], dtype=np.float64).tobytes()
+            self._bytes[pose : pose + len(values)] = values
+        return bytes(self._bytes)
+
+
+def _placeholder_time(number: int) -> int:
+    """Return the time in ns of a marker until it is placed, which no other content contains."""
+    return (PLACEHOLDER + number) * NANO + PLACEHOLDER
+
+
+def _placeholder_pose(number: int) -> Array:
+    """Return the pose (7,) of a marker until it is placed, which no other content contains."""
+    return np.full(7, -1e200 * (number + 1))
+
+
+def _pack_time(time: int) -> bytes:
+    """Return the seconds and nanoseconds of a time as in a serialised message."""
+    return struct.pack("=iI", *divmod(time, NANO))
 
 
 def _make_marker(number: int, part: ScenePart) -> Any:
