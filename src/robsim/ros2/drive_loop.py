@@ -84,6 +84,7 @@ class DriveLoop:
         self.q: Array | None = None
         self.command: DriveCommand | None = None
         self.stamps: dict[str, float] = {}
+        self._compared: dict[str, float] = {}  # stamps that `find_other_clock` has compared
         self._permitted = -math.inf
         self._marks: dict[str, Marks] = {}
         self._greys: dict[str, NDArray[np.uint8]] = {}
@@ -168,16 +169,11 @@ class DriveLoop:
         return self.ros.command(zero, self.connection.command_type)
 
     def find_other_clock(self) -> tuple[str, float] | None:
-        """Return a camera whose stamps are of another clock, and its lead in seconds, or None."""
-        for camera, t in self.stamps.items():
-            lead = t - self.clock.stamp
-            if math.isfinite(lead) and (lead > CLOCKS or self._is_new_and_old(camera, lead)):
-                return camera, lead
-        return None
-
-    def _is_new_and_old(self, camera: str, lead: float) -> bool:
-        """Return whether an image that just arrived is far behind the joints."""
-        return camera in self._marks and lead < -CLOCKS
+        """Return a camera whose new image is of another clock, and its lead in seconds, or None."""
+        new = {camera: t for camera, t in self.stamps.items() if self._compared.get(camera) != t}
+        self._compared |= new
+        leads = ((camera, t - self.clock.stamp) for camera, t in new.items())
+        return next((each for each in leads if CLOCKS < abs(each[1]) < math.inf), None)
 
 
 def read_instant(data: list[float]) -> tuple[float, list[float]]:
