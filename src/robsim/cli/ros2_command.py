@@ -62,12 +62,14 @@ def play_cell(
 @set_option
 @click.option("--stepped", is_flag=True, help="Answer each instant of a stepped, played cell.")
 @click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
+@click.option("--record", type=click.Path(path_type=Path), metavar="BAG", help="Bag to record.")
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
 def drive_robot(
     file: Path,
     changes: tuple[str, ...],
     stepped: bool,
     network: bool,
+    record: Path | None,
     ros_arguments: tuple[str, ...],
 ) -> None:
     """Drive a robot by the controller of the scenario in FILE.
@@ -78,5 +80,7 @@ def drive_robot(
     """
     from robsim.ros2.drive import drive_experiment
 
+    check_ros_arguments(ros_arguments)
     experiment = load_with_changes(file, changes)
-    drive_experiment(experiment, stepped=stepped, network=network, arguments=ros_arguments)
+    how = {"stepped": stepped, "network": network}
+    drive_experiment(experiment, record=record, arguments=ros_arguments, **how)

@@ -81,6 +81,18 @@ def map_mark_ids(
     return ids, {sight.key: len(sight.target.marks) for sight in camera_sights}
 
 
+def list_mark_ids(
+    controller: Controller, marks: Mapping[str, Sequence[str]] | None
+) -> dict[PairKey, list[str]]:
+    """Return the ids in a log of the marks of each camera and target, in their order."""
+    found: dict[PairKey, list[str]] = {}
+    for camera in controller.cameras:
+        ids, _ = map_mark_ids(controller, camera, marks)
+        for name, (key, _) in ids.items():
+            found.setdefault(key, []).append(name)
+    return found
+
+
 def _target_mark_ids(marks: Mapping[str, Sequence[str]], target: str, count: int) -> list[str]:
     """Return the ids of the marks of a target; the default is TARGET.NUMBER."""
     ids = marks.get(target, [f"{target}.{i}" for i in range(count)])

@@ -20,7 +20,7 @@ from robsim.logs.command_messages import (
     make_twist,
 )
 from robsim.logs.mark_arrays import make_mark_array
-from robsim.logs.name_map import map_mark_ids
+from robsim.logs.name_map import list_mark_ids
 from robsim.logs.scene_messages import (
     compute_frame_poses,
     list_frame_names,
@@ -37,7 +37,6 @@ from robsim.ros2.scene_markers import SceneMarkers
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
 from robsim.run.ros_connection import RosConnection
-from robsim.servo.camera_target import PairKey
 from robsim.world.scene_picture import CameraPictures, NoiseKey
 
 INSTANT = "/robsim/instant"
@@ -86,7 +85,7 @@ class CellPublishers:
         velocities = {name: i for i, name in enumerate(scene.velocity_names)}
         alike = [velocities.get(scene.coordinate_names[i]) for i in self._rows]
         self._columns = [] if None in alike else [i for i in alike if i is not None]
-        self._ids = self._map_ids()
+        self._ids = list_mark_ids(controller, dict(connection.ids))
         self._frames = dict(connection.frames)
         self._root = self._frames.get("world", "world")
         self._past: deque[CellInstant] = deque(maxlen=2)
@@ -103,15 +102,6 @@ class CellPublishers:
         marks = (self._told.name_topic("marks", camera=each) for each in self.cameras)
         bases = (self._odometry_topic(link) for link in self._bodies.bases)
         return {self._told.joints, *marks, *bases, *map(topics.pose_topic, flying)}
-
-    def _map_ids(self) -> dict[PairKey, list[str]]:
-        """Return the ids of the marks of each camera and target."""
-        found: dict[PairKey, list[str]] = {}
-        for camera in self.cameras:
-            ids, _ = map_mark_ids(self._controller, camera, dict(self._told.ids))
-            for name, (key, _) in ids.items():
-                found.setdefault(key, []).append(name)
-        return found
 
     def _announce(self) -> None:
         """Create the publishers, so that subscribers find them."""

@@ -1,14 +1,12 @@
-"""The state of a controller in words, and as a diagnostic message."""
+"""The state of a controller in words, for logs and diagnostics."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-from robsim.ros2.middleware import load_message_type
+from robsim.ros2.diagnostics import ERROR, OK, WARN
 from robsim.run.control.drive_command import DriveCommand
 
-OK, WARN, ERROR = b"\0", b"\1", b"\2"  # levels of diagnostic_msgs/DiagnosticStatus
 REASONS = {
     "watchdog": "the images are too old",
     "stopped by the watchdog": "the watchdog has stopped the robot until a reset",
@@ -37,32 +35,20 @@ def describe_command(command: DriveCommand) -> str:
     return ": ".join(filter(None, (command.phase, "; ".join(reasons))))
 
 
-def make_diagnostics(
-    name: str, state: str, command: DriveCommand | None, problems: Sequence[str], stamp: Any
-) -> Any:
-    """Return a DiagnosticArray of a node with the health of its controller."""
-    status = load_message_type("diagnostic_msgs/msg/DiagnosticStatus")(name=name, hardware_id=name)
-    words = "no command yet" if command is None else describe_command(command)
-    status.message = "; ".join([f"{state}, {words}", *problems])
-    status.level = _find_level(command, problems)
-    if command is not None:
-        health = command.health
-        values = {
-            "phase": command.phase,
-            "error": f"{float(abs(command.error).max(initial=0.0)):.6g}",
-            "age of the images (s)": f"{health.age:.3g}",
-            "lost marks": ", ".join(health.lost),
-            "active limits": ", ".join(health.limits),
-            "unused data": ", ".join(health.unused),
-        }
-        pair = load_message_type("diagnostic_msgs/msg/KeyValue")
-        status.values = [pair(key=key, value=value) for key, value in values.items()]
-    message = load_message_type("diagnostic_msgs/msg/DiagnosticArray")(status=[status])
-    message.header.stamp = stamp
-    return message
+def list_health_values(command: DriveCommand) -> dict[str, str]:
+    """Return the health of a command by the names of its parts, for diagnostics."""
+    health = command.health
+    return {
+        "phase": command.phase,
+        "error": f"{float(abs(command.error).max(initial=0.0)):.6g}",
+        "age of the images (s)": f"{health.age:.3g}",
+        "lost marks": ", ".join(health.lost),
+        "active limits": ", ".join(health.limits),
+        "unused data": ", ".join(health.unused),
+    }
 
 
-def _find_level(command: DriveCommand | None, problems: Sequence[str]) -> bytes:
+def find_level(command: DriveCommand | None, problems: Sequence[str]) -> bytes:
     """Return the level of a diagnosis: an error if the robot is stopped."""
     if command is not None and command.phase == "stopped":
         return ERROR

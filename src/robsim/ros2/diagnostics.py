@@ -9,7 +9,7 @@ from robsim.ros2.middleware import find_message_type, make_ros_message
 
 TOPIC, PERIOD = "/diagnostics", 1.0  # and seconds between two messages
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
-LEVELS = b"\x00", b"\x01"  # OK and WARN of diagnostic_msgs/DiagnosticStatus
+OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"  # of diagnostic_msgs/DiagnosticStatus
 
 
 class DiagnosticPublisher:
@@ -25,8 +25,8 @@ class DiagnosticPublisher:
         self._node, kind = node, find_message_type(DIAGNOSTICS)
         self._publisher = None if kind is None else node.create_publisher(kind, TOPIC, 10)
 
-    def publish(self, problem: str, values: Mapping[str, object]) -> None:
-        """Publish the present problem of the node, "" without one, and values by their names."""
+    def publish(self, level: bytes, text: str, values: Mapping[str, object]) -> None:
+        """Publish the level of the state of the node, the state in words, and values by name."""
         if self._publisher is None:
             return
         pairs = [
@@ -36,9 +36,9 @@ class DiagnosticPublisher:
         name = self._node.get_name()
         status = make_ros_message(
             "diagnostic_msgs/msg/DiagnosticStatus",
-            level=LEVELS[bool(problem)],
+            level=level,
             name=name,
-            message=problem or "ok",
+            message=text,
             hardware_id="robsim",
             values=pairs,
         )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from robsim.ros2.node_process import open_ros, spin_until_signal
 from robsim.run.experiment import Experiment
+from robsim.run.run_checks import check_instance
 
 
 def drive_experiment(
@@ -13,6 +15,7 @@ def drive_experiment(
     *,
     stepped: bool = False,
     network: bool = False,
+    record: Path | None = None,
     arguments: Sequence[str] = (),
 ) -> None:
     """Drive a robot by the controller of an experiment, until a signal ends the process.
@@ -27,6 +30,8 @@ def drive_experiment(
         Whether commands answer the instants of a stepped, played cell. Default: joint states.
     network : bool, default False
         Whether nodes on other machines are reached.
+    record : Path, optional
+        Bag to record.
     arguments : sequence of str, optional
         Arguments of ROS, such as ["--ros-args", "-p", "patience:=0.2"].
 
@@ -37,17 +42,18 @@ def drive_experiment(
 
     Examples
     --------
-    >>> from robsim import examples, load_scenario
-    >>> mission = load_scenario(examples.path("inspection_a"))
-    >>> drive_experiment(mission)
+    >>> drive_experiment("cell.toml")
     Traceback (most recent call last):
     ...
-    robsim.base.errors.InputError: ...
+    robsim.base.errors.InputError: experiment: expected an Experiment, got 'cell.toml'
     """
+    check_instance(experiment, Experiment, "experiment")
+    from robsim.ros2.bag_recorder import BagRecorder
     from robsim.ros2.drive_node import DriveNode
 
-    with open_ros(arguments, network) as (_, flag, reach):
-        drive = DriveNode(experiment, stepped)
+    bag = BagRecorder(record, experiment)
+    with open_ros(arguments, network) as (_, flag, reach), bag as recorder:
+        drive = DriveNode(experiment, stepped, recorder)
         drive.log.info(reach)
         drive.start()
         drive.log.info(f"drives by {experiment.source or 'the experiment'}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from robsim.run.control.mark_input import Marks
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
 from robsim.run.ros_connection import RosConnection
+from robsim.servo.camera_target import PairKey
 
 PERMITTED = 0.2  # seconds for which a permission to move is valid
 CLOCKS = 1.0  # seconds: larger differences of stamps are of two clocks
@@ -94,11 +96,15 @@ class DriveLoop:
         marks = self.ros.marks(message, camera, t=self.clock.stamp)
         self._marks[camera], self.stamps[camera] = marks, marks.t
 
-    def take_picture(self, message: Any, camera: str) -> None:
-        """Store the marks in a picture, and the picture for features of pictures."""
+    def take_picture(self, message: Any, camera: str) -> Mapping[PairKey, Array]:
+        """Store the marks in a picture, and the picture for features of pictures.
+
+        Return the pixels (N, 2) of the marks that detectors have found by camera and target.
+        """
         grey, t = read_picture(message), self.ros.time(message) or self.clock.stamp
+        found: Mapping[PairKey, Array] = {}
         if t == self.stamps.get(camera):
-            return
+            return found
         if camera in self.pictures.cameras:
             q = self.controller.scene.home if self.q is None else self.q
             found = self.pictures.find(camera, grey, q)
@@ -106,6 +112,7 @@ class DriveLoop:
         if camera in self.controller.pictured_cameras:
             self._greys[camera] = grey
         self.stamps[camera] = t
+        return found
 
     def take_body(self, message: Any, link: str) -> float | None:
         """Store the pose of a body, and return the time in its stamp; None if q is incomplete."""

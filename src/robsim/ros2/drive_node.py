@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RobSimError
+from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.message_types import DETECTIONS, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
+from robsim.logs.name_map import list_mark_ids
 from robsim.logs.topics import pose_topic
-from robsim.ros2.command_state import describe_command, make_diagnostics
+from robsim.ros2.bag_recorder import BagRecorder
+from robsim.ros2.command_state import describe_command, find_level, list_health_values
+from robsim.ros2.connection_parameters import declare_connection
+from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
 from robsim.ros2.drive_loop import DriveLoop, read_instant
 from robsim.ros2.goal_teaching import teach_goal
 from robsim.ros2.middleware import (
@@ -21,16 +29,17 @@ from robsim.ros2.middleware import (
     make_listening_qos,
     make_ros_message,
 )
-from robsim.ros2.node_parameters import read_parameters
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
+from robsim.run.log import NANO
 from robsim.run.ros_connection import RosConnection
+from robsim.servo.camera_target import PairKey
 
 NAME = "robsim_drive"
 IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
-DIAGNOSTICS, EVERY = "diagnostic_msgs/msg/DiagnosticArray", 1.0  # seconds between diagnostics
 LONGEST_BRAKING = 10.0  # seconds
 ACKED = 1.0  # seconds until subscribers must have received the last command
+RECORDED = (JOINTS, NUMBERS, DETECTIONS, ODOMETRY, POSE)
 SAME = 1e-6  # seconds: stamps of one instant
 
 
@@ -44,8 +53,10 @@ class DriveNode:
     ----------
     experiment : Experiment
         Experiment with a single run.
-    stepped : bool, default False
+    stepped : bool
         Whether commands answer announced instants instead of joint states.
+    recorder : BagRecorder
+        Bag of the measurements and the commands.
 
     Attributes
     ----------
@@ -55,7 +66,7 @@ class DriveNode:
         Whether the node commands the robot.
     """
 
-    def __init__(self, experiment: Experiment, stepped: bool = False) -> None:
+    def __init__(self, experiment: Experiment, stepped: bool, recorder: BagRecorder) -> None:
         self.stepped, self.active = stepped, False
         self._controller = Controller(experiment)
         self._entities: list[Callable[[], Any]] = []
@@ -72,8 +83,13 @@ class DriveNode:
             on_cleanup=self._disconnect,
             on_shutdown=self._shut_down,
         )
-        self.log = self.node.get_logger()
-        self.connection = read_parameters(self.node, experiment.ros2 or RosConnection())
+        self.log, self._diagnostics = self.node.get_logger(), DiagnosticPublisher(self.node)
+        own = experiment.ros2 or RosConnection()
+        self.connection = declare_connection(self.node, own, experiment.scene)
+        self._recorder, self._ids = (
+            recorder,
+            list_mark_ids(self._controller, dict(self.connection.ids)),
+        )
 
     def start(self) -> None:
         """Configure and activate the node; raise InputError if a transition fails."""
@@ -102,12 +118,7 @@ class DriveNode:
         self._subscribe()
         self._serve("/robsim/teach", self._on_teach)
         self._serve("/robsim/reset_drive", self._on_reset)
-        self._diagnostics = None
-        if find_message_type(DIAGNOSTICS) is not None:
-            kind = find_message_type(DIAGNOSTICS)
-            self._diagnostics = node.create_publisher(kind, "/diagnostics", 10)
-            self._keep(node.destroy_publisher, self._diagnostics)
-            self._keep(node.destroy_timer, node.create_timer(EVERY, self._diagnose))
+        self._keep(node.destroy_timer, node.create_timer(PERIOD, self._diagnose))
         self._keep(node.destroy_timer, node.create_timer(self._controller.dt, self._watch))
 
     def _activate(self) -> None:
@@ -137,6 +148,8 @@ class DriveNode:
         def take(message: Any) -> None:
             if self.active:
                 self._guard(topic, call, message)
+                if kind in RECORDED:
+                    self._recorder.write(topic, message, self._clock())
 
         found = load_message_type(kind)
         depth = make_listening_qos(100 if self.stepped else 10)
@@ -225,8 +238,20 @@ class DriveNode:
         self._answer_instant()
 
     def _on_picture(self, message: Any, camera: str) -> None:
-        self.loop.take_picture(message, camera)
+        found = self.loop.take_picture(message, camera)
+        if found:
+            self._record_marks(camera, found)
         self._answer_instant()
+
+    def _record_marks(self, camera: str, found: Mapping[PairKey, Array]) -> None:
+        """Record the marks that were found in a picture."""
+        ids = [name for key in found for name in self._ids[key]]
+        pixels = np.concatenate(list(found.values()))
+        seen = np.flatnonzero(np.isfinite(pixels).all(axis=1))
+        taken = round(self.loop.stamps[camera] * NANO)
+        marks = make_mark_array(make_ros_message, taken, [ids[i] for i in seen], pixels[seen])
+        topic = self.connection.name_topic("marks", camera=camera)
+        self._recorder.write(topic, marks, self._clock())
 
     def _on_run(self, message: Any) -> None:
         self.loop.permit(message.data, time.monotonic())
@@ -270,13 +295,23 @@ class DriveNode:
         command = self.loop.answer(stamp, now)
         if command is None:
             return
-        self._commands.publish(self.loop.make_command())
+        self._send(self.loop.make_command())
         self._heard = now
         if self.loop.clock.leap:
             self.log.warning(f"the clock of the joints leapt by {self.loop.clock.leap:.3g} s")
         self._report("silence", "", "joints are back")
         self._report("state", describe_command(command), good=True)
         self._compare_clocks()
+
+    def _send(self, command: Any) -> None:
+        """Publish and record a command."""
+        self._commands.publish(command)
+        self._recorder.write(self.connection.commands, command, self._clock())
+
+    def _clock(self) -> int:
+        """Return the time in ns on the clock of the joints, or of the node before the first."""
+        stamp = self.loop.clock.stamp
+        return round((stamp if math.isfinite(stamp) else self._now()) * NANO)
 
     def _compare_clocks(self) -> None:
         """Report a camera whose clock differs from the clock of the joints."""
@@ -299,7 +334,7 @@ class DriveNode:
         if silence > self.connection.patience:
             self._report("silence", f"no usable joints for {silence:.2g} s: the robot brakes")
             self.loop.brake()
-            self._commands.publish(self.loop.make_command())
+            self._send(self.loop.make_command())
             if not self.loop.numbers.any():
                 self._heard = None
 
@@ -313,10 +348,10 @@ class DriveNode:
             due += dt
             time.sleep(max(due - time.monotonic(), 0.0))
             self.loop.brake()
-            self._commands.publish(self.loop.make_command())
+            self._send(self.loop.make_command())
         if self.loop.numbers.any():
             self.log.error("the robot does not come to rest: zero is commanded")
-        self._commands.publish(self.loop.make_still())
+        self._send(self.loop.make_still())
         self._commands.wait_for_all_acked(import_module("rclpy.duration").Duration(seconds=ACKED))
         self._heard = None
 
@@ -358,13 +393,12 @@ class DriveNode:
 
     def _diagnose(self) -> None:
         """Publish the state of the controller."""
-        if self._diagnostics is not None:
-            state = "active" if self.active else "inactive"
-            problems = [text for about, text in self._said.items() if text and about != "state"]
-            stamp = self.node.get_clock().now().to_msg()
-            self._diagnostics.publish(
-                make_diagnostics(NAME, state, self.loop.command, problems, stamp)
-            )
+        state, command = "active" if self.active else "inactive", self.loop.command
+        problems = [text for about, text in self._said.items() if text and about != "state"]
+        words = "no command yet" if command is None else describe_command(command)
+        values = {} if command is None else list_health_values(command)
+        text = "; ".join([f"{state}, {words}", *problems])
+        self._diagnostics.publish(find_level(command, problems), text, values)
 
     def _now(self) -> float:
         """Return the time of the node in seconds."""

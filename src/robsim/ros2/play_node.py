@@ -19,7 +19,7 @@ from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.cell_publishers import CellPublishers
 from robsim.ros2.command_gate import CommandGate
 from robsim.ros2.connection_parameters import declare_connection
-from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
+from robsim.ros2.diagnostics import OK, PERIOD, WARN, DiagnosticPublisher
 from robsim.ros2.middleware import load_message_type
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
@@ -217,7 +217,7 @@ class PlayNode:
             "clock": "paused" if self._paused else "stepped" if self._stepped else "real time",
             "refused commands": self._refused,
         }
-        self._diagnostics.publish(self._said, values)
+        self._diagnostics.publish(WARN if self._said else OK, self._said or "ok", values)
 
     def _say(self, reason: str) -> None:
         """Log a reason if it is new; no reason is the end of the last one."""
