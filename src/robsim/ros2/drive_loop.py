@@ -103,11 +103,10 @@ class DriveLoop:
         """
         grey, t = read_picture(message), self.ros.time(message) or self.clock.stamp
         found: Mapping[PairKey, Array] = {}
-        if t == self.stamps.get(camera):
+        if t == self.stamps.get(camera) or self.q is None:  # the joints tell where marks are
             return found
         if camera in self.pictures.cameras:
-            q = self.controller.scene.home if self.q is None else self.q
-            found = self.pictures.find(camera, grey, q)
+            found = self.pictures.find(camera, grey, self.q)
             self._marks[camera] = Marks({key[1]: p for key, p in found.items()}, t)
         if camera in self.controller.pictured_cameras:
             self._greys[camera] = grey

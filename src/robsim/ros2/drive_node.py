@@ -86,10 +86,8 @@ class DriveNode:
         self.log, self._diagnostics = self.node.get_logger(), DiagnosticPublisher(self.node)
         own = experiment.ros2 or RosConnection()
         self.connection = declare_connection(self.node, own, experiment.scene)
-        self._recorder, self._ids = (
-            recorder,
-            list_mark_ids(self._controller, dict(self.connection.ids)),
-        )
+        self._recorder = recorder
+        self._ids = list_mark_ids(self._controller, dict(self.connection.ids))
 
     def start(self) -> None:
         """Configure and activate the node; raise InputError if a transition fails."""
@@ -148,7 +146,7 @@ class DriveNode:
         def take(message: Any) -> None:
             if self.active:
                 self._guard(topic, call, message)
-                if kind in RECORDED:
+                if kind in RECORDED and topic != INSTANT:
                     self._recorder.write(topic, message, self._clock())
 
         found = load_message_type(kind)
@@ -363,11 +361,9 @@ class DriveNode:
         controller = Controller(experiment)
         self._brake_to_rest()
         self._controller = controller
-        permitted, self.loop = (
-            self.loop,
-            DriveLoop(controller, self.connection, make_ros_message, stepped=self.stepped),
-        )
-        self.loop.continue_from(permitted)
+        before = self.loop
+        self.loop = DriveLoop(controller, self.connection, make_ros_message, stepped=self.stepped)
+        self.loop.continue_from(before)
         return "the goal is the present image"
 
     def _on_reset(self) -> str:
