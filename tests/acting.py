@@ -231,7 +231,8 @@ def messages(tables) -> dict:
     ros = rs.control.RosMessages(controller, names=names, marks=ids, frames=frames, order=order)
     fields = ("joints", "marks", "images", "commands", "odometry", "run")
     topics = [told.name_topic(field, camera="eye", robot="arm") for field in fields]
-    parts = told.command_type, told.patience, told.timeout, names, ids, frames, ros.order
+    kinds, times = (told.command_type, told.marks_type), (told.patience, told.timeout)
+    parts = *kinds, *times, names, ids, frames, ros.order
     return {"messages": np.array([repr(each) for each in (*topics, *parts)])}
 
 

@@ -618,6 +618,7 @@ OF_ACTUATION = {
 OF_CONNECTION = {
     **{key: ["/other"] for key in ("joints", "marks", "images", "commands", "odometry", "run")},
     "command_type": ["sensor_msgs/msg/JointState"],
+    "marks_type": ["std_msgs/msg/Float64MultiArray"],
     "names": [{"link1": "joint_1"}],
     "ids": [{"plate": ["a", "b", "c", "d"]}],
     "order": [["link7", "link6", "link5", "link4", "link3", "link2", "link1"]],

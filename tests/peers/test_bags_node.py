@@ -1,162 +1,112 @@
-"""The node of the example, between topics that are none of ROS."""
-
-import importlib
-from pathlib import Path
-from types import SimpleNamespace
+"""The loop of the driving node, between messages of rosbags: no ROS is needed."""
 
 import numpy as np
 import pytest
-from bagging import NANO, detections, frames, serialise, state
+from bagging import detections, frames, serialise, state
 
 import robsim as rs
 from robsim.logs import message_types
 from robsim.logs.message_types import make_message
-
-ROOT = Path(__file__).parents[2]
-
-
-def experiment(name="chapter_6_1"):
-    return rs.load_scenario(rs.examples.path(name))
+from robsim.ros2.drive_loop import DriveLoop
 
 
-class Node:
-    """A stand-in for the node of rclpy in the example, with its publications and its log."""
-
-    def __init__(self, **told):
-        self.told, self.heard, self.timers = told, {}, []
-        self.published, self.logged = [], []
-
-    def declare_parameter(self, name, value):
-        return SimpleNamespace(value=self.told.get(name, value))
-
-    def create_publisher(self, kind, topic, queue):
-        self.topic = topic
-        return SimpleNamespace(publish=lambda each: self.published.append(serialise(each)))
-
-    def create_subscription(self, kind, topic, call, queue):
-        self.heard[topic] = call
-
-    def create_timer(self, seconds, call):
-        self.timers.append(call)
-
-    def get_logger(self):
-        log = self.logged.append
-        return SimpleNamespace(info=log, warning=log, error=log)
-
-    def get_clock(self):
-        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=5 * NANO))
+def load(name="chapter_6_1", **connection):
+    experiment = rs.load_scenario(rs.examples.path(name))
+    return experiment.with_(ros2=rs.control.RosConnection(**connection))
 
 
-NUMBERS = {"data", "position", "velocity", "effort", "positions", "velocities", "accelerations"}
+def begin(experiment):
+    return DriveLoop(rs.Controller(experiment), experiment.ros2, make_message)
 
 
-def type_of(kind):
-    """Make messages of lists, as rclpy does; arrays are none of its types."""
-
-    def make(**fields):
-        assert not any(isinstance(value, np.ndarray) for value in fields.values())
-        arrays = {name: np.array(fields[name]) for name in NUMBERS & fields.keys()}
-        return make_message(kind, **fields | arrays)
-
-    return make
-
-
-@pytest.fixture
-def node(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "examples")
-    example = importlib.import_module("ros2_node")
-
-    def started(**told):
-        found = Node(**{"scenario": str(rs.examples.path("chapter_6_1")), **told})
-        return found, example.Servo(found, type_of, None, None)
-
-    return started
-
-
-def test_the_commands_of_the_example_node_equal_the_simulated_ones(node):
-    run = experiment().run(duration=1.0)
-    ros, _ = node(
-        names=[f"{name}=arm_{name}" for name in run.coordinate.values],
-        ids=["cube=a,b,c,d"],
-        order=[f"arm_{name}" for name in run.velocity.values[::-1]],
-        marks="/CAMERA/tags",
+def test_the_commands_of_the_node_equal_the_simulated_ones():
+    run = load().run(duration=1.0)
+    joints = run.coordinate.values.tolist()
+    loop = begin(
+        load(
+            names={name: f"arm_{name}" for name in joints},
+            ids={"cube": ["a", "b", "c", "d"]},
+            order=[f"arm_{name}" for name in run.velocity.values[::-1]],
+        )
     )
-    assert ros.topic == "/forward_velocity_controller/commands"
+    told = []
     for i, t in enumerate(5.0 + run.time.values):
         places = dict(zip("dcba", run.pixels.values[i][::-1], strict=True))
-        ros.heard["/camera/tags"](detections(places, t))
-        names = [f"arm_{name}" for name in run.coordinate.values[::-1]]
-        ros.heard["/joint_states"](state(run.q.values[i][::-1], names, t))
-    told = [each.data[::-1] for each in ros.published]
+        loop.take_marks(detections(places, t), "camera")
+        stamp = loop.take_joints(
+            state(run.q.values[i][::-1], [f"arm_{n}" for n in joints[::-1]], t)
+        )
+        assert loop.answer(stamp, t).phase == "moving"
+        told.append(serialise(loop.make_command()).data[::-1])
     np.testing.assert_array_equal(told, run.qd)
-    assert ros.logged == ["moving "]
 
 
-def test_the_node_follows_a_base_by_its_frames(node):
+def test_the_node_follows_a_base_by_its_frames():
     """No joints at all: map to odom does not move, odom to base does."""
-    run = experiment("unicycle_docking").run(duration=1.0)
-    ros, _ = node(
-        scenario=str(rs.examples.path("unicycle_docking")),
-        kind=message_types.TWIST,
-        commands="/cmd_vel",
-        frames=["world=map", "unicycle.body=base_link"],
-    )
+    told = {"command_type": message_types.TWIST}
+    places = {"world": "map", "unicycle.body": "base_link", "camera": "camera_link"}
+    run = load("unicycle_docking").run(duration=1.0)
+    loop = begin(load("unicycle_docking", frames=places, **told))
+    assert not loop.needs_joints and loop.bases == ["unicycle.body"]
     shift = rs.Pose.at(1, 2, 0, rpy=(0, 0, 0.5))
-    ros.heard["/tf_static"](frames(("map", "odom", shift)))
+    loop.take_still_frames(frames(("map", "odom", shift)))
+    found = []
     for i, t in enumerate(5.0 + run.time.values):
         names = (f"{run.mark_target.values[0]}.{j}" for j in range(run.sizes["mark"]))
-        places = dict(zip(names, run.pixels.values[i], strict=True))
-        ros.heard[f"/{run.mark_camera.values[0]}/detections"](detections(places, t))
+        marks = dict(zip(names, run.pixels.values[i], strict=True))
+        loop.take_marks(detections(marks, t), run.mark_camera.values[0])
         x, y, theta = run.q.values[i]
         base = shift.inv() @ rs.Pose.at(x, y, 0, rpy=(0, 0, theta))
-        ros.heard["/tf"](frames(("odom", "base_link", base), t=t))
-    told = [(each.linear.x, each.angular.z) for each in ros.published]
-    np.testing.assert_allclose(told, run.qd, atol=1e-9)
+        loop.answer(loop.take_frames(frames(("odom", "base_link", base), t=t)), t)
+        twist = serialise(loop.make_command())
+        found.append((twist.linear.x, twist.angular.z))
+    np.testing.assert_allclose(found, run.qd, atol=1e-9)
 
 
-def test_the_node_stops_the_robot_where_joints_are_silent_or_wrong(node, monkeypatch):
-    run, (ros, _) = experiment().run(duration=0.2), node()
-    clock = [10.0]
-    monkeypatch.setattr("time.monotonic", lambda: clock[0])
-    names = run.coordinate.values.tolist()
-    ros.heard["/camera/detections"](
-        detections({f"cube.{i}": p for i, p in enumerate(run.pixels.values[0])})
-    )
-    ros.heard["/joint_states"](state(run.q.values[0], names))
-    np.testing.assert_array_equal(ros.published[-1].data, run.qd.values[0])
-    clock[0] += 0.09
-    ros.timers[0]()
-    assert len(ros.published) == 1
-    clock[0] += 0.02
-    ros.heard["/joint_states"](state([np.nan] * 5, names))
-    ros.timers[0]()
-    assert not ros.published[-1].data.any() and len(ros.published) == 2
-    ros.timers[0]()
-    assert len(ros.published) == 2 and "shoulder is nan" in ros.logged[-1]
-
-
-def test_the_node_waits_for_the_word_to_run(node, tmp_path, monkeypatch):
-    path = tmp_path / "held.toml"
-    text = rs.examples.path("chapter_6_1").read_text(encoding="utf-8")
-    path.write_text(f"{text}\n[safety]\nhold_to_run = true\n", encoding="utf-8")
-    run, (ros, _) = experiment().run(duration=0.4), node(scenario=str(path))
-    clock = [10.0]
-    monkeypatch.setattr("time.monotonic", lambda: clock[0])
-    moved = []
-    for i, word in enumerate((None, False, True, None)):
-        clock[0] += 0.15
+def test_the_node_waits_for_the_permission_to_move():
+    experiment = load().with_(safety=rs.Safety(hold_to_run=True))
+    run, loop = load().run(duration=0.4), begin(experiment)
+    moved, now = [], 10.0
+    for i, word in enumerate((None, False, True, None, None)):
+        now += 0.15
         if word is not None:
-            ros.heard["/robsim/run"](SimpleNamespace(data=word))
+            loop.permit(word, now)
         t = 5.0 + 0.04 * i
         seen = {f"cube.{j}": p for j, p in enumerate(run.pixels.values[0])}
-        ros.heard["/camera/detections"](detections(seen, t))
-        ros.heard["/joint_states"](state(run.q.values[0], run.coordinate.values.tolist(), t))
-        moved.append(bool(ros.published[-1].data.any()))
-    assert moved == [False, False, True, True]
+        loop.take_marks(detections(seen, t), "camera")
+        loop.answer(
+            loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t)), now
+        )
+        moved.append(bool(loop.numbers.any()))
+    assert moved == [False, False, True, True, False]
 
 
-def test_without_ros_it_names_the_missing_packages(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "examples")
-    monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
-    with pytest.raises(SystemExit, match=r"^needs ROS 2: source /opt/ros/DISTRO/setup.bash"):
-        importlib.import_module("ros2_node").main()
+def test_the_node_brakes_within_the_acceleration_without_joints():
+    experiment = load().with_(safety=rs.Safety(acceleration=0.5))
+    run, loop = load().run(duration=0.4), begin(experiment)
+    for i in range(8):
+        t = 5.0 + 0.04 * i
+        seen = {f"cube.{j}": p for j, p in enumerate(run.pixels.values[0])}
+        loop.take_marks(detections(seen, t), "camera")
+        loop.answer(loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t)), t)
+    speeds = [np.abs(loop.numbers).max()]
+    while loop.numbers.any():
+        before = loop.numbers
+        loop.brake()
+        assert np.abs(loop.numbers - before).max() <= 0.5 * loop.controller.dt * (1 + 1e-12)
+        speeds.append(np.abs(loop.numbers).max())
+    assert speeds[0] == pytest.approx(0.16) and sorted(speeds, reverse=True) == speeds
+
+
+def test_wrong_joints_and_repeated_stamps_give_no_command():
+    run, loop = load().run(duration=0.2), begin(load())
+    names = run.coordinate.values.tolist()
+    seen = {f"cube.{i}": p for i, p in enumerate(run.pixels.values[0])}
+    loop.take_marks(detections(seen, 5.0), "camera")
+    stamp = loop.take_joints(state(run.q.values[0], names, 5.0))
+    first = loop.answer(stamp, 0.0)
+    np.testing.assert_array_equal(first.velocities, run.qd.values[0])
+    assert loop.answer(stamp, 0.001) is None
+    with pytest.raises(rs.errors.InputError, match="shoulder is nan"):
+        loop.take_joints(state([np.nan] * 5, names, 5.04))
+    np.testing.assert_array_equal(loop.q, run.q.values[0])

@@ -11,7 +11,7 @@ import robsim as rs
 pytestmark = pytest.mark.full
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 
-NEEDS = {"bag_there_and_back": "rosbags", "ros2_node": "rclpy"}
+NEEDS = {"bag_there_and_back": "rosbags"}
 
 
 @pytest.fixture(autouse=True)

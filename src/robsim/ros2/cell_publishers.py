@@ -32,7 +32,12 @@ from robsim.logs.scene_messages import (
 from robsim.logs.tf_poses import BodyPoses
 from robsim.logs.twists import TWIST_PARTS, TwistComponent
 from robsim.ros2.bag_recorder import BagRecorder
-from robsim.ros2.middleware import find_message_type, make_latched_qos, make_ros_message
+from robsim.ros2.middleware import (
+    choose_mark_type,
+    find_message_type,
+    make_latched_qos,
+    make_ros_message,
+)
 from robsim.ros2.scene_markers import SceneMarkers
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
@@ -124,9 +129,9 @@ class CellPublishers:
 
     @property
     def _mark_type(self) -> str:
-        """The type of the marks: detections where they are installed, else arrays."""
-        installed = find_message_type(message_types.DETECTIONS) is not None
-        return message_types.DETECTIONS if installed else message_types.NUMBERS
+        """The type of the marks; a cell makes no detections of AprilTags."""
+        kind = choose_mark_type(self._told)
+        return message_types.NUMBERS if kind == message_types.APRILTAGS else kind
 
     @property
     def _has_tf(self) -> bool:

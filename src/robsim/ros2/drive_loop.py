@@ -65,16 +65,19 @@ class DriveLoop:
     ) -> None:
         self.controller, self.connection, self.stepped = controller, connection, stepped
         names = dict(connection.names)
+        bodies = BodyPoses(controller.scene, names, None, connection)
+        known = ("world", *bodies.links)
+        frames = {k: name for k, name in dict(connection.frames).items() if k in known}
         self.ros = RosMessages(
             controller,
             names=names,
             marks=dict(connection.ids),
+            frames=frames,
             order=list(connection.order) or None,
             make=make,
         )
         coordinates = controller.scene.coordinate_names
         self.joint_names = {names.get(name, name) for name in coordinates}
-        bodies = BodyPoses(controller.scene, names, None, connection)
         self.links, self.bases = bodies.links, bodies.bases
         self.needs_joints = len(bodies.names) < len(coordinates)
         self.reset()
@@ -116,6 +119,16 @@ class DriveLoop:
     def take_body(self, message: Any, link: str) -> float | None:
         """Store the pose of a body, and return the time in its stamp; None if q is incomplete."""
         q = self.ros.pose(message, link)
+        self.q = self.q if q is None else q
+        return None if q is None else self.ros.time(message)
+
+    def take_still_frames(self, message: Any) -> None:
+        """Store transforms of frames that stand still."""
+        self.ros.frames(message, still=True)
+
+    def take_frames(self, message: Any) -> float | None:
+        """Store transforms, and return their time; None if q is incomplete."""
+        q = self.ros.frames(message)
         self.q = self.q if q is None else q
         return None if q is None else self.ros.time(message)
 

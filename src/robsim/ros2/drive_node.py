@@ -13,9 +13,10 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RobSimError
 from robsim.logs.mark_arrays import make_mark_array
-from robsim.logs.message_types import DETECTIONS, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
+from robsim.logs.message_types import DETECTIONS, FRAMES, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
 from robsim.logs.name_map import list_mark_ids
-from robsim.logs.topics import pose_topic
+from robsim.logs.topics import FRAMES as MOVING_FRAMES
+from robsim.logs.topics import STATIC_FRAMES, pose_topic
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.command_state import describe_command, find_level, list_health_values
 from robsim.ros2.connection_parameters import declare_connection
@@ -23,6 +24,7 @@ from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
 from robsim.ros2.drive_loop import DriveLoop, read_instant
 from robsim.ros2.goal_teaching import teach_goal
 from robsim.ros2.middleware import (
+    choose_mark_type,
     find_message_type,
     load_message_type,
     make_latched_qos,
@@ -39,7 +41,7 @@ NAME = "robsim_drive"
 IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
 LONGEST_BRAKING = 10.0  # seconds
 ACKED = 1.0  # seconds until subscribers must have received the last command
-RECORDED = (JOINTS, NUMBERS, DETECTIONS, ODOMETRY, POSE)
+RECORDED = (JOINTS, NUMBERS, DETECTIONS, ODOMETRY, POSE, FRAMES)
 SAME = 1e-6  # seconds: stamps of one instant
 
 
@@ -140,7 +142,9 @@ class DriveNode:
         """Store how an entity of the node is destroyed."""
         self._entities.append(lambda: destroy(entity))
 
-    def _listen(self, kind: str, topic: str, call: Callable[[Any], None]) -> None:
+    def _listen(
+        self, kind: str, topic: str, call: Callable[[Any], None], latched: bool = False
+    ) -> None:
         """Subscribe to a topic; messages are used while the node is active."""
 
         def take(message: Any) -> None:
@@ -150,12 +154,9 @@ class DriveNode:
                     self._recorder.write(topic, message, self._clock())
 
         found = load_message_type(kind)
-        depth = make_listening_qos(100 if self.stepped else 10)
-        if self.stepped:
-            depth.reliability = import_module("rclpy.qos").ReliabilityPolicy.RELIABLE
-        self._keep(
-            self.node.destroy_subscription, self.node.create_subscription(found, topic, take, depth)
-        )
+        qos = make_latched_qos() if latched else make_listening_qos(self.stepped)
+        subscription = self.node.create_subscription(found, topic, take, qos)
+        self._keep(self.node.destroy_subscription, subscription)
 
     def _subscribe(self) -> None:
         """Subscribe to joints, images, bodies and permissions."""
@@ -168,13 +169,15 @@ class DriveNode:
                 self._listen(IMAGE, topic, _bind(self._on_picture, camera))
             else:
                 topic = connection.name_topic("marks", camera=camera)
-                kind = NUMBERS if find_message_type(DETECTIONS) is None else DETECTIONS
-                self._listen(kind, topic, _bind(self._on_marks, camera))
+                self._listen(choose_mark_type(connection), topic, _bind(self._on_marks, camera))
         for link in self.loop.links:
             drives = link in self.loop.bases
             odometry = connection.name_topic("odometry", robot=link.partition(".")[0])
             kind, topic = (ODOMETRY, odometry) if drives else (POSE, pose_topic(link))
             self._listen(kind, topic, _bind(self._on_body, link))
+        if self.loop.links and find_message_type(FRAMES) is not None:
+            self._listen(FRAMES, STATIC_FRAMES, self.loop.take_still_frames, latched=True)
+            self._listen(FRAMES, MOVING_FRAMES, self._on_frames)
         self._listen("std_msgs/msg/Bool", connection.name_topic("run"), self._on_run)
         if self.stepped:
             self._listen(NUMBERS, INSTANT, self._on_instant)
@@ -226,7 +229,15 @@ class DriveNode:
         self._take_stamp("", loop.ros.time(message))
 
     def _on_body(self, message: Any, link: str) -> None:
-        stamp = self.loop.take_body(message, link)
+        self._answer_body(self.loop.take_body(message, link), message, link)
+
+    def _on_frames(self, message: Any) -> None:
+        stamp = self.loop.take_frames(message)
+        for link in self.loop.links:
+            self._answer_body(stamp, message, link)
+
+    def _answer_body(self, stamp: float | None, message: Any, link: str) -> None:
+        """Answer a pose of a body, if no joint states come."""
         if not self.loop.needs_joints and self.loop.q is not None and not self.stepped:
             self._answer(self._now() if stamp is None else stamp)
         self._take_stamp(link, self.loop.ros.time(message))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.errors import InputError
+from robsim.run.ros_connection import MARK_TYPES, RosConnection
 
 RANGE, LOCAL = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 LATCHED_DEPTH = 100  # messages kept for late subscribers: each on /tf_static has other frames
@@ -86,19 +87,22 @@ def _convert_array(value: Any) -> Any:
     return array("B", value.tobytes()) if value.dtype == np.uint8 else value.tolist()
 
 
-def make_sensor_qos(depth: int = 10) -> Any:
-    """Return the quality of service of measurements: reliable, and only the latest are kept.
+def choose_mark_type(connection: RosConnection) -> str:
+    """Return the type of the marks of a connection; arrays, if detections are not installed."""
+    kind = connection.marks_type
+    absent = kind == MARK_TYPES[0] and find_message_type(kind) is None
+    return MARK_TYPES[1] if absent else kind
 
-    A reliable publisher also reaches subscribers with best effort.
+
+def make_listening_qos(complete: bool = False) -> Any:
+    """Return the quality of service of a subscriber, which fits every publisher.
+
+    A subscriber that needs every message, `complete`, fits reliable publishers only.
     """
     qos = import_module("rclpy.qos")
-    return qos.QoSProfile(depth=depth, reliability=qos.ReliabilityPolicy.RELIABLE)
-
-
-def make_listening_qos(depth: int = 10) -> Any:
-    """Return the quality of service of a subscriber, which fits every publisher."""
-    qos = import_module("rclpy.qos")
-    return qos.QoSProfile(depth=depth, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
+    policies = qos.ReliabilityPolicy
+    reliability = policies.RELIABLE if complete else policies.BEST_EFFORT
+    return qos.QoSProfile(depth=100 if complete else 10, reliability=reliability)
 
 
 def make_latched_qos(depth: int = LATCHED_DEPTH) -> Any:

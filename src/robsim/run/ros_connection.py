@@ -22,6 +22,11 @@ COMMAND_TYPES = (
     "geometry_msgs/msg/Twist",
     "geometry_msgs/msg/TwistStamped",
 )
+MARK_TYPES = (
+    "vision_msgs/msg/Detection2DArray",
+    "std_msgs/msg/Float64MultiArray",
+    "apriltag_msgs/msg/AprilTagDetectionArray",
+)
 CAMERA, ROBOT = "CAMERA", "ROBOT"  # parts of a topic that are replaced by a name
 
 
@@ -59,6 +64,12 @@ class RosConnection(DeclaredValue):
     command_type: Annotated[
         str, Word(COMMAND_TYPES, "message type"), Role.MESSAGE, "Type of the commands."
     ] = COMMAND_TYPES[0]
+    marks_type: Annotated[
+        str,
+        Word(MARK_TYPES, "message type"),
+        Role.MESSAGE,
+        "Type of the marks. Without vision_msgs a Detection2DArray is a Float64MultiArray.",
+    ] = MARK_TYPES[0]
     odometry: Annotated[
         str, TOPIC, Role.MESSAGE, "Topic of the odometry of a mobile base, or of each one."
     ] = "/odom"
