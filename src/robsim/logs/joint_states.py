@@ -10,6 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs.bag_files import TimedMessage
+from robsim.logs.message_types import Message
 from robsim.run.log import Stream
 
 Part = Literal["position", "velocity", "effort"]
@@ -47,6 +48,8 @@ class JointValues:
         self.part, self.others = part, dict[str, None]()
         self._rows = {name: i for i, name in enumerate(log_names)}
         self._values = np.full(len(log_names), np.nan if every else 0.0)
+        self._alike: list[str] = []  # names of the last message, and their rows
+        self._alike_rows, self._alike_places = np.empty(0, int), np.empty(0, int)
 
     @property
     def missing(self) -> list[str]:
@@ -60,13 +63,32 @@ class JointValues:
         value is not known yet. FileError is raised for a name that occurs twice, or a number that
         is not finite.
         """
+        if self._take_alike(each.message):
+            return None if np.isnan(self._values).any() else self._values.copy()
         known = self._read_values(what, each)
         if not known:
             return None
+        self._remember_names(list(known))
         for name in known.keys() & self._rows.keys():
             self._values[self._rows[name]] = known[name]
         self.others |= dict.fromkeys(name for name in known if name not in self._rows)
         return None if np.isnan(self._values).any() else self._values.copy()
+
+    def _take_alike(self, message: Message) -> bool:
+        """Take the finite values of a message with the names of the last one, which is faster."""
+        if not self._alike or list(message.name) != self._alike:
+            return False
+        values = np.asarray(getattr(message, self.part), dtype=np.float64)
+        if len(values) != len(self._alike) or not np.isfinite(values).all():
+            return False
+        self._values[self._alike_rows] = values[self._alike_places]
+        return True
+
+    def _remember_names(self, names: list[str]) -> None:
+        """Store the names of a valid message, and the places of those that are known."""
+        places = [i for i, name in enumerate(names) if name in self._rows]
+        self._alike, self._alike_places = names, np.array(places, dtype=np.int64)
+        self._alike_rows = np.array([self._rows[names[i]] for i in places], dtype=np.int64)
 
     def _read_values(self, what: str, each: TimedMessage) -> dict[str, float]:
         """Return the values of a message by name, empty if the message has none."""

@@ -15,13 +15,16 @@ from robsim.logs.bag_files import TimedMessage
 from robsim.logs.command_reader import check_torque_messages
 from robsim.logs.detections import read_marks
 from robsim.logs.joint_states import JointValues
-from robsim.logs.name_map import map_joint_names, map_mark_ids
+from robsim.logs.name_map import Ids, map_joint_names, map_mark_ids
 from robsim.logs.tf_poses import BodyPoses
 from robsim.logs.twists import twist_components
 from robsim.run.control.mark_input import Marks
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
 from robsim.run.ros_connection import COMMAND_TYPES
+from robsim.servo.camera_target import PairKey
+
+MarkPlaces = dict[PairKey, tuple[list[int], list[int]]]  # rows of a message, numbers of marks
 
 
 class RosMessages:
@@ -84,10 +87,13 @@ class RosMessages:
         self._joints, self._q = JointValues(self._joint_names, "position"), np.empty(0)
         self._bodies = BodyPoses(scene, log_names, frames)
         self._ids = {name: map_mark_ids(controller, name, marks) for name in controller.cameras}
+        # ids of the last array of marks of each camera, and their places
+        self._labels: dict[str, tuple[list[str], MarkPlaces]] = {}
         self._command_names = [log_names.get(name, name) for name in controller.velocity_names]
         self.order = tuple(
             self._command_names if order is None else _check_joint_order(order, self._command_names)
         )
+        self._places = [self.order.index(name) for name in self._command_names]
 
     @property
     def roams(self) -> bool:
@@ -208,6 +214,8 @@ class RosMessages:
             If a mark occurs twice, the camera does not exist, or the time is missing.
         """
         eye = self._camera(camera)
+        if (alike := self._read_alike_marks(message, eye)) is not None:
+            return alike
         ids, sizes = self._ids[eye]
         others: dict[str, None] = {}
         with _convert_errors(message, "of detections"):
@@ -217,6 +225,27 @@ class RosMessages:
         if time is None:
             raise InputError("the message has no time: give t")
         return Marks({**pixels, **others}, time)
+
+    def _read_alike_marks(self, message: object, camera: str) -> Marks | None:
+        """Return the marks in an array with the ids of the last array, which is faster, or None."""
+        if not message_types.is_mark_array(message):
+            return None
+        array: message_types.Message = message
+        labels, data = [each.label for each in array.layout.dim], np.asarray(array.data)
+        known, places = self._labels.get(camera, ([], {}))
+        ids, sizes = self._ids[camera]
+        if not labels or labels != known:
+            if len(set(labels)) == len(labels) and ids.keys() >= set(labels):
+                self._labels[camera] = labels, _place_marks(labels, ids)
+            return None
+        if data.size != message_types.STAMP + 2 * len(labels) or not np.isfinite(data).all():
+            return None
+        given = data[message_types.STAMP :].reshape(-1, 2)
+        pixels = {key: np.full((count, 2), np.nan) for key, count in sizes.items()}
+        for key, (rows, numbers) in places.items():
+            pixels[key][numbers] = given[rows]
+        time = message_types.read_stamp(message)
+        return Marks(pixels, time / NANO) if time else None
 
     def command(
         self, velocities: ArrayLike, kind: str = message_types.NUMBERS, ahead: float = 0.1
@@ -252,8 +281,8 @@ class RosMessages:
         check_torque_messages(torques, kind)
         if kind in message_types.TWISTS:
             return self._make_twist(rates, kind)
-        by_name = dict(zip(self._command_names, rates.tolist(), strict=True))
-        velocity = np.array([by_name.get(name, 0.0) for name in self.order])
+        velocity = np.zeros(len(self.order))
+        velocity[self._places] = rates
         if kind == message_types.NUMBERS:
             return command_messages.make_number_array(self._make, velocity)
         if kind == message_types.JOINTS:
@@ -296,6 +325,17 @@ class RosMessages:
             return names[0]
         check_known(camera, names, "no camera {}", "cameras")
         return str(camera)
+
+
+def _place_marks(labels: Sequence[str], ids: Ids) -> MarkPlaces:
+    """Return the rows and the numbers of the marks of each target in an array with these ids."""
+    found: MarkPlaces = {}
+    for row, label in enumerate(labels):
+        key, number = ids[label]
+        rows, numbers = found.setdefault(key, ([], []))
+        rows.append(row)
+        numbers.append(number)
+    return found
 
 
 def _check_joint_order(order: Sequence[str], commanded: Sequence[str]) -> Sequence[str]:

@@ -157,9 +157,11 @@ class DriveLoop:
         run = True if now - self._permitted < PERMITTED else None
         marks, self._marks = self._marks, {}
         greys, self._greys = self._greys, {}
-        offset = self.clock.offset
-        shifted = {camera: Marks(m.pixels, m.t + offset) for camera, m in marks.items()}
-        self.command = self.controller.step(shifted or None, self.q, t, run=run, images=greys)
+        shift, seen = self.clock.offset, list(marks.values())
+        if shift:
+            seen = [Marks(each.pixels, each.t + shift) for each in seen]
+        images = seen[0] if len(seen) == 1 else dict(zip(marks, seen, strict=True)) or None
+        self.command = self.controller.step(images, self.q, t, run=run, images=greys)
         return self.command
 
     def brake(self) -> DriveCommand | None:

@@ -25,6 +25,7 @@ from robsim.ros2.drive_loop import DriveLoop, read_instant
 from robsim.ros2.goal_teaching import teach_goal
 from robsim.ros2.middleware import (
     choose_mark_type,
+    create_data_node,
     find_message_type,
     load_message_type,
     make_latched_qos,
@@ -63,7 +64,9 @@ class DriveNode:
     Attributes
     ----------
     node : object
-        Lifecycle node of rclpy.
+        Lifecycle node of rclpy, with the services.
+    data : object
+        Node of the measurements and the commands.
     active : bool
         Whether the node commands the robot.
     """
@@ -76,6 +79,7 @@ class DriveNode:
         self._heard: float | None = None  # monotonic time of the last joints that were answered
         self._instant: tuple[float, list[float]] | None = None
         self._answered, self._heard_by = 0.0, 0
+        self._watched = -math.inf  # monotonic time of the last call of `watch` that looked
         self._stamp: dict[str, float] = {}
         self.node = _make_lifecycle_node(
             NAME,
@@ -86,6 +90,7 @@ class DriveNode:
             on_shutdown=self._shut_down,
         )
         self.log, self._diagnostics = self.node.get_logger(), DiagnosticPublisher(self.node)
+        self.data = create_data_node(f"{NAME}_data")
         own = experiment.ros2 or RosConnection()
         self.connection = declare_connection(self.node, own, experiment.scene)
         self._recorder = recorder
@@ -96,6 +101,11 @@ class DriveNode:
         for trigger in (self.node.trigger_configure, self.node.trigger_activate):
             if "SUCCESS" not in str(trigger()):
                 raise InputError(f"the node {NAME} could not be started")
+
+    def close(self) -> None:
+        """Destroy the nodes."""
+        self.data.destroy_node()
+        self.node.destroy_node()
 
     def stop(self) -> None:
         """Brake the robot to rest, and command no more."""
@@ -112,14 +122,13 @@ class DriveNode:
         )
         node, connection = self.node, self.connection
         kind = load_message_type(connection.command_type)
-        self._commands = node.create_publisher(kind, connection.commands, 10)
-        self._keep(node.destroy_publisher, self._commands)
+        self._commands = self.data.create_publisher(kind, connection.commands, 10)
+        self._keep(self.data.destroy_publisher, self._commands)
         self._publish_experiment()
         self._subscribe()
         self._serve("/robsim/teach", self._on_teach)
         self._serve("/robsim/reset_drive", self._on_reset)
         self._keep(node.destroy_timer, node.create_timer(PERIOD, self._diagnose))
-        self._keep(node.destroy_timer, node.create_timer(self._controller.dt, self._watch))
 
     def _activate(self) -> None:
         self.loop.reset()
@@ -155,8 +164,11 @@ class DriveNode:
 
         found = load_message_type(kind)
         qos = make_latched_qos() if latched else make_listening_qos(self.stepped)
-        subscription = self.node.create_subscription(found, topic, take, qos)
-        self._keep(self.node.destroy_subscription, subscription)
+        quiet = import_module("rclpy.event_handler").SubscriptionEventCallbacks
+        events = quiet(use_default_callbacks=False)  # each would cost time at every message
+        how = {"qos_profile": qos, "event_callbacks": events}
+        subscription = self.data.create_subscription(found, topic, take, **how)
+        self._keep(self.data.destroy_subscription, subscription)
 
     def _subscribe(self) -> None:
         """Subscribe to joints, images, bodies and permissions."""
@@ -333,14 +345,21 @@ class DriveNode:
                 f"{'after' if lead > 0 else 'before'} the joints",
             )
 
-    def _watch(self) -> None:
-        """Brake the robot if no joints have been answered for `patience`."""
-        if self.active and self.stepped:
-            self._answer_instant()
-        if not self.active or self.stepped or self._heard is None:
+    @property
+    def period(self) -> float:
+        """The control period in seconds."""
+        return self._controller.dt
+
+    def watch(self) -> None:
+        """Brake the robot if no joints have been answered for `patience`; call it every period."""
+        now = time.monotonic()
+        if not self.active or now - self._watched < 0.999 * self.period:
             return
-        silence = time.monotonic() - self._heard
-        if silence > self.connection.patience:
+        self._watched = now
+        if self.stepped:
+            self._answer_instant()
+        elif self._heard is not None and now - self._heard > self.connection.patience:
+            silence = now - self._heard
             self._report("silence", f"no usable joints for {silence:.2g} s: the robot brakes")
             self.loop.brake()
             self._send(self.loop.make_command())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -13,9 +14,7 @@ from robsim.ros2.middleware import limit_discovery, require_rclpy
 SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-
-
-LONGEST_WAIT = 0.1  # seconds until a signal is noticed
+SERVICE_PERIOD = 0.02  # seconds between two looks at services and signals
 
 
 class StopFlag:
@@ -52,11 +51,24 @@ def open_ros(arguments: Sequence[str], network: bool) -> Iterator[tuple[Any, Sto
         rclpy.try_shutdown()
 
 
-def spin_until_signal(node: Any, flag: StopFlag, stop: Callable[[], None]) -> None:
-    """Execute a node until a signal asks for its end, and stop it."""
-    executor = import_module("rclpy.executors").SingleThreadedExecutor()
-    executor.add_node(node)
+def spin_until_signal(
+    data: Any, services: Any, flag: StopFlag, watch: Callable[[], None], period: float
+) -> None:
+    """Execute two nodes until a signal asks for their end.
+
+    The node of the data is served at once, the node of the services every `SERVICE_PERIOD`. `watch`
+    is called at least once in a period in seconds.
+    """
+    single = import_module("rclpy.executors").SingleThreadedExecutor
+    fast, slow = single(), single()
+    fast.add_node(data)
+    slow.add_node(services)
+    served = 0.0
     while not flag.received:
-        executor.spin_once(timeout_sec=LONGEST_WAIT)
-    stop()
-    executor.shutdown()
+        fast.spin_once(timeout_sec=min(period, SERVICE_PERIOD))
+        watch()
+        if time.monotonic() - served > SERVICE_PERIOD:
+            slow.spin_once(timeout_sec=0.0)
+            served = time.monotonic()
+    fast.shutdown()
+    slow.shutdown()
