@@ -168,6 +168,21 @@ def any_safety(rng, scene):
     return [None, same, several][rng.integers(3)]
 
 
+def any_connection(rng, scene):
+    """Topics and names of messages, or none."""
+    joints, frames = scene.coordinate_names, list(scene.tree.where)
+    named = rs.control.RosConnection(
+        marks="/eyes/CAMERA",
+        command_type="sensor_msgs/msg/JointState",
+        names={name: f'"{i}" = \\' for i, name in enumerate(joints[:3])},
+        ids={each.name: ["a.0", "b"] for each in scene.objects[:2]},
+        frames={frames[-1]: "map"},
+        order=["b", "a"],
+        patience=rng.uniform(0.1, 1),
+    )
+    return [None, rs.control.RosConnection(), named][rng.integers(3)]
+
+
 @pytest.mark.parametrize(
     "seeds", [range(5), pytest.param(range(5, 100), marks=pytest.mark.full)], ids=str
 )
@@ -187,6 +202,7 @@ def any_scenario_comes_back(rng):
         "actuation": any_actuation(rng, scene),
         "safety": any_safety(rng, scene),
         "record": 7,
+        "ros2": any_connection(rng, scene),
     }
     q0 = [None, scene.home][rng.integers(2)]
     scenario = Experiment(scene, any_task(rng, scene), q0, **options, title='"quoted" \\ 50 %')

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_floats
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, format_value
 from robsim.engine.chunk import Chunk
 from robsim.engine.image_stream import ImageStream
 from robsim.engine.loop import Loop
@@ -111,6 +111,8 @@ class SimulatedCell:
     now: CellInstant
 
     def __init__(self, loop: Loop) -> None:
+        if not isinstance(loop, Loop):
+            raise InputError(f"expected the loop of an experiment, got {format_value(loop)}")
         if len(loop.q0) != 1:
             raise InputError(f"a cell is a single run, and there are {len(loop.q0)}: take one")
         self._loop, controller = loop, loop.controller

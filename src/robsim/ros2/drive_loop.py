@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.errors import InputError
 from robsim.logs.command_messages import MakeMessage
 from robsim.logs.ros_messages import RosMessages
 from robsim.logs.tf_poses import BodyPoses
@@ -18,9 +20,11 @@ from robsim.ros2.stamp_clock import StampClock
 from robsim.run.control.drive_command import DriveCommand
 from robsim.run.control.mark_input import Marks
 from robsim.run.control.standalone_controller import Controller
+from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.run.ros_connection import RosConnection
 from robsim.servo.camera_target import PairKey
+from robsim.servo.goals.goal import GoalFeatures
 
 PERMITTED = 0.2  # seconds for which a permission to move is valid
 CLOCKS = 1.0  # seconds: larger differences of stamps are of two clocks
@@ -205,3 +209,31 @@ def read_instant(data: list[float]) -> tuple[float, list[float]]:
     """
     times = [seconds + nanos / NANO for seconds, nanos in zip(data[::2], data[1::2], strict=True)]
     return times[0], times[1:]
+
+
+def teach_goal(controller: Controller) -> Experiment:
+    """Return the experiment with the present features as the goal, for a servo task.
+
+    Raises
+    ------
+    InputError
+        If no image has been used yet, or if the task has no goal of features.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> controller = rs.Controller.from_file(rs.examples.path("visp_tutorial"))
+    >>> run = controller.experiment.run(duration=0.4)
+    >>> command = controller.step(run.pixels.values[0], run.q.values[0], t=0.0)
+    >>> teach_goal(controller).task.goal.s.shape
+    (8,)
+    """
+    experiment = controller.experiment
+    task: Any = experiment.task
+    if not hasattr(task, "goal"):
+        raise InputError(f"the task {type(task).__name__} has no goal to teach")
+    basis = controller.last_decision().basis
+    if basis is None or basis.state.s_last is None:
+        raise InputError(f"the task {type(task).__name__} has no features to teach")
+    goal = GoalFeatures(basis.state.s_last[:, 0].copy())
+    return experiment.with_(task=replace(task, goal=goal))

@@ -21,8 +21,7 @@ from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.command_state import describe_command, find_level, list_health_values
 from robsim.ros2.connection_parameters import declare_connection
 from robsim.ros2.diagnostics import PERIOD, DiagnosticPublisher
-from robsim.ros2.drive_loop import DriveLoop, read_instant
-from robsim.ros2.goal_teaching import teach_goal
+from robsim.ros2.drive_loop import DriveLoop, read_instant, teach_goal
 from robsim.ros2.middleware import (
     choose_mark_type,
     create_data_node,
@@ -43,6 +42,7 @@ IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
 LONGEST_BRAKING = 10.0  # seconds
 ACKED = 1.0  # seconds until subscribers must have received the last command
 RECORDED = (JOINTS, NUMBERS, DETECTIONS, ODOMETRY, POSE, FRAMES)
+QUIET = 3.0  # seconds without a first command that are reported
 SAME = 1e-6  # seconds: stamps of one instant
 
 
@@ -121,6 +121,7 @@ class DriveNode:
             self._controller, self.connection, make_ros_message, stepped=self.stepped
         )
         node, connection = self.node, self.connection
+        self.loop.make_still()  # InputError if commands of this type do not fit the scene
         kind = load_message_type(connection.command_type)
         self._commands = self.data.create_publisher(kind, connection.commands, 10)
         self._keep(self.data.destroy_publisher, self._commands)
@@ -133,6 +134,7 @@ class DriveNode:
     def _activate(self) -> None:
         self.loop.reset()
         self._heard, self._stamp, self._instant, self.active = None, {}, None, True
+        self._activated = time.monotonic()
         self.log.info(f"active: commands are published on {self.connection.commands}")
 
     def _deactivate(self) -> None:
@@ -321,6 +323,7 @@ class DriveNode:
         if self.loop.clock.leap:
             self.log.warning(f"the clock of the joints leapt by {self.loop.clock.leap:.3g} s")
         self._report("silence", "", "joints are back")
+        self._report("start", "")
         self._report("state", describe_command(command), good=True)
         self._compare_clocks()
 
@@ -356,6 +359,8 @@ class DriveNode:
         if not self.active or now - self._watched < 0.999 * self.period:
             return
         self._watched = now
+        if self.loop.command is None and now - self._activated > QUIET:
+            self._report("start", self._describe_missing_data())
         if self.stepped:
             self._answer_instant()
         elif self._heard is not None and now - self._heard > self.connection.patience:
@@ -365,6 +370,15 @@ class DriveNode:
             self._send(self.loop.make_command())
             if not self.loop.numbers.any():
                 self._heard = None
+
+    def _describe_missing_data(self) -> str:
+        """Return the data without which there is no command yet."""
+        topic, cameras = self.connection.joints, ", ".join(self._controller.cameras)
+        sources = [topic] if self.loop.needs_joints else []
+        sources += [f"the pose of {link}" for link in self.loop.links]
+        if self.loop.q is not None:
+            return f"waits for the marks of {cameras}" if cameras else "waits"
+        return f"waits for {' and '.join(sources)}"
 
     def _brake_to_rest(self) -> None:
         """Publish braking commands, one each period, until the robot is at rest."""
