@@ -33,10 +33,9 @@ def test_the_commands_of_the_node_equal_the_simulated_ones():
     for i, t in enumerate(5.0 + run.time.values):
         places = dict(zip("dcba", run.pixels.values[i][::-1], strict=True))
         loop.take_marks(detections(places, t), "camera")
-        stamp = loop.take_joints(
-            state(run.q.values[i][::-1], [f"arm_{n}" for n in joints[::-1]], t)
-        )
-        assert loop.answer(stamp, t).phase == "moving"
+        names = [f"arm_{name}" for name in joints[::-1]]
+        assert loop.take_joints(state(run.q.values[i][::-1], names, t))
+        assert loop.answer(t, t).phase == "moving"
         told.append(serialise(loop.make_command()).data[::-1])
     np.testing.assert_array_equal(told, run.qd)
 
@@ -57,7 +56,8 @@ def test_the_node_follows_a_base_by_its_frames():
         loop.take_marks(detections(marks, t), run.mark_camera.values[0])
         x, y, theta = run.q.values[i]
         base = shift.inv() @ rs.Pose.at(x, y, 0, rpy=(0, 0, theta))
-        loop.answer(loop.take_frames(frames(("odom", "base_link", base), t=t)), t)
+        assert loop.take_frames(frames(("odom", "base_link", base), t=t))
+        loop.answer(t, t)
         twist = serialise(loop.make_command())
         found.append((twist.linear.x, twist.angular.z))
     np.testing.assert_allclose(found, run.qd, atol=1e-9)
@@ -74,9 +74,8 @@ def test_the_node_waits_for_the_permission_to_move():
         t = 5.0 + 0.04 * i
         seen = {f"cube.{j}": p for j, p in enumerate(run.pixels.values[0])}
         loop.take_marks(detections(seen, t), "camera")
-        loop.answer(
-            loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t)), now
-        )
+        assert loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t))
+        loop.answer(t, now)
         moved.append(bool(loop.numbers.any()))
     assert moved == [False, False, True, True, False]
 
@@ -88,7 +87,8 @@ def test_the_node_brakes_within_the_acceleration_without_joints():
         t = 5.0 + 0.04 * i
         seen = {f"cube.{j}": p for j, p in enumerate(run.pixels.values[0])}
         loop.take_marks(detections(seen, t), "camera")
-        loop.answer(loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t)), t)
+        assert loop.take_joints(state(run.q.values[0], run.coordinate.values.tolist(), t))
+        loop.answer(t, t)
     speeds = [np.abs(loop.numbers).max()]
     while loop.numbers.any():
         before = loop.numbers
@@ -103,10 +103,11 @@ def test_wrong_joints_and_repeated_stamps_give_no_command():
     names = run.coordinate.values.tolist()
     seen = {f"cube.{i}": p for i, p in enumerate(run.pixels.values[0])}
     loop.take_marks(detections(seen, 5.0), "camera")
-    stamp = loop.take_joints(state(run.q.values[0], names, 5.0))
-    first = loop.answer(stamp, 0.0)
+    assert loop.take_joints(state(run.q.values[0], names, 5.0))
+    first = loop.answer(5.0, 0.0)
     np.testing.assert_array_equal(first.velocities, run.qd.values[0])
-    assert loop.answer(stamp, 0.001) is None
+    assert loop.answer(5.0, 0.001) is None
+    assert not loop.take_joints(state([], [], 5.02))
     with pytest.raises(rs.errors.InputError, match="shoulder is nan"):
         loop.take_joints(state([np.nan] * 5, names, 5.04))
     np.testing.assert_array_equal(loop.q, run.q.values[0])

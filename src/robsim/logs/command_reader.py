@@ -63,7 +63,13 @@ class CommandReader:
         self.others: dict[str, None] = {}
         self._nv = len(names)
         commanded = {log_names.get(name, name): name for name in controller.velocity_names}
-        self._columns = [names.index(commanded[name]) for name in order or commanded]
+        for name in commanded if order else ():
+            check_known(name, order, "order: joint {} is missing", "joints")
+        self._columns = [
+            names.index(commanded[name]) for name in order or commanded if name in commanded
+        ]
+        self._places = [i for i, name in enumerate(order or commanded) if name in commanded]
+        self._count = len(order or commanded)
         torques = controller.command_quantity == "torque"
         check_torque_messages(torques, kind)
         part: Part = "effort" if torques else "velocity"
@@ -93,14 +99,15 @@ class CommandReader:
     def _read_array(self, what: str, each: TimedMessage) -> Array:
         """Return the velocities in an array of the commanded velocities, or of all velocities."""
         row = np.asarray(each.message.data, dtype=np.float64)
-        if len(row) not in (len(self._columns), self._nv):
-            raise FileError(
-                f"{what}: {len(row)} numbers, {each.when}; {len(self._columns)} are commanded"
-            )
+        if len(row) not in (self._count, self._nv):
+            raise FileError(f"{what}: {len(row)} numbers, {each.when}; {self._count} are commanded")
         if not np.isfinite(row).all():
             raise FileError(f"{what}: {row[~np.isfinite(row)][0]}, {each.when}")
         velocities = np.zeros(self._nv)
-        velocities[self._columns if len(row) == len(self._columns) else slice(None)] = row
+        if len(row) == self._count:
+            velocities[self._columns] = row[self._places]
+        else:
+            velocities[:] = row
         return velocities
 
     def _read_point(self, what: str, each: TimedMessage) -> Array | None:

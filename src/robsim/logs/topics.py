@@ -123,10 +123,8 @@ def _find_topic(
     own = [topic for topic in defaults[role] if topic in bag_topics]
     if own:
         return own[0]
-    types, known = (
-        TYPES[role.partition(".")[0]],
-        {name for each in defaults.values() for name in each},
-    )
+    types = set(TYPES[role.partition(".")[0]]) - {message_types.NUMBERS}  # of many meanings
+    known = {name for each in defaults.values() for name in each}
     alike = [name for name, kind in bag_topics.items() if kind in types and name not in known]
     return alike[0] if by_type and len(alike) == 1 else None
 

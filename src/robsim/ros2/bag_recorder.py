@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Self
 
+from robsim.base.errors import FileError
 from robsim.logs import message_types, topics
 from robsim.logs.bag_journal import BagJournal
 from robsim.run.experiment import Experiment
@@ -35,9 +36,12 @@ class BagRecorder:
         self._path, self._believed = path, believed
         self._kinds: dict[type, str] = {}
         self._journal: BagJournal | None = None
+        self._latest = 0  # ns: messages are recorded in the order in which they came
 
     def __enter__(self) -> Self:
         if self._path is not None:
+            if self._path.exists():
+                raise FileError(f"{self._path} exists already: name another bag")
             self._journal = BagJournal(self._path)
         return self
 
@@ -51,6 +55,7 @@ class BagRecorder:
             return
         from rclpy.serialization import serialize_message
 
+        time = self._latest = max(time, self._latest)
         if self._believed is not None:
             self._write_experiment(self._believed, time)
             self._believed = None

@@ -168,7 +168,7 @@ class CellPublishers:
         time, taken = (start + round(seconds * NANO) for seconds in (now.time, now.image_time))
         stamp = make_header(make_ros_message, time).stamp
         self._send("/clock", make_ros_message(CLOCK, clock=stamp), time)
-        if now.arrived:
+        if now.arrived or self._repeats:  # a node that begins late has missed the newest image
             self._taken = max(taken, 1)
             for camera in self.cameras:
                 self._publish_image(camera, self._taken, time)

@@ -23,7 +23,7 @@ def declare_connection(node: Any, connection: RosConnection, scene: Scene) -> Ro
     InputError
         If the value of a parameter is not valid, or does not fit the scene.
     """
-    any_type = load_message_type(DESCRIPTOR)(dynamic_typing=True)
+    any_type = load_message_type(DESCRIPTOR)(dynamic_typing=True, read_only=True)
 
     def read(name: str, default: object) -> Any:
         return node.declare_parameter(name, default, any_type).value

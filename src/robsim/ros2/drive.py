@@ -57,7 +57,9 @@ def drive_experiment(
         drive.log.info(reach)
         drive.start()
         drive.log.info(f"drives by {experiment.source or 'the experiment'}")
-        spin_until_signal(drive.data, drive.node, flag, drive.watch, drive.period)
-        drive.stop()
-        drive.log.info(f"ends by {flag.received}")
-        drive.close()
+        try:
+            spin_until_signal(drive.data, drive.node, flag, drive.watch, drive.period)
+            drive.log.info(f"ends by {flag.received}")
+        finally:  # the robot brakes also after an error
+            drive.stop()
+            drive.close()

@@ -114,35 +114,32 @@ class DriveLoop:
             return found
         if camera in self.pictures.cameras:
             found = self.pictures.find(camera, grey, self.q)
-            self._marks[camera] = Marks({key[1]: p for key, p in found.items()}, t)
+            self._marks[camera] = Marks(dict(found), t)
         if camera in self.controller.pictured_cameras:
             self._greys[camera] = grey
         self.stamps[camera] = t
         return found
 
-    def take_body(self, message: Any, link: str) -> float | None:
-        """Store the pose of a body, and return the time in its stamp; None if q is incomplete."""
-        q = self.ros.pose(message, link)
-        self.q = self.q if q is None else q
-        return None if q is None else self.ros.time(message)
+    def take_body(self, message: Any, link: str) -> bool:
+        """Store the pose of a body, and return whether all coordinates are known."""
+        return self._store(self.ros.pose(message, link))
 
     def take_still_frames(self, message: Any) -> None:
         """Store transforms of frames that stand still."""
         self.ros.frames(message, still=True)
 
-    def take_frames(self, message: Any) -> float | None:
-        """Store transforms, and return their time; None if q is incomplete."""
-        q = self.ros.frames(message)
-        self.q = self.q if q is None else q
-        return None if q is None else self.ros.time(message)
+    def take_frames(self, message: Any) -> bool:
+        """Store transforms, and return whether they give new coordinates."""
+        return self._store(self.ros.frames(message))
 
-    def take_joints(self, message: Any) -> float | None:
-        """Store joints, and return the time in their stamp; None if q is incomplete."""
-        q = self.ros.joints(message)
-        if q is None:
-            return None
-        self.q = q
-        return self.ros.time(message)
+    def take_joints(self, message: Any) -> bool:
+        """Store joints, and return whether they give new coordinates."""
+        return self._store(self.ros.joints(message))
+
+    def _store(self, q: Array | None) -> bool:
+        """Store coordinates (nq,), and return whether there are any."""
+        self.q = self.q if q is None else q
+        return q is not None
 
     def continue_from(self, other: DriveLoop) -> None:
         """Take over the coordinates and the permission of another loop."""
@@ -155,6 +152,9 @@ class DriveLoop:
 
     def answer(self, stamp: float, now: float) -> DriveCommand | None:
         """Return the command at a stamp, or None for joints that repeat or are late."""
+        if self.stepped and stamp < self.clock.stamp:  # the cell has been started again
+            self.controller.reset()
+            self.clock = StampClock()
         t = self.clock.advance(stamp, None if self.stepped else now)
         if t is None or self.q is None:
             return None
@@ -211,13 +211,13 @@ def read_instant(data: list[float]) -> tuple[float, list[float]]:
     return times[0], times[1:]
 
 
-def teach_goal(controller: Controller) -> Experiment:
-    """Return the experiment with the present features as the goal, for a servo task.
+def teach_goal(controller: Controller, command: DriveCommand | None) -> Experiment:
+    """Return the experiment with the features of the last command as the goal, for a servo task.
 
     Raises
     ------
     InputError
-        If no image has been used yet, or if the task has no goal of features.
+        If not all marks were seen in the last image, or if the task has no goal of features.
 
     Examples
     --------
@@ -225,13 +225,15 @@ def teach_goal(controller: Controller) -> Experiment:
     >>> controller = rs.Controller.from_file(rs.examples.path("visp_tutorial"))
     >>> run = controller.experiment.run(duration=0.4)
     >>> command = controller.step(run.pixels.values[0], run.q.values[0], t=0.0)
-    >>> teach_goal(controller).task.goal.s.shape
+    >>> teach_goal(controller, command).task.goal.s.shape
     (8,)
     """
     experiment = controller.experiment
     task: Any = experiment.task
     if not hasattr(task, "goal"):
         raise InputError(f"the task {type(task).__name__} has no goal to teach")
+    if command is None or command.health.lost or command.health.stale:
+        raise InputError("the marks are not all seen now: the goal stays")
     basis = controller.last_decision().basis
     if basis is None or basis.state.s_last is None:
         raise InputError(f"the task {type(task).__name__} has no features to teach")

@@ -13,7 +13,16 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RobSimError
 from robsim.logs.mark_arrays import make_mark_array
-from robsim.logs.message_types import DETECTIONS, FRAMES, JOINTS, NUMBERS, ODOMETRY, POSE, TEXT
+from robsim.logs.message_types import (
+    DETECTIONS,
+    FRAMES,
+    JOINTS,
+    NUMBERS,
+    ODOMETRY,
+    POSE,
+    STAMPED,
+    TEXT,
+)
 from robsim.logs.name_map import list_mark_ids
 from robsim.logs.topics import FRAMES as MOVING_FRAMES
 from robsim.logs.topics import STATIC_FRAMES, pose_topic
@@ -78,7 +87,7 @@ class DriveNode:
         self._said: dict[str, str] = {}
         self._heard: float | None = None  # monotonic time of the last joints that were answered
         self._instant: tuple[float, list[float]] | None = None
-        self._answered, self._heard_by = 0.0, 0
+        self._answered = 0.0
         self._watched = -math.inf  # monotonic time of the last call of `watch` that looked
         self._stamp: dict[str, float] = {}
         self.node = _make_lifecycle_node(
@@ -159,10 +168,10 @@ class DriveNode:
         """Subscribe to a topic; messages are used while the node is active."""
 
         def take(message: Any) -> None:
-            if self.active:
-                self._guard(topic, call, message)
-                if kind in RECORDED and topic != INSTANT:
-                    self._recorder.write(topic, message, self._clock())
+            if not self.active and not latched:
+                return
+            if self._guard(topic, call, message) and kind in RECORDED and topic != INSTANT:
+                self._record(topic, message)
 
         found = load_message_type(kind)
         qos = make_latched_qos() if latched else make_listening_qos(self.stepped)
@@ -223,38 +232,43 @@ class DriveNode:
 
     # ------------------------------------------------------------------ messages
 
-    def _guard(self, topic: str, call: Callable[[Any], None], message: Any) -> None:
-        """Take a message; the first of several unusable messages of a topic is reported."""
+    def _guard(self, topic: str, call: Callable[[Any], None], message: Any) -> bool:
+        """Take a message, and return whether it was usable.
+
+        The first of several unusable messages of a topic is reported.
+        """
         try:
             call(message)
             self._report(topic, "")
+            return True
         except RobSimError as error:
             self._report(topic, f"{topic}: {error}")
         except (ValueError, IndexError, AttributeError, TypeError) as error:
             self._report(topic, f"{topic}: the message has another form: {error}")
+        return False
 
     def _on_joints(self, message: Any) -> None:
         loop = self.loop
         if len(message.name) and loop.joint_names.isdisjoint(message.name):
             raise InputError("none of the joints is in the scene")
-        stamp = loop.take_joints(message)
-        if loop.q is not None and not self.stepped:
-            self._answer(self._now() if stamp is None else stamp)
-        self._take_stamp("", loop.ros.time(message))
+        if loop.take_joints(message):
+            self._take_coordinates("", message)
 
     def _on_body(self, message: Any, link: str) -> None:
-        self._answer_body(self.loop.take_body(message, link), message, link)
+        if self.loop.take_body(message, link):
+            self._take_coordinates(link, message)
 
     def _on_frames(self, message: Any) -> None:
-        stamp = self.loop.take_frames(message)
-        for link in self.loop.links:
-            self._answer_body(stamp, message, link)
+        if self.loop.take_frames(message):
+            for link in self.loop.links:
+                self._take_coordinates(link, message)
 
-    def _answer_body(self, stamp: float | None, message: Any, link: str) -> None:
-        """Answer a pose of a body, if no joint states come."""
-        if not self.loop.needs_joints and self.loop.q is not None and not self.stepped:
+    def _take_coordinates(self, link: str, message: Any) -> None:
+        """Answer new coordinates of joints, "", or of a body if no joint states come."""
+        stamp = self.loop.ros.time(message)
+        if not self.stepped and (not link or not self.loop.needs_joints):
             self._answer(self._now() if stamp is None else stamp)
-        self._take_stamp(link, self.loop.ros.time(message))
+        self._take_stamp(link, stamp)
 
     def _on_marks(self, message: Any, camera: str) -> None:
         self.loop.take_marks(message, camera)
@@ -274,13 +288,15 @@ class DriveNode:
         taken = round(self.loop.stamps[camera] * NANO)
         marks = make_mark_array(make_ros_message, taken, [ids[i] for i in seen], pixels[seen])
         topic = self.connection.name_topic("marks", camera=camera)
-        self._recorder.write(topic, marks, self._clock())
+        self._record(topic, marks)
 
     def _on_run(self, message: Any) -> None:
         self.loop.permit(message.data, time.monotonic())
 
     def _on_instant(self, message: Any) -> None:
         instant = read_instant(list(message.data))
+        if len(instant[1]) != len(self._controller.cameras):
+            raise InputError(f"expected the times of {len(self._controller.cameras)} cameras")
         if instant[0] != self._answered:
             self._instant = instant
             self._answer_instant()
@@ -293,7 +309,7 @@ class DriveNode:
 
     def _answer_instant(self) -> None:
         """Answer the announced instant if all its measurements are there."""
-        if not self.stepped or self._instant is None or not self._has_listener():
+        if not self.stepped or self._instant is None or not self._commands.get_subscription_count():
             return
         t, images = self._instant
         sources = [*self.loop.links, *([""] if self.loop.needs_joints else [])]
@@ -304,11 +320,6 @@ class DriveNode:
                 return
         self._instant, self._answered = None, t
         self._answer(t)
-
-    def _has_listener(self) -> bool:
-        """Return whether the cell would receive the answer to its instant."""
-        self._heard_by = self._heard_by or self._commands.get_subscription_count()
-        return bool(self._heard_by)
 
     # ------------------------------------------------------------------ commands
 
@@ -329,8 +340,18 @@ class DriveNode:
 
     def _send(self, command: Any) -> None:
         """Publish and record a command."""
+        if self.connection.command_type == STAMPED:
+            command.header.stamp = self.node.get_clock().now().to_msg()
         self._commands.publish(command)
-        self._recorder.write(self.connection.commands, command, self._clock())
+        self._record(self.connection.commands, command)
+
+    def _record(self, topic: str, message: Any) -> None:
+        """Record a message; an error ends the recording only."""
+        try:
+            self._recorder.write(topic, message, self._clock())
+        except RobSimError as error:
+            self._recorder = BagRecorder(None)
+            self._report("bag", f"the recording ends: {error}")
 
     def _clock(self) -> int:
         """Return the time in ns on the clock of the joints, or of the node before the first."""
@@ -340,7 +361,10 @@ class DriveNode:
     def _compare_clocks(self) -> None:
         """Report a camera whose clock differs from the clock of the joints."""
         found = self.loop.find_other_clock()
-        if found is not None:
+        if found is None:
+            for camera in self.loop.stamps:
+                self._report(f"clock of {camera}", "")
+        else:
             camera, lead = found
             self._report(
                 f"clock of {camera}",
@@ -353,6 +377,11 @@ class DriveNode:
         """The control period in seconds."""
         return self._controller.dt
 
+    @property
+    def patience(self) -> float:
+        """The seconds without joints until the robot brakes, at least two and a half periods."""
+        return max(self.connection.patience, 2.5 * self.period)
+
     def watch(self) -> None:
         """Brake the robot if no joints have been answered for `patience`; call it every period."""
         now = time.monotonic()
@@ -363,7 +392,7 @@ class DriveNode:
             self._report("start", self._describe_missing_data())
         if self.stepped:
             self._answer_instant()
-        elif self._heard is not None and now - self._heard > self.connection.patience:
+        elif self._heard is not None and now - self._heard > self.patience:
             silence = now - self._heard
             self._report("silence", f"no usable joints for {silence:.2g} s: the robot brakes")
             self.loop.brake()
@@ -383,7 +412,7 @@ class DriveNode:
     def _brake_to_rest(self) -> None:
         """Publish braking commands, one each period, until the robot is at rest."""
         dt, begin = self._controller.dt, time.monotonic()
-        if self.loop.command is None:
+        if self.loop.command is None or not self.active:
             return
         due = begin
         while self.loop.numbers.any() and time.monotonic() - begin < LONGEST_BRAKING:
@@ -401,10 +430,9 @@ class DriveNode:
 
     def _on_teach(self) -> str:
         """Make the present image the goal."""
-        experiment = teach_goal(self._controller)
-        controller = Controller(experiment)
+        experiment = teach_goal(self._controller, self.loop.command)
         self._brake_to_rest()
-        self._controller = controller
+        controller = self._controller = Controller(experiment)
         before = self.loop
         self.loop = DriveLoop(controller, self.connection, make_ros_message, stepped=self.stepped)
         self.loop.continue_from(before)

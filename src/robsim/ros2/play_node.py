@@ -138,7 +138,7 @@ class PlayNode:
     def _catch_up(self) -> None:
         """Report a clock that is behind real time, and let it go on from there."""
         late = time.monotonic() - self._anchor - self.cell.now.time
-        if not self._stepped and late > BEHIND:
+        if not self._stepped and not self._paused and late > BEHIND:
             self._warn(f"the clock is {late:.2g} s behind real time: a period takes too long")
             self._anchor += late
 
