@@ -28,6 +28,7 @@ def test_in_steps_the_joints_are_those_of_the_simulation(cell, robsim, listener)
     experiment, path, q = cell
     found = Coordinates(listener, experiment)
     play = robsim("ros2", "play", path, "--stepped")
+    wait_until(found.by_time, "joints of the first instant")
     drive = robsim("ros2", "drive", path, "--stepped")
     end = START + (len(q) - 1) * experiment.dt
     wait_until(lambda: max(found.by_time(), default=0.0) > end - 1e-6, f"instant at {end} s")
