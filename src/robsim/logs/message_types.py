@@ -23,6 +23,7 @@ TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 TWISTS = TWIST, STAMPED
 APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
+IMAGE = "sensor_msgs/msg/Image"
 ODOMETRY, POSE = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 Message = Any  # Any: rosbags and rclpy create the classes of messages at run time

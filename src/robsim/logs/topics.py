@@ -13,6 +13,7 @@ from robsim.run.ros_connection import RosConnection
 JOINTS, COMMANDS, FRAMES = "/joint_states", "/joint_commands", "/tf"
 STATIC_FRAMES: Final = "/tf_static"
 EXPERIMENT: Final = "/robsim/experiment"
+INSTANT: Final = "/robsim/instant"  # of a played cell
 TYPES = {
     "joints": (message_types.JOINTS,),
     "commands": (

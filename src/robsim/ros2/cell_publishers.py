@@ -32,21 +32,15 @@ from robsim.logs.scene_messages import (
 from robsim.logs.tf_poses import BodyPoses
 from robsim.logs.twists import TWIST_PARTS, TwistComponent
 from robsim.ros2.bag_recorder import BagRecorder
-from robsim.ros2.middleware import (
-    choose_mark_type,
-    find_message_type,
-    make_latched_qos,
-    make_ros_message,
-)
+from robsim.ros2.middleware import choose_mark_type, find_message_type, make_ros_message
 from robsim.ros2.scene_markers import SceneMarkers
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
 from robsim.run.ros_connection import RosConnection
 from robsim.world.scene_picture import CameraPictures, NoiseKey
 
-INSTANT = "/robsim/instant"
 MARKERS = "/robsim/markers"
-IMAGE, INFO = "sensor_msgs/msg/Image", message_types.LENS
+INFO = message_types.LENS
 CLOCK = "rosgraph_msgs/msg/Clock"
 MARKER_PERIOD = 0.1  # seconds between two markers of the scene
 DEPTH = 10  # messages that a slow subscriber may be behind
@@ -115,14 +109,14 @@ class CellPublishers:
             self._publisher(self._mark_type, self._told.name_topic("marks", camera=camera))
             self._publisher(INFO, topics.camera_topic(camera, "camera_info"))
             if self._cell.scene.camera(camera).camera.size is not None:
-                self._publisher(IMAGE, self._told.name_topic("images", camera=camera))
+                self._publisher(message_types.IMAGE, self._told.name_topic("images", camera=camera))
         for link in self._bodies.bases:
             self._publisher(message_types.ODOMETRY, self._odometry_topic(link))
         for frame in self._frame_names:
             self._publisher(message_types.POSE, topics.pose_topic(frame))
         if self._joint_names:
             self._publisher(message_types.JOINTS, self._told.joints)
-        self._publisher(message_types.NUMBERS, INSTANT)
+        self._publisher(message_types.NUMBERS, topics.INSTANT)
         self._publisher("visualization_msgs/msg/MarkerArray", MARKERS)
         if self._has_tf:
             self._publisher(message_types.FRAMES, topics.FRAMES)
@@ -143,12 +137,11 @@ class CellPublishers:
         """The names of all frames of the scene."""
         return list_frame_names(self._cell.scene)
 
-    def _publisher(self, kind: str, topic: str, latched: bool = False) -> Any:
+    def _publisher(self, kind: str, topic: str) -> Any:
         """Return the publisher of a topic."""
         if topic not in self._publishers:
             found = find_message_type(kind)
-            qos = make_latched_qos() if latched else DEPTH
-            self._publishers[topic] = self._node.create_publisher(found, topic, qos)
+            self._publishers[topic] = self._node.create_publisher(found, topic, DEPTH)
         return self._publishers[topic]
 
     def _send(self, topic: str, message: Any, time: int) -> None:
@@ -178,7 +171,7 @@ class CellPublishers:
             parts = now.measured[self._rows], rates if self._columns else none
             state = make_joint_state(make_ros_message, time, self._joint_names, *parts)
             self._send(self._told.joints, state, time)
-        self._send(INSTANT, self._make_instant(time), time)
+        self._send(topics.INSTANT, self._make_instant(time), time)
 
     def _store_instant(self, now: CellInstant) -> None:
         """Store an instant for pictures between two of them, unless it was published before."""
@@ -309,4 +302,4 @@ def _make_image(picture: NDArray[np.uint8], header: Any) -> Any:
     height, width = picture.shape
     size: Mapping[str, int] = {"height": height, "width": width, "step": width}
     data = np.ascontiguousarray(picture).ravel()
-    return make_ros_message(IMAGE, header=header, encoding="mono8", data=data, **size)
+    return make_ros_message(message_types.IMAGE, header=header, encoding="mono8", data=data, **size)

@@ -16,6 +16,7 @@ from robsim.logs.mark_arrays import make_mark_array
 from robsim.logs.message_types import (
     DETECTIONS,
     FRAMES,
+    IMAGE,
     JOINTS,
     NUMBERS,
     ODOMETRY,
@@ -25,7 +26,7 @@ from robsim.logs.message_types import (
 )
 from robsim.logs.name_map import list_mark_ids
 from robsim.logs.topics import FRAMES as MOVING_FRAMES
-from robsim.logs.topics import STATIC_FRAMES, pose_topic
+from robsim.logs.topics import INSTANT, STATIC_FRAMES, pose_topic
 from robsim.ros2.bag_recorder import BagRecorder
 from robsim.ros2.command_state import describe_command, find_level, list_health_values
 from robsim.ros2.connection_parameters import declare_connection
@@ -47,7 +48,6 @@ from robsim.run.ros_connection import RosConnection
 from robsim.servo.camera_target import PairKey
 
 NAME = "robsim_drive"
-IMAGE, INSTANT = "sensor_msgs/msg/Image", "/robsim/instant"
 LONGEST_BRAKING = 10.0  # seconds
 ACKED = 1.0  # seconds until subscribers must have received the last command
 RECORDED = (JOINTS, NUMBERS, DETECTIONS, ODOMETRY, POSE, FRAMES)
