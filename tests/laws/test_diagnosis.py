@@ -221,3 +221,12 @@ def test_the_pose_of_the_target_agrees_with_the_scene():
     pose = scene.pose("eye", START).inv() @ scene.pose("square", START)
     found = compute_target_pose(make_camera_target(scene, None, None), START[:, None])[0]
     np.testing.assert_allclose(found.matrix, pose.matrix, atol=1e-15)
+
+
+def test_the_contraction_has_the_adaptive_gain_of_each_instant():
+    """With an exact model the error contracts by 1 - gain dt, and the gain grows from 0.57 to 3."""
+    experiment = rs.load_scenario(rs.examples.path("holonomic"))
+    contraction = rs.diagnose(experiment.run()).contraction.values
+    gains = (1.0 - contraction) / experiment.dt
+    np.testing.assert_allclose(gains[[0, -1]], [0.57273, 2.99982], atol=1e-5)
+    assert (np.diff(gains) > -1e-12).all()

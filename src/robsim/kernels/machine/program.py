@@ -66,7 +66,7 @@ class Blocks:
         count = math.prod(shape)
         lanes = self.numbers[:, row : row + count].transpose(1, 0, 2)
         rows = lanes.reshape(count, self.numbers.shape[0] * WIDTH)[:, : self.runs]
-        return np.ascontiguousarray(rows).reshape(*shape, self.runs)
+        return np.array(rows, order="C").reshape(*shape, self.runs)  # also one number is copied
 
     def put(self, row: int, values: Array) -> None:
         """Write values of shape (..., runs) to consecutive rows that start at `row`."""
