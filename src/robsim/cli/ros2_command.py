@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -9,6 +10,7 @@ import click
 from robsim.cli.options import set_option
 from robsim.cli.scenarios import load_with_changes
 
+BAG, ROS_WORDS = click.Path(path_type=Path), click.UNPROCESSED
 ROS_ARGUMENTS = {"ignore_unknown_options": True, "allow_interspersed_args": True}
 
 
@@ -24,6 +26,17 @@ def check_ros_arguments(arguments: tuple[str, ...]) -> None:
         raise click.UsageError(f"no option {arguments[0]}; arguments of ROS follow --ros-args")
 
 
+def node_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that all nodes share to a command."""
+    for add in (
+        click.argument("ros_arguments", nargs=-1, type=ROS_WORDS, metavar="[--ros-args ...]"),
+        click.option("--record", type=BAG, metavar="BAG", help="Bag to record."),
+        click.option("--network", is_flag=True, help="Reach nodes on other machines, too."),
+    ):
+        command = add(command)
+    return command
+
+
 @click.group("ros2")
 def serve_ros2() -> None:
     """Play a scenario as a robot cell on ROS 2, or drive a robot by its controller."""
@@ -33,9 +46,7 @@ def serve_ros2() -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @set_option
 @click.option("--stepped", is_flag=True, help="One period for each command, not real time.")
-@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
-@click.option("--record", type=click.Path(path_type=Path), metavar="BAG", help="Bag to record.")
-@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+@node_options
 def play_cell(
     file: Path,
     changes: tuple[str, ...],
@@ -61,9 +72,7 @@ def play_cell(
 @click.argument("file", type=click.Path(path_type=Path))
 @set_option
 @click.option("--stepped", is_flag=True, help="Answer each instant of a stepped, played cell.")
-@click.option("--network", is_flag=True, help="Reach nodes on other machines, too.")
-@click.option("--record", type=click.Path(path_type=Path), metavar="BAG", help="Bag to record.")
-@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED, metavar="[--ros-args ...]")
+@node_options
 def drive_robot(
     file: Path,
     changes: tuple[str, ...],

@@ -65,11 +65,10 @@ class CommandReader:
         commanded = {log_names.get(name, name): name for name in controller.velocity_names}
         for name in commanded if order else ():
             check_known(name, order, "order: joint {} is missing", "joints")
-        self._columns = [
-            names.index(commanded[name]) for name in order or commanded if name in commanded
-        ]
-        self._places = [i for i, name in enumerate(order or commanded) if name in commanded]
-        self._count = len(order or commanded)
+        listed = list(order or commanded)
+        self._count = len(listed)
+        self._places = [i for i, name in enumerate(listed) if name in commanded]
+        self._columns = [names.index(commanded[listed[i]]) for i in self._places]
         torques = controller.command_quantity == "torque"
         check_torque_messages(torques, kind)
         part: Part = "effort" if torques else "velocity"

@@ -181,8 +181,7 @@ class DriveLoop:
         """The latest commanded velocities or torques (n,), zero before the first."""
         if self.command is None:
             return np.zeros(len(self.controller.velocity_names))
-        torques = self.controller.command_quantity == "torque"
-        return self.command.torques if torques else self.command.velocities
+        return self.command.numbers
 
     def make_command(self) -> Any:
         """Return the message of the latest command."""

@@ -61,5 +61,5 @@ def play_experiment(
         node.get_logger().info(reach)
         way = "one period for each command" if stepped else "in real time"
         node.get_logger().info(f"plays {experiment.source or 'the experiment'} {way}")
-        spin_cell(node, play, executor, lambda: not stop.received)
+        spin_cell(play, executor, lambda: not stop.received)
         node.get_logger().info(f"ends by {stop.received}")

@@ -248,7 +248,7 @@ def _answer(response: Any, success: bool, message: str) -> Any:
     return response
 
 
-def spin_cell(node: Any, play: PlayNode, executor: Any, goes_on: Callable[[], bool]) -> None:
+def spin_cell(play: PlayNode, executor: Any, goes_on: Callable[[], bool]) -> None:
     """Serve the messages of a cell, and advance it, while `goes_on()`."""
     while goes_on():
         executor.spin_once(timeout_sec=play.wait())

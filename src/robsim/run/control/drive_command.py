@@ -109,6 +109,11 @@ class DriveCommand(NamedTuple):
     health: Health
     torques: Array = EMPTY
 
+    @property
+    def numbers(self) -> Array:
+        """The velocities or the torques (n,) that are commanded."""
+        return self.torques if self.torques.size else self.velocities
+
 
 def list_active_limits(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the limits that change a command, from its bits."""

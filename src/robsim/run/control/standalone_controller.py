@@ -381,7 +381,7 @@ class Controller:
     def _last_numbers(self) -> Array:
         """The last commanded velocities or torques (n,)."""
         assert self._last is not None
-        return self._last.torques if self.command_quantity == "torque" else self._last.velocities
+        return self._last.numbers
 
     def _is_late(self) -> bool:
         """Return whether the last command acted longer than the safety allows."""
