@@ -243,15 +243,24 @@ def format_index(examples: dict[str, Example]) -> str:
     style = (Path(__file__).parent / "cards.css").read_text(encoding="utf-8")
     parts = [
         "# Examples",
-        f"{len(examples)} programs, each complete. A page shows the figure of a program and its code.",
+        f"{len(examples)} complete programs. A page shows the figure of a program and its code.",
         f"<style>\n{style}</style>",
     ]
     for group, names in groups.items():
         if names:
             cards = "\n\n".join(format_card(examples[name]) for name in names)
             parts += [f"## {group}", f"```{{container}} example-cards\n\n{cards}\n\n```"]
-    listed = "\n".join(examples)
+    listed = "\n".join(f"{format_name(name)} <{name}>" for name in examples)
     return "\n\n".join([*parts, f"```{{toctree}}\n:hidden:\n\n{listed}\n```"]) + "\n"
+
+
+def format_name(name: str) -> str:
+    """Return the short title of an example, for the list of pages.
+
+    >>> format_name("camera_retreat")
+    'Camera retreat'
+    """
+    return name.replace("_", " ").capitalize()
 
 
 def format_card(example: Example) -> str:
