@@ -32,7 +32,8 @@ RATES = {
     "of which": r"\b(?:of|in|from|by|with|at|to|on|for) (?:which|whom)\b|\bwhose\b",
 }
 PARTICIPLE = r"(\w+_)?\w+(ed|en|ing|own|aid|eld|old|oken|ought)"
-GENERATED = {"commands.md", "kinds.md", "reference.md"}
+GENERATED = {"commands.md", "reference.md"}
+GENERATED_FOLDERS = {"kinds", "reference"}
 
 
 @cache
@@ -55,7 +56,11 @@ def code_texts():
 
 def page_texts():
     """The pages of the documentation without their code."""
-    pages = [f for f in (ROOT / "docs").glob("*.md") if f.name not in GENERATED]
+    pages = [
+        f
+        for f in (ROOT / "docs").rglob("*.md")
+        if f.name not in GENERATED and f.parent.name not in GENERATED_FOLDERS
+    ]
     for page in [*pages, ROOT / "README.md", ROOT / "CHANGELOG.md"]:
         yield re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
 
