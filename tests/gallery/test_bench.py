@@ -349,7 +349,7 @@ def test_only_the_longest_latency_is_too_long():
 
 
 def test_a_wrong_focal_length_moves_the_end_by_its_closed_form():
-    """Z = f / fhat of the distance that was computed, under PBVS: see docs/gallery.md."""
+    """Z = f / fhat of the computed distance, under PBVS: see docs/gallery/wrong_beliefs.md."""
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["focal"]
     ratio = 500.0 / suite.varied["belief.cameras.eye.focal"][label]

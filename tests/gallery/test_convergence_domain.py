@@ -9,7 +9,7 @@ from robsim.units import deg
 
 @pytest.fixture(scope="module")
 def study():
-    """The starts of docs/gallery.md, a quarter of them: the first draws are the same."""
+    """The starts of docs/gallery/equilibria.md, a quarter of them: the first draws are the same."""
     laws = {"L current": "current", "L mean": "mean", "L desired": "desired"}
     start = rs.starts.LookAt(distance=(0.5, 1.5), axis=(0, 0, -1), cone=60 * deg)
     one = rs.load_scenario(rs.examples.path("local_minimum"))

@@ -32,8 +32,8 @@ RATES = {
     "of which": r"\b(?:of|in|from|by|with|at|to|on|for) (?:which|whom)\b|\bwhose\b",
 }
 PARTICIPLE = r"(\w+_)?\w+(ed|en|ing|own|aid|eld|old|oken|ought)"
-GENERATED = {"commands.md", "kinds.md", "reference.md"}
-GENERATED_FOLDERS = {"bench", "kinds", "reference"}
+GENERATED = {"commands.md", "reference.md"}
+GENERATED_FOLDERS = {"kinds", "reference"}
 
 
 @cache

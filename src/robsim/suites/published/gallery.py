@@ -1,4 +1,4 @@
-"""Gallery: numbers of docs/gallery.md that scenarios must reproduce."""
+"""Gallery: numbers of docs/gallery that scenarios must reproduce."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def suite() -> Reproduction:
         "gallery",
         1,
         "published results, run again",
-        "docs/gallery.md, which cites the paper of each",
+        "docs/gallery, which cites the paper of each",
         "the value is within half of the last printed digit; a goal is met to 1 mm",
         NUMBERS,
     )
