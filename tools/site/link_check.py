@@ -43,7 +43,9 @@ def find_broken_links(site: Path) -> list[str]:
     broken: list[str] = []
     for page, found in pages.items():
         name = page.relative_to(site)
-        broken += [f"{name}: {problem}" for link in found.links if (problem := _check(page, link, pages))]
+        broken += [
+            f"{name}: {problem}" for link in found.links if (problem := _check(page, link, pages))
+        ]
         broken += [f"{name}: {found.silent} pictures have no alternative text"] * bool(found.silent)
     return broken
 

@@ -35,5 +35,3 @@ def find_entry(env: Any, text: str) -> str | None:
     module, name = match[1].rstrip(".") or "robsim", match[2]
     pages = [f"reference/{module}/{name}", f"reference/{name}" if not match[1] else ""]
     return next((page for page in pages if page in env.found_docs), None)
-
-

@@ -16,7 +16,10 @@ def split_reference(folder: Path) -> None:
         entries = dict(zip(parts[::2], parts[1::2], strict=True))
         for name, body in entries.items():
             write_entry(page.with_suffix("") / f"{name}.md", page.stem, name, body, names)
-        lines = [f"- [`{name}`]({page.stem}/{name}.md): {summary(body)}" for name, body in entries.items()]
+        lines = [
+            f"- [`{name}`]({page.stem}/{name}.md): {summary(body)}"
+            for name, body in entries.items()
+        ]
         page.write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -6,7 +6,9 @@ import shutil
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from benchmark_pages import write_benchmark_pages
 from contents import ROOT, Group, read_groups
+from example_pages import write_example_pages
 from experiment_pages import write_experiment_pages
 from live_experiments import LiveExperiment
 from reference_split import find_entry_page, split_reference
@@ -72,14 +74,17 @@ class SiteSource:
         inside = target.removeprefix("docs/")
         if inside.endswith("README.md"):  # the first page of the site, or of a folder
             inside, anchor = inside.replace("README.md", "index.md"), ""
+        example = "/".join(
+            Path(inside).with_suffix("").parts[:2]
+        )  # the page of a script or a folder
+        if inside.startswith("examples/") and (self.folder / f"{example}.md").exists():
+            inside = f"{example}.md"
         bare = inside.removesuffix(".md")
         if entry := find_entry_page(self.folder / bare, anchor):
             inside, anchor = f"{bare}/{entry}", ""
         elif (self.folder / bare / "index.md").exists():
             inside = f"{bare}/index.md"
         elif not (self.folder / inside).exists():
-            if not (ROOT / target).exists():
-                raise FileNotFoundError(f"{page}.md links to {target}, which does not exist")
             inside = self._add_file(target)
         relative = os.path.relpath(inside, PurePosixPath(page).parent)
         return relative + (f"#{anchor}" if anchor else "")
@@ -87,6 +92,8 @@ class SiteSource:
     def _add_file(self, target: str) -> str:
         """Add a file of the repository: a picture as it is, other files as pages of their text."""
         path = ROOT / target
+        if not path.exists():
+            return target  # Sphinx reports it
         if path.suffix in PICTURES:
             copied = self.folder / "files" / target
             copied.parent.mkdir(parents=True, exist_ok=True)
@@ -102,7 +109,9 @@ class SiteSource:
             language = LANGUAGES.get(Path(target).suffix, "text")
             page = self.folder / "files" / f"{target}.md"
             page.parent.mkdir(parents=True, exist_ok=True)
-            body = f"---\norphan: true\n---\n\n# {target}\n\n````{language}\n{text.rstrip()}\n````\n"
+            body = (
+                f"---\norphan: true\n---\n\n# {target}\n\n````{language}\n{text.rstrip()}\n````\n"
+            )
             page.write_text(body, encoding="utf-8")
 
     def live_figure(self, name: str, page: str) -> str:
@@ -120,13 +129,13 @@ class SiteSource:
     def order_pages(self, groups: list[Group]) -> None:
         """Write the table of contents: of the site, of each group, and of pages with pages below."""
         placed = [self.find_page(page) for group in groups for page in group.pages]
+        for page in self.pages():
+            if page.endswith("/index"):
+                self._order_folder(page, placed)
         for group in groups:
             self._write_group(group)
         titles = [f"{group.title} </{group.name}/index>" for group in groups]
         _append_toctree(self.folder / "index.md", titles)
-        for page in self.pages():
-            if page.endswith("/index"):
-                self._order_folder(page, placed)
 
     def find_page(self, name: str) -> str:
         """Return the page of a name in the table of contents; of a folder, its index."""
@@ -154,13 +163,19 @@ class SiteSource:
         folder = index.removesuffix("/index")
         text = (self.folder / f"{index}.md").read_text(encoding="utf-8")
         links = re.findall(r"(?:\]\(|href=\")([\w/.-]+)\.(?:md|html)", text)
-        below = [p for p in self.pages() if p.startswith(f"{folder}/") and p.count("/") == index.count("/")]
+        below = [
+            p
+            for p in self.pages()
+            if p.startswith(f"{folder}/") and p.count("/") == index.count("/")
+        ]
         below += [p for p in self.pages() if re.fullmatch(re.escape(folder) + r"/[\w-]+/index", p)]
         below = [p for p in below if not (self.folder / p).is_dir()]
         below = [page for page in below if page != index and page not in placed]
-        order = {os.path.normpath(f"{folder}/{link}"): k for k, link in reversed(list(enumerate(links)))}
+        order = {
+            os.path.normpath(f"{folder}/{link}"): k for k, link in reversed(list(enumerate(links)))
+        }
         below.sort(key=lambda page: (order.get(page, len(links)), page))
-        if below:
+        if below and "{toctree}" not in text:
             _append_toctree(self.folder / f"{index}.md", [f"/{page}" for page in below])
 
 
@@ -169,6 +184,8 @@ def write_source(folder: Path, cards: list[LiveExperiment]) -> None:
     source = SiteSource(folder, {card.name: card for card in cards})
     source.copy_pages()
     write_experiment_pages(folder / "experiments", cards)
+    write_example_pages(folder / "examples")
+    write_benchmark_pages(folder / "benchmarks")
     source.link_pages()
     source.write_listings()
     source.order_pages(read_groups())
