@@ -50,7 +50,7 @@ def write_index(names: dict[str, list[str]]) -> str:
         "",
         "The public names of RobSim by module. `help(rs)` prints the modules, and `help(rs.IBVS)`",
         "prints the full entry of a name. [commands.md](commands.md) describes the command line,",
-        "[kinds.md](kinds.md) the tables of a scenario file. `docs/build.py` writes this page.",
+        "[kinds/](kinds/index.md) the tables of a scenario file. `docs/build.py` writes this page.",
     ]
     for module, members in names.items():
         page = f"reference/{module}.md"
