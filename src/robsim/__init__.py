@@ -101,7 +101,7 @@ from typing import Any
 
 from robsim.base.lazy_names import attach_names
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __getattr__, __dir__, _ = attach_names(__name__, __file__)
 __all__: list[

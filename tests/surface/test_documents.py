@@ -18,7 +18,8 @@ from robsim.declare import family
 from robsim.features.feature import FEATURES
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+PAGES = [page for page in (ROOT / "docs").rglob("*.md") if page.parent.name != "reference"]
+DOCUMENTS = sorted([ROOT / "README.md", *PAGES])
 LONG = {"bench", "calibration", "driving", "logs", "robustness", "seven_steps", "visibility"}
 RUN = [pytest.param(each, marks=[pytest.mark.full] * (each.stem in LONG)) for each in DOCUMENTS]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -30,7 +31,12 @@ def blocks(document, language="python"):
     return re.findall(rf"```{language}\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL)
 
 
-@pytest.mark.parametrize("document", RUN, ids=lambda path: path.name)
+def page_name(document):
+    """The path of a page below the repository, which names its tests."""
+    return document.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("document", RUN, ids=page_name)
 def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {}  # as a reader has them who pastes the page
@@ -148,7 +154,7 @@ def test_the_seven_steps_agree_with_the_example():
     assert [line for line in shown.splitlines() if line] == lines
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=page_name)
 def test_its_links_lead_somewhere(document):
     links = re.findall(r"\]\((?!https?:)([^)#]+)\)", document.read_text(encoding="utf-8"))
     assert [link for link in links if not (document.parent / link).exists()] == []

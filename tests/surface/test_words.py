@@ -56,12 +56,9 @@ def code_texts():
 
 def page_texts():
     """The pages of the documentation without their code."""
-    pages = [
-        f
-        for f in (ROOT / "docs").rglob("*.md")
-        if f.name not in GENERATED and f.parent.name not in GENERATED_FOLDERS
-    ]
-    for page in [*pages, ROOT / "README.md", ROOT / "CHANGELOG.md"]:
+    pages = [f for f in (ROOT / "docs").rglob("*.md") if f.name not in GENERATED]
+    written = [page for page in pages if page.parent.name not in GENERATED_FOLDERS]
+    for page in [*written, ROOT / "README.md", ROOT / "CHANGELOG.md"]:
         yield re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
 
 

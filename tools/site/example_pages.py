@@ -240,11 +240,9 @@ def format_index(examples: dict[str, Example]) -> str:
     """Return the index of all examples in groups, each with its thumbnail."""
     grouped = {name for names in GROUPS.values() for name in names}
     groups = {**GROUPS, "Further examples": tuple(examples.keys() - grouped)}
-    style = (Path(__file__).parent / "cards.css").read_text(encoding="utf-8")
     parts = [
         "# Examples",
         f"{len(examples)} complete programs. A page shows the figure of a program and its code.",
-        f"<style>\n{style}</style>",
     ]
     for group, names in groups.items():
         if names:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from robsim.base.atomic_files import convert_os_errors
@@ -27,8 +27,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        path.unlink(missing_ok=True)
-        os.close(number)
+        _remove_lock(path, number)
 
 
 def _open_locked(path: Path) -> int:
@@ -45,6 +44,17 @@ def _open_locked(path: Path) -> int:
             owner = os.read(number, 20).decode(errors="replace") or "another"
             os.close(number)
             raise FileError(f"{path.parent}: process {owner} is writing there") from None
+        os.close(number)
+
+
+def _remove_lock(path: Path, number: int) -> None:
+    """Delete the lock file and close it; Windows deletes no open file, and has no lock to keep."""
+    if os.name == "nt":
+        os.close(number)
+        with suppress(OSError):
+            path.unlink()
+    else:
+        path.unlink(missing_ok=True)
         os.close(number)
 
 

@@ -1,6 +1,5 @@
-"""Small pictures of a run, as data URLs that contain the PNG."""
+"""Pictures of a run in a given size: its scene, and the image of its first camera."""
 
-import base64
 from io import BytesIO
 from typing import Any
 
@@ -10,18 +9,8 @@ from PIL import Image, ImageChops
 
 import robsim as rs
 
-SIZE = (320, 240)  # pixels, twice the size on the page
 DPI = 120  # of the figure, before it is scaled down
-COLORS = 32  # enough for the solids of an arm, and few enough for some kB
 MARGIN = 0.2  # metres around the frames of the robot, if its scene is far larger
-
-
-def pictures(experiment: rs.Experiment, run: Any) -> list[str]:
-    """Return pictures of the scene and of the first camera's image; of a mission only the scene."""
-    scene = _encode_picture(draw_scene(experiment, run, SIZE))
-    if isinstance(run, rs.tasks.MissionRun):
-        return [scene]
-    return [scene, _encode_picture(draw_image(run, SIZE))]
 
 
 def draw_image(run: Any, size: tuple[int, int]) -> Image.Image:
@@ -58,13 +47,6 @@ def _draw_figure(figure: Figure, size: tuple[int, int]) -> Image.Image:
     png = BytesIO()
     figure.savefig(png, format="png", dpi=DPI)
     return _crop_to_content(Image.open(png).convert("RGB"), size)
-
-
-def _encode_picture(picture: Image.Image) -> str:
-    """Return a picture as a data URL that contains the PNG."""
-    png = BytesIO()
-    picture.quantize(COLORS).save(png, "PNG", optimize=True)
-    return f"data:image/png;base64,{base64.b64encode(png.getvalue()).decode()}"
 
 
 def _crop_to_content(image: Image.Image, size: tuple[int, int]) -> Image.Image:
