@@ -1,5 +1,5 @@
 """Write the generated pages: the reference, the commands, the kinds, lists in scenario.md, and the
-table of the library in robots.md.
+table of the library in robot_library.md.
 
 python docs/build.py            writes them
 python docs/build.py --check    exit status 1 if they are not up to date
@@ -40,7 +40,7 @@ def robots() -> str:
         rows.append(f"| `{name}` | {' | '.join(_list_weights(rs.robots.load(name)))} | {source} |")
     table = "\n".join(["<!-- robots -->", "", *rows, "", "<!-- /robots -->"])
     pattern = "<!-- robots -->.*?<!-- /robots -->"
-    return re.sub(pattern, lambda _: table, _read(HERE / "robots.md"), flags=re.DOTALL)
+    return re.sub(pattern, lambda _: table, _read(HERE / "robot_library.md"), flags=re.DOTALL)
 
 
 def _list_weights(robot: rs.Robot) -> tuple[str, str, str]:
@@ -57,7 +57,7 @@ def _list_weights(robot: rs.Robot) -> tuple[str, str, str]:
 def main() -> int:
     """Write or check the pages."""
     pages = {name: write() for name, write in write_pages().items()}
-    pages |= {**write_kinds(), "scenario.md": scenario(), "robots.md": robots()}
+    pages |= {**write_kinds(), "scenario.md": scenario(), "robot_library.md": robots()}
     stale = [name for name, text in pages.items() if _read(HERE / name) != text]
     if "--check" in sys.argv:
         print(*[f"docs/{name} is not up to date: python docs/build.py" for name in stale], sep="\n")
