@@ -17,13 +17,16 @@ def split_reference(folder: Path) -> None:
         entries = dict(zip(parts[::2], parts[1::2], strict=True))
         for name, body in entries.items():
             write_entry(page.with_suffix("") / f"{name}.md", page.stem, name, body, names)
-        head = OWN.sub(lambda match: f"]({_find_entry(match[1], page.stem, names)})", head)
-        page.write_text(head, encoding="utf-8")
+        page.write_text(link_names(head, page.stem, names), encoding="utf-8")
 
 
-def _find_entry(anchor: str, module: str, names: dict[str, list[str]]) -> str:
-    """Return the page of a name, seen from the page of its module."""
-    return _find(module, anchor, names).removeprefix("../")
+def link_names(head: str, module: str, names: dict[str, list[str]]) -> str:
+    """Return the head of a module, its table of names linked to the pages of the names."""
+
+    def page_of(match: re.Match[str]) -> str:
+        return f"]({_find(module, match[1], names).removeprefix('../')})"
+
+    return OWN.sub(page_of, head)
 
 
 def write_entry(path: Path, module: str, name: str, body: str, names: dict[str, list[str]]) -> None:
