@@ -3,7 +3,7 @@
     python benchmarks/published.py                      # exact marks and dots, all 1,000 runs
     python benchmarks/published.py --keypoints --every 10   # keypoints, of every tenth start
 
-Prints the table of docs/bench.md, and the time of each scheme.
+Prints the table of docs/bench/vit_500_images.md, and the time of each scheme.
 """
 
 import argparse

@@ -1,75 +1,23 @@
 """Write the generated pages: the reference, the commands, the kinds, lists in scenario.md, and the
-table of the library in robots.md.
+table of the library in robot_library.md.
 
 python docs/build.py            writes them
 python docs/build.py --check    exit status 1 if they are not up to date
 """
 
-import inspect
 import re
 import sys
 import tomllib
 from pathlib import Path
 
+from kinds_pages import write_kinds
 from reference_pages import write_pages
 
 import robsim as rs
-from robsim.declare.document import format_markdown_table
 from robsim.declare.kind_families import families
 from robsim.robot.joint import RESISTANCES
-from robsim.robot.link_table import LinkTable
-from robsim.robot.robot_table import RobotTable
-from robsim.run.experiment_text import ExperimentTable, RunTable, StartTable
-from robsim.world.mounted_camera import CameraTable
 
 HERE = Path(__file__).parent
-TABLES = {
-    "A whole file": ExperimentTable,
-    "`[start]`": StartTable,
-    "`[run]`": RunTable,
-    "`[sensing]`": rs.Sensing,
-    "`[[sensing.occlusions]]`": rs.imperfections.Occlusion,
-    "`[actuation]`": rs.Actuation,
-    "`[actuation.drive.model]`": rs.drives.DriveModel,
-    "`[[actuation.payloads]]`": rs.drives.Payload,
-    "`[safety]`": rs.Safety,
-    "`[safety.fence]`": rs.control.Fence,
-    "`[safety.watchdog]`": rs.control.Watchdog,
-    "`[ros2]`": rs.control.RosConnection,
-    "`[[robots]]`": RobotTable,
-    "`[[robots.links]]`": LinkTable,
-    "`[[objects]]`": rs.Object,
-    "`[[cameras]]`": CameraTable,
-    "`[cameras.optics]`": rs.vision.Optics,
-    "`[[motions]]`": rs.Motion,
-}
-
-
-def kinds() -> str:
-    """Return the page of all tables that a scenario file may hold."""
-    lines = [
-        "# Tables of a scenario file",
-        "",
-        "What may stand in each table of a scenario file, as the classes declare it: every kind",
-        "that RobSim brings, with its keys. The same names are the dotted names of `--set`,",
-        "`--vary` and `Experiment.at`. This page is written by `docs/build.py`;",
-        "[scenario.md](scenario.md) explains and shows the tables.",
-    ]
-    for title, kind in TABLES.items():
-        lines += ["", f"## {title}", "", format_markdown_table(kind)]
-    for noun, family in sorted(families().items()):
-        lines += ["", f"## {noun.capitalize()}s", ""]
-        for name, kind in family.kinds.items():
-            about = (inspect.getdoc(kind) or "").split("\n", 1)[0]
-            lines += [
-                f"### `{name}`",
-                "",
-                f"`{kind.__name__}`: {about}",
-                "",
-                format_markdown_table(kind),
-                "",
-            ]
-    return "\n".join(lines).rstrip() + "\n"
 
 
 def scenario() -> str:
@@ -92,7 +40,7 @@ def robots() -> str:
         rows.append(f"| `{name}` | {' | '.join(_list_weights(rs.robots.load(name)))} | {source} |")
     table = "\n".join(["<!-- robots -->", "", *rows, "", "<!-- /robots -->"])
     pattern = "<!-- robots -->.*?<!-- /robots -->"
-    return re.sub(pattern, lambda _: table, _read(HERE / "robots.md"), flags=re.DOTALL)
+    return re.sub(pattern, lambda _: table, _read(HERE / "robot_library.md"), flags=re.DOTALL)
 
 
 def _list_weights(robot: rs.Robot) -> tuple[str, str, str]:
@@ -109,7 +57,7 @@ def _list_weights(robot: rs.Robot) -> tuple[str, str, str]:
 def main() -> int:
     """Write or check the pages."""
     pages = {name: write() for name, write in write_pages().items()}
-    pages |= {"kinds.md": kinds(), "scenario.md": scenario(), "robots.md": robots()}
+    pages |= {**write_kinds(), "scenario.md": scenario(), "robot_library.md": robots()}
     stale = [name for name, text in pages.items() if _read(HERE / name) != text]
     if "--check" in sys.argv:
         print(*[f"docs/{name} is not up to date: python docs/build.py" for name in stale], sep="\n")

@@ -44,21 +44,33 @@ def is_documented(value: Any) -> bool:
 
 
 def write_index(names: dict[str, list[str]]) -> str:
-    """Return the page that lists all modules and names, each with one line."""
+    """Return the page that lists all modules with their names."""
     lines = [
         "# Reference",
         "",
         "The public names of RobSim by module. `help(rs)` prints the modules, and `help(rs.IBVS)`",
         "prints the full entry of a name. [commands.md](commands.md) describes the command line,",
-        "[kinds.md](kinds.md) the tables of a scenario file. `docs/build.py` writes this page.",
+        "[kinds/](kinds/index.md) the tables of a scenario file. `docs/build.py` writes this page.",
+        "",
+        "| module | content | names |",
+        "| --- | --- | --- |",
     ]
     for module, members in names.items():
-        page = f"reference/{module}.md"
-        about = "The words of an experiment." if module == "robsim" else summarise(module)
-        lines += ["", f"## [`{title_of(module)}`]({page})", "", about, ""]
-        lines += ["| name | |", "| --- | --- |"]
-        lines += [f"| `{name}` | {summarise(module, name)} |" for name in members]
+        listed = ", ".join(f"`{name}`" for name in members)
+        link = f"[`{title_of(module)}`](reference/{module}.md)"
+        lines.append(f"| {link} | {summarise_module(module)} | {listed} |")
     return "\n".join(lines) + "\n"
+
+
+def summarise_module(module: str) -> str:
+    """Return one line about a module."""
+    return "The words of an experiment." if module == "robsim" else summarise(module)
+
+
+def tabulate_names(module: str, names: list[str]) -> list[str]:
+    """Return a table of the names of a module, each with a link to its entry and one line."""
+    rows = [f"| [`{name}`](#{name.lower()}) | {summarise(module, name)} |" for name in names]
+    return ["| name | |", "| --- | --- |", *rows]
 
 
 def title_of(module: str) -> str:
@@ -83,6 +95,7 @@ def write_module(module: str, names: dict[str, list[str]]) -> str:
     about = inspect.getdoc(find_value(module)) or ""
     lines = [f"# `{title_of(module)}`", ""]
     lines += ["The words of an experiment."] if module == "robsim" else [render_doc(about)]
+    lines += ["", *tabulate_names(module, names[module])]
     for name in names[module]:
         first = next(m for m, members in names.items() if name in members)
         see = [f"## `{name}`", "", f"See [`{title_of(first)}.{name}`]({first}.md#{name.lower()})."]

@@ -169,7 +169,7 @@ def test_cns_150_has_the_poses_of_the_papers_files():
     np.testing.assert_allclose(T_w_start.rotation[-1, 2], row, atol=1e-15)
 
 
-# who succeeds: golden numbers, as docs/bench.md prints them
+# who succeeds: golden numbers, as docs/bench prints them
 
 
 def test_schemes_that_succeed_on_vit_500():
@@ -550,6 +550,14 @@ OTHERS = [pytest.param(name, marks=pytest.mark.full) for name in QUICK if name !
 
 @pytest.mark.parametrize("name", ["vit_500", *OTHERS])
 def test_the_page_has_the_table_that_the_code_gives(name):
-    page = (ROOT / "docs" / "bench.md").read_text(encoding="utf-8")
+    page = (ROOT / f"docs/bench/{name}.md").read_text(encoding="utf-8")
     written = runpy.run_path(str(ROOT / "docs" / "bench.py"))["written"]
     assert written(page, name) == page
+
+
+def test_the_summary_has_the_numbers_of_the_pages():
+    summary = runpy.run_path(str(ROOT / "docs" / "bench.py"))["summary"]
+    pages = {n: (ROOT / f"docs/bench/{n}.md").read_text(encoding="utf-8") for n in sorted(QUICK)}
+    index = (ROOT / "docs/bench/index.md").read_text(encoding="utf-8")
+    assert summary(pages) in index
+    assert "| [Retreat](retreat.md) | 80.6 | 7.8 | 84.4 | 89.8 | 99.8 | 89.0 | 55.6 |" in index

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 ENTRY = re.compile(r"^## `(\w+)`\n", re.M)
+OWN = re.compile(r"\]\(#(\w[\w-]*)\)")  # in the table of names at the head of a module
 BULKY = re.compile(r"\]\((?:(\w+)\.md)?#(\w[\w-]*)\)")
 
 
@@ -16,11 +17,16 @@ def split_reference(folder: Path) -> None:
         entries = dict(zip(parts[::2], parts[1::2], strict=True))
         for name, body in entries.items():
             write_entry(page.with_suffix("") / f"{name}.md", page.stem, name, body, names)
-        lines = [
-            f"- [`{name}`]({page.stem}/{name}.md): {summary(body)}"
-            for name, body in entries.items()
-        ]
-        page.write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
+        page.write_text(link_names(head, page.stem, names), encoding="utf-8")
+
+
+def link_names(head: str, module: str, names: dict[str, list[str]]) -> str:
+    """Return the head of a module, its table of names linked to the pages of the names."""
+
+    def page_of(match: re.Match[str]) -> str:
+        return f"]({_find(module, match[1], names).removeprefix('../')})"
+
+    return OWN.sub(page_of, head)
 
 
 def write_entry(path: Path, module: str, name: str, body: str, names: dict[str, list[str]]) -> None:
@@ -29,13 +35,6 @@ def write_entry(path: Path, module: str, name: str, body: str, names: dict[str, 
     body = re.sub(r"^### `\w+\.(\w+)`", r"## `\1`", body, flags=re.M)
     body = BULKY.sub(lambda match: f"]({_find(match[1] or module, match[2], names)})", body)
     path.write_text(f"# `{name}`\n\n{body.strip()}\n", encoding="utf-8")
-
-
-def summary(body: str) -> str:
-    """Return the first line of the docstring of an entry."""
-    text = re.sub(r"```text\n.*?```", "", body, count=1, flags=re.S).strip()
-    first = " ".join(text.split("\n\n", 1)[0].split())
-    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", first)
 
 
 def find_entry_page(folder: Path, anchor: str) -> str | None:
