@@ -16,7 +16,7 @@ from PIL import Image
 import robsim as rs
 
 sys.path.insert(0, str(Path(__file__).parent / "site"))
-from experiment_pictures import draw_image, draw_scene  # noqa: E402
+from experiment_pictures import draw_image, draw_scene
 
 SIZE = (320, 200)  # pixels
 SCENE, IMAGE = (196, 200), (124, 200)  # parts of a picture

@@ -43,9 +43,8 @@ def find_broken_links(site: Path) -> list[str]:
     broken: list[str] = []
     for page, found in pages.items():
         name = page.relative_to(site)
-        broken += [
-            f"{name}: {problem}" for link in found.links if (problem := _check(page, link, pages))
-        ]
+        problems = (_check(page, link, pages) for link in found.links)
+        broken += [f"{name}: {problem}" for problem in problems if problem]
         broken += [f"{name}: {found.silent} pictures have no alternative text"] * bool(found.silent)
     return broken
 

@@ -11,6 +11,7 @@ from contents import ROOT, Group, read_groups
 from example_pages import write_example_pages
 from experiment_pages import write_experiment_pages
 from live_experiments import LiveExperiment
+from page_lengths import write_page_lengths
 from reference_split import find_entry_page, split_reference
 
 LIVE = re.compile(r"^<!-- live: (\w+) -->$", re.M)
@@ -70,7 +71,7 @@ class SiteSource:
         return self._site_path(target, page, anchor)
 
     def _site_path(self, target: str, page: str, anchor: str) -> str:
-        """Return the link from a page to a file of the repository, which becomes a page if needed."""
+        """Return the link from a page to a file of the repository; the file may become a page."""
         inside = target.removeprefix("docs/")
         if inside.endswith("README.md"):  # the first page of the site, or of a folder
             inside, anchor = inside.replace("README.md", "index.md"), ""
@@ -123,17 +124,19 @@ class SiteSource:
             f'<div class="stage"><img src="{live}.webp" alt="Scene and camera image of the '
             f'experiment: {card.title}" width="960" height="540" loading="lazy"></div>'
             f'<figcaption><a href="{live}.html">{card.title}</a>: {card.ending}. '
-            f"<code>robsim run {name}</code></figcaption></figure>\n```\n"
+            f"<code>robsim examples {name}</code></figcaption></figure>\n```\n"
         )
 
     def order_pages(self, groups: list[Group]) -> None:
-        """Write the table of contents: of the site, of each group, and of pages with pages below."""
+        """Write the table of contents: of the site, of each group, and of each folder."""
         placed = [self.find_page(page) for group in groups for page in group.pages]
-        for page in self.pages():
-            if page.endswith("/index"):
-                self._order_folder(page, placed)
+        folders = [page for page in self.pages() if page.endswith("/index")]
+        texts = {page: (self.folder / f"{page}.md").read_text(encoding="utf-8") for page in folders}
         for group in groups:
             self._write_group(group)
+        for page, text in texts.items():
+            if "{toctree}" not in text:  # some have short titles in their own
+                self._order_folder(page, text, placed)
         titles = [f"{group.title} </{group.name}/index>" for group in groups]
         _append_toctree(self.folder / "index.md", titles)
 
@@ -158,25 +161,20 @@ class SiteSource:
             lines.append(f"- [{title}](/{page}.md)\n\n  {about}\n")
         return "\n".join(lines)
 
-    def _order_folder(self, index: str, placed: list[str]) -> None:
-        """Append the pages of a folder to its index, in the order in which the index links them."""
+    def _order_folder(self, index: str, text: str, placed: list[str]) -> None:
+        """Append the pages of a folder to its index, in the order in which its text links them."""
         folder = index.removesuffix("/index")
-        text = (self.folder / f"{index}.md").read_text(encoding="utf-8")
         links = re.findall(r"(?:\]\(|href=\")([\w/.-]+)\.(?:md|html)", text)
-        below = [
-            p
-            for p in self.pages()
-            if p.startswith(f"{folder}/") and p.count("/") == index.count("/")
-        ]
-        below += [p for p in self.pages() if re.fullmatch(re.escape(folder) + r"/[\w-]+/index", p)]
-        below = [p for p in below if not (self.folder / p).is_dir()]
-        below = [page for page in below if page != index and page not in placed]
-        order = {
-            os.path.normpath(f"{folder}/{link}"): k for k, link in reversed(list(enumerate(links)))
-        }
-        below.sort(key=lambda page: (order.get(page, len(links)), page))
-        if below and "{toctree}" not in text:
+        linked = [os.path.normpath(f"{folder}/{link}") for link in links]
+        below = [page for page in self._pages_in(folder) if page != index and page not in placed]
+        below.sort(key=lambda page: (linked.index(page) if page in linked else len(linked), page))
+        if below:
             _append_toctree(self.folder / f"{index}.md", [f"/{page}" for page in below])
+
+    def _pages_in(self, folder: str) -> list[str]:
+        """Return the pages in a folder, and the indexes of the folders in it."""
+        here = re.compile(re.escape(folder) + r"/[\w-]+(/index)?")
+        return [page for page in self.pages() if here.fullmatch(page)]
 
 
 def write_source(folder: Path, cards: list[LiveExperiment]) -> None:
@@ -186,6 +184,7 @@ def write_source(folder: Path, cards: list[LiveExperiment]) -> None:
     write_experiment_pages(folder / "experiments", cards)
     write_example_pages(folder / "examples")
     write_benchmark_pages(folder / "benchmarks")
+    write_page_lengths(folder / "page_lengths.md")
     source.link_pages()
     source.write_listings()
     source.order_pages(read_groups())

@@ -17,7 +17,19 @@ function play(figure) {
   frame.src = `${figure.dataset.page}#framed&theme=${colours()}`;
   frame.title = figure.querySelector("figcaption a").textContent;
   frame.addEventListener("load", () => figure.classList.add("playing"));
-  figure.querySelector(".stage").append(frame);
+  const stage = figure.querySelector(".stage");
+  stage.append(frame);
+  fit(figure, stage, frame);
+  new ResizeObserver(() => fit(figure, stage, frame)).observe(stage);
+}
+
+// A page has its wide layout from 761 pixels on: in a narrower column it is drawn smaller.
+function fit(figure, stage, frame) {
+  const scale = Math.min(1, stage.clientWidth / 900);
+  const wide = scale < 1 && stage.clientWidth > 560;
+  figure.classList.toggle("wide", wide);
+  frame.style.transform = wide ? `scale(${scale})` : "";
+  frame.style.height = wide ? `${100 / scale}%` : "";
 }
 
 function rest(figure) {
