@@ -7,7 +7,6 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
-
 FUNCTION = re.compile(r'<mi>(sin|cos|tan|cot|ln|exp|det)</mi>(<mo stretchy="false">&#x00028;)?')
 
 
