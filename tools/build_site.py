@@ -8,6 +8,7 @@ page loads anything from a server, so OUT can be opened from a folder or copied 
 extra `site`. A warning of Sphinx, a broken link or a missing anchor ends the build with status 1.
 """
 
+import shutil
 import sys
 import tempfile
 from argparse import ArgumentParser
@@ -34,6 +35,7 @@ def main() -> int:
     site = options.out / rs.__version__
     with tempfile.TemporaryDirectory() as scratch:
         live = site / "live"
+        remove_pages(site, live)
         if options.experiments:
             cards = copy_experiments(options.experiments, live)
         else:
@@ -49,6 +51,13 @@ def main() -> int:
     print(*broken, sep="\n", file=sys.stderr, end="\n" if broken else "")
     print(f"{len(list(site.rglob('*.html')))} pages: open {options.out / 'index.html'}")
     return int(bool(broken))
+
+
+def remove_pages(site: Path, live: Path) -> None:
+    """Remove the pages of an earlier build but the live ones."""
+    for path in site.iterdir() if site.is_dir() else ():
+        if path != live:
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 if __name__ == "__main__":

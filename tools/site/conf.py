@@ -14,7 +14,7 @@ project_copyright = "the RobSim authors"
 version = release = rs.__version__
 language = "en"
 
-extensions = ["myst_parser", "sphinx_copybutton", "mathml", "reference_links"]
+extensions = ["myst_parser", "sphinx_copybutton", "mathml", "reference_links", "table_headers"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # the anchors of code hosts
 html_math_renderer = "mathml"

@@ -57,7 +57,7 @@ function watchFigures() {
 }
 
 function offerVersions() {
-  for (const menu of document.querySelectorAll("#versions")) {
+  for (const menu of document.querySelectorAll(".versions")) {
     const here = menu.dataset.version;
     const versions = window.ROBSIM_VERSIONS ?? [here];
     menu.replaceChildren(...versions.map((name) => new Option(name, name, name === here, name === here)));
@@ -81,9 +81,17 @@ function findExperiments() {
   });
 }
 
+// The theme gives no name to the buttons that open the pages below an entry.
+function nameFolds() {
+  for (const fold of document.querySelectorAll(".bd-sidebar summary, .bd-sidebar-primary summary")) {
+    fold.setAttribute("aria-label", "pages below this entry");
+  }
+}
+
 document.addEventListener("DOMContentLoaded", () => {
   watchFigures();
   offerVersions();
   findExperiments();
+  nameFolds();
   document.body.dataset.ready = "yes";
 });
