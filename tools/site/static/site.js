@@ -1,7 +1,7 @@
 // Live experiments in the text, the menu of versions, and the search box of the experiments.
 "use strict";
 
-if (location.protocol === "file:" && window.DOCUMENTATION_OPTIONS) {
+if (location.protocol === "file:" && typeof DOCUMENTATION_OPTIONS === "object") {
   DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false; // a browser loads no pages from a folder
 }
 
