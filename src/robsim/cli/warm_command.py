@@ -13,6 +13,8 @@ from robsim.cli.console import print_text
 if TYPE_CHECKING:
     from robsim.cli.warm_workload import WorkloadItem
 
+MOST_PROCESSES = 61  # of a pool on Windows
+
 
 @click.command("warm")
 @click.option(
@@ -53,7 +55,7 @@ def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
     spawn = multiprocessing.get_context("spawn")
     with (
         tempfile.TemporaryDirectory() as folder,
-        ProcessPoolExecutor(jobs, spawn, _prepare_worker, (folder,)) as pool,
+        ProcessPoolExecutor(min(jobs, MOST_PROCESSES), spawn, _prepare_worker, (folder,)) as pool,
     ):
         waiting = [pool.submit(compile_for_item, item) for item in list_workload()]
         try:
