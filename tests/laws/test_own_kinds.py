@@ -357,7 +357,7 @@ askew = rs.joints.Joint("sway", rs.Pose.at(rpy=(0, 0, 0.5)))
 crab = rs.Robot("crab", [rs.joints.Link("base"), rs.joints.Link("crab", "base", askew)])
 print(json.dumps({
     "file": rs.__file__,
-    "kinds": pages["kinds"](),
+    "kinds": "".join(pages["write_kinds"]().values()),
     "scenario": pages["scenario"](),
     "uses": list_workload(),
     "room": robsim.features.Angles.__name__,
@@ -392,6 +392,6 @@ def test_a_kind_of_ours_is_one_file_too(tmp_path):
     np.testing.assert_allclose(found["sways"], [*y, 0, 0, 0], atol=1e-15)
     assert found["found"]
     for name in ("angles", "smooth", "geared", "sway"):
-        assert f"### `{name}`" in found["kinds"] and f'"{name}"' in found["scenario"]
+        assert f"## `{name}`\n" in found["kinds"] and f'"{name}"' in found["scenario"]
     changes = [change for kind, change in found["uses"] if kind == "change"]
     assert {"task.features=angles", "task.law=smooth"} <= set(changes)

@@ -60,6 +60,7 @@ def build_experiment(folder: Path, entry: dict[str, str]) -> LiveExperiment:
     name = entry["name"]
     experiment = ScenarioShelf.shipped().experiment(name)
     with warnings.catch_warnings():
+        warnings.simplefilter("error")
         # some experiments demonstrate a loss of rank
         warnings.simplefilter("ignore", rs.errors.RankWarning)
         run = experiment.run()
