@@ -9,7 +9,7 @@ import pytest
 import robsim as rs
 
 ROOT = Path(__file__).parents[2]
-NAMES = ("contents", "link_check", "page_lengths", "reference_split", "site_source", "site_versions")
+NAMES = ("contents", "link_check", "page_lengths", "site_source", "site_versions")
 
 
 @pytest.fixture(scope="module")
