@@ -5,7 +5,7 @@ from pathlib import Path
 
 ENTRY = re.compile(r"^## `(\w+)`\n", re.M)
 OWN = re.compile(r"\]\(#(\w[\w-]*)\)")  # in the table of names at the head of a module
-BULKY = re.compile(r"\]\((?:(\w+)\.md)?#(\w[\w-]*)\)")
+ENTRY_LINK = re.compile(r"\]\((?:(\w+)\.md)?#(\w[\w-]*)\)")
 
 
 def split_reference(folder: Path) -> None:
@@ -33,7 +33,7 @@ def write_entry(path: Path, module: str, name: str, body: str, names: dict[str, 
     """Write the page of one name, its members one level higher."""
     path.parent.mkdir(exist_ok=True)
     body = re.sub(r"^### `\w+\.(\w+)`", r"## `\1`", body, flags=re.M)
-    body = BULKY.sub(lambda match: f"]({_find(match[1] or module, match[2], names)})", body)
+    body = ENTRY_LINK.sub(lambda match: f"]({_find(match[1] or module, match[2], names)})", body)
     path.write_text(f"# `{name}`\n\n{body.strip()}\n", encoding="utf-8")
 
 

@@ -1,9 +1,11 @@
 """The pages of the site in one folder, as Sphinx reads them: copied, generated, linked, ordered."""
 
-import os
+import posixpath
 import re
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path, PurePosixPath
 
 from benchmark_pages import write_benchmark_pages
@@ -67,7 +69,7 @@ class SiteSource:
             return link
         folder = PurePosixPath(self.moved.get(page, page)).parent
         base = "." if f"{page}.md" in ROOT_PAGES else f"docs/{folder}"
-        target = os.path.normpath(f"{base}/{path}")
+        target = posixpath.normpath(f"{base}/{path}")
         return self._site_path(target, page, anchor)
 
     def _site_path(self, target: str, page: str, anchor: str) -> str:
@@ -75,11 +77,8 @@ class SiteSource:
         inside = target.removeprefix("docs/")
         if inside.endswith("README.md"):  # the first page of the site, or of a folder
             inside, anchor = inside.replace("README.md", "index.md"), ""
-        example = "/".join(
-            Path(inside).with_suffix("").parts[:2]
-        )  # the page of a script or a folder
-        if inside.startswith("examples/") and (self.folder / f"{example}.md").exists():
-            inside = f"{example}.md"
+        if inside.startswith("examples/"):
+            inside = self._find_example(inside)
         bare = inside.removesuffix(".md")
         if entry := find_entry_page(self.folder / bare, anchor):
             inside, anchor = f"{bare}/{entry}", ""
@@ -87,8 +86,13 @@ class SiteSource:
             inside = f"{bare}/index.md"
         elif not (self.folder / inside).exists():
             inside = self._add_file(target)
-        relative = os.path.relpath(inside, PurePosixPath(page).parent)
+        relative = posixpath.relpath(inside, PurePosixPath(page).parent)
         return relative + (f"#{anchor}" if anchor else "")
+
+    def _find_example(self, target: str) -> str:
+        """Return the page of a script or of the folder of a file; the target if it has none."""
+        page = "/".join(PurePosixPath(target).with_suffix("").parts[:2]) + ".md"
+        return page if (self.folder / page).exists() else target
 
     def _add_file(self, target: str) -> str:
         """Add a file of the repository: a picture as it is, other files as pages of their text."""
@@ -118,12 +122,13 @@ class SiteSource:
     def live_figure(self, name: str, page: str) -> str:
         """Return the figure of a live experiment: a picture, in front of it the page once seen."""
         card = self.cards[name]
-        live = os.path.relpath(f"live/{name}", PurePosixPath(page).parent)
+        title, ending = escape(card.title), escape(card.ending)
+        live = posixpath.relpath(f"live/{name}", PurePosixPath(page).parent)
         return (
             f'```{{raw}} html\n<figure class="live" data-page="{live}.html">'
             f'<div class="stage"><img src="{live}.webp" alt="Scene and camera image of the '
-            f'experiment: {card.title}" width="960" height="540" loading="lazy"></div>'
-            f'<figcaption><a href="{live}.html">{card.title}</a>: {card.ending}. '
+            f'experiment: {title}" width="960" height="540" loading="lazy"></div>'
+            f'<figcaption><a href="{live}.html">{title}</a>: {ending}. '
             f"<code>robsim examples {name}</code></figcaption></figure>\n```\n"
         )
 
@@ -165,7 +170,7 @@ class SiteSource:
         """Append the pages of a folder to its index, in the order in which its text links them."""
         folder = index.removesuffix("/index")
         links = re.findall(r"(?:\]\(|href=\")([\w/.-]+)\.(?:md|html)", text)
-        linked = [os.path.normpath(f"{folder}/{link}") for link in links]
+        linked = [posixpath.normpath(f"{folder}/{link}") for link in links]
         below = [page for page in self._pages_in(folder) if page != index and page not in placed]
         below.sort(key=lambda page: (linked.index(page) if page in linked else len(linked), page))
         if below:
@@ -200,12 +205,13 @@ def read_summary(text: str) -> tuple[str, str]:
 
 
 def _append_toctree(path: Path, entries: list[str]) -> None:
+    """Append a table of contents, which only the side bar shows, to a page."""
     lines = "\n".join(entries)
     text = path.read_text(encoding="utf-8").rstrip()
     path.write_text(f"{text}\n\n```{{toctree}}\n:hidden:\n\n{lines}\n```\n", encoding="utf-8")
 
 
-def _outside_code(text: str, change) -> str:
+def _outside_code(text: str, change: Callable[[str], str]) -> str:
     """Change the parts of a page that are no code."""
     parts, last = [], 0
     for match in FENCE.finditer(text):
