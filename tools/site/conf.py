@@ -25,6 +25,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"RobSim {release}"
 html_static_path = [str(HERE / "static")]
 templates_path = [str(HERE / "templates")]
+html_search_scorer = str(HERE / "static" / "scorer.js")
 html_css_files = ["site.css", "cards.css"]
 html_js_files = ["../../versions.js", "site.js"]
 html_show_sourcelink = False
