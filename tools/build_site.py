@@ -33,19 +33,8 @@ def main() -> int:
     parser.add_argument("--experiments", type=Path)
     options = parser.parse_args()
     site = options.out / rs.__version__
-    with tempfile.TemporaryDirectory() as scratch:
-        live = site / "live"
-        remove_pages(site, live)
-        if options.experiments:
-            cards = copy_experiments(options.experiments, live)
-        else:
-            cards = build_experiments(live)
-        source = Path(scratch) / "source"
-        write_source(source, cards)
-        arguments = ["-q", "-W", "--keep-going", "-j", "auto", "-c", str(HERE / "site")]
-        arguments += ["-d", str(Path(scratch) / "doctrees"), str(source), str(site)]
-        if status := build_main(arguments):
-            return status
+    if status := build_pages(site, options.experiments):
+        return status
     write_versions(options.out)
     broken = find_broken_links(site)
     print(*broken, sep="\n", file=sys.stderr, end="\n" if broken else "")
@@ -53,11 +42,26 @@ def main() -> int:
     return int(bool(broken))
 
 
+def build_pages(site: Path, experiments: Path | None) -> int:
+    """Build the pages of this version, and return the exit status of Sphinx."""
+    live = site / "live"
+    remove_pages(site, live)
+    cards = copy_experiments(experiments, live) if experiments else build_experiments(live)
+    with tempfile.TemporaryDirectory() as scratch:
+        source = Path(scratch) / "source"
+        write_source(source, cards)
+        arguments = ["-q", "-W", "--keep-going", "-j", "auto", "-c", str(HERE / "site")]
+        arguments += ["-d", str(Path(scratch) / "doctrees"), str(source), str(site)]
+        return int(build_main(arguments))
+
+
 def remove_pages(site: Path, live: Path) -> None:
     """Remove the pages of an earlier build but the live ones."""
     for path in site.iterdir() if site.is_dir() else ():
-        if path != live:
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        if path.is_dir() and path != live:
+            shutil.rmtree(path)
+        elif path.is_file():
+            path.unlink()
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ def site(tmp_path_factory):
     if folder is None:
         folder = tmp_path_factory.mktemp("site")
         subprocess.run([sys.executable, TOOL, folder], check=True, timeout=500)
-    return Path(folder) / rs.__version__
+    return Path(folder).resolve() / rs.__version__
 
 
 @pytest.fixture

@@ -20,8 +20,13 @@ from robsim.features.feature import FEATURES
 ROOT = Path(__file__).parents[2]
 PAGES = [page for page in (ROOT / "docs").rglob("*.md") if page.parent.name != "reference"]
 DOCUMENTS = sorted([ROOT / "README.md", *PAGES])
-LONG = {"bench", "calibration", "driving", "logs", "robustness", "seven_steps", "visibility"}
-RUN = [pytest.param(each, marks=[pytest.mark.full] * (each.stem in LONG)) for each in DOCUMENTS]
+LONG = {"calibration", "driving", "logs", "outliers", "seven_steps", "visibility"}
+RUN = [
+    pytest.param(
+        each, marks=[pytest.mark.full] * (each.stem in LONG and each.parent.name == "docs")
+    )
+    for each in DOCUMENTS
+]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 matplotlib.use("agg")

@@ -78,7 +78,7 @@ def kit(copy):
 
 def test_the_metadata_are_valid(packages, copy):
     call(sys.executable, "-m", "twine", "check", "--strict", *packages)
-    assert "valid" in call("uvx", "--quiet", "cffconvert", "--validate", cwd=copy)
+    assert "are valid" in call("uvx", "--quiet", "cffconvert", "--validate", cwd=copy)
 
 
 def test_the_source_distribution_has_every_committed_file(packages):

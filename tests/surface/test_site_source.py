@@ -25,7 +25,7 @@ def source(site, tmp_path_factory):
     """The source of the site, as Sphinx reads it, with cards of experiments that did not run."""
     card = import_module("live_experiments").LiveExperiment
     names = rs.examples.names()
-    cards = [card(name, name, "A remark.", "Missions", "converged", True) for name in names]
+    cards = [card(name, name, "A remark.", "Missions", "converged", True, False) for name in names]
     folder = tmp_path_factory.mktemp("site") / "source"
     site["site_source"].write_source(folder, cards)
     return folder

@@ -48,9 +48,10 @@ def write_index(cards: list[LiveExperiment]) -> str:
 
 def write_card(card: LiveExperiment) -> str:
     """Return a card as HTML."""
+    ending = "ending arrived" if card.arrived else "ending"
     return (
         f'<a class="experiment" href="{card.name}.html"><img src="../live/{card.name}.webp" '
-        f'alt="Scene and camera image of {escape(card.name)}" width="960" height="540" '
+        f'alt="{escape(card.picture_text)}" width="960" height="540" '
         f'loading="lazy"><span class="title">{escape(card.title)}</span>'
-        f'<span class="ending{" arrived" * card.arrived}">{escape(card.ending)}</span></a>'
+        f'<span class="{ending}">{escape(card.ending)}</span></a>'
     )

@@ -33,6 +33,13 @@ class LiveExperiment:
     group: str
     ending: str
     arrived: bool
+    mission: bool
+
+    @property
+    def picture_text(self) -> str:
+        """The alternative text of its picture."""
+        shown = "Scene" if self.mission else "Scene and camera image"
+        return f"{shown} of the experiment: {self.title}"
 
 
 def build_experiments(folder: Path) -> list[LiveExperiment]:
@@ -68,7 +75,8 @@ def build_experiment(folder: Path, entry: dict[str, str]) -> LiveExperiment:
     draw_poster(experiment, run).save(folder / f"{name}.webp", "WEBP", quality=QUALITY)
     arrived = page["outcome"] == rs.Outcome.CONVERGED.name
     ending = page["events"][-1]["text"]
-    return LiveExperiment(name, entry["title"], entry["about"], entry["group"], ending, arrived)
+    texts = (name, entry["title"], entry["about"], entry["group"], ending)
+    return LiveExperiment(*texts, arrived, isinstance(run, rs.tasks.MissionRun))
 
 
 def draw_poster(experiment: rs.Experiment, run: Any) -> Image.Image:

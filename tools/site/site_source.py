@@ -121,13 +121,15 @@ class SiteSource:
 
     def live_figure(self, name: str, page: str) -> str:
         """Return the figure of a live experiment: a picture, in front of it the page once seen."""
+        if name not in self.cards:
+            raise LookupError(f"{page}.md: no shipped experiment {name!r}")
         card = self.cards[name]
         title, ending = escape(card.title), escape(card.ending)
         live = posixpath.relpath(f"live/{name}", PurePosixPath(page).parent)
         return (
             f'```{{raw}} html\n<figure class="live" data-page="{live}.html">'
-            f'<div class="stage"><img src="{live}.webp" alt="Scene and camera image of the '
-            f'experiment: {title}" width="960" height="540" loading="lazy"></div>'
+            f'<div class="stage"><img src="{live}.webp" alt="{escape(card.picture_text)}" '
+            'width="960" height="540" loading="lazy"></div>'
             f'<figcaption><a href="{live}.html">{title}</a>: {ending}. '
             f"<code>robsim examples {name}</code></figcaption></figure>\n```\n"
         )

@@ -19,8 +19,8 @@ function play(figure) {
   frame.addEventListener("load", () => figure.classList.add("playing"));
   const stage = figure.querySelector(".stage");
   stage.append(frame);
-  fit(figure, stage, frame);
-  new ResizeObserver(() => fit(figure, stage, frame)).observe(stage);
+  figure.sizes = new ResizeObserver(() => fit(figure, stage, frame));
+  figure.sizes.observe(stage); // which also reports the first size
 }
 
 // A page has its wide layout from 761 pixels on: in a narrower column it is drawn smaller.
@@ -34,6 +34,7 @@ function fit(figure, stage, frame) {
 
 function rest(figure) {
   figure.querySelector("iframe")?.remove();
+  figure.sizes?.disconnect();
   figure.classList.remove("playing");
 }
 
@@ -59,7 +60,7 @@ function watchFigures() {
 function offerVersions() {
   for (const menu of document.querySelectorAll(".versions")) {
     const here = menu.dataset.version;
-    const versions = window.ROBSIM_VERSIONS ?? [here];
+    const versions = [...new Set([...(window.ROBSIM_VERSIONS ?? []), here])];
     menu.replaceChildren(...versions.map((name) => new Option(name, name, name === here, name === here)));
     const root = new URL(menu.dataset.root, location.href);
     menu.addEventListener("change", () => (location.href = new URL(`../${menu.value}/index.html`, root)));

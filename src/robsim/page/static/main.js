@@ -14,9 +14,9 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8];
 async function start() {
   const clock = new Clock([0]);
   const view = new View(clock);
-  const wish = new URLSearchParams(location.hash.slice(1)); // of a text that frames this page
-  document.body.classList.toggle("framed", wish.has("framed"));
-  theme(wish.get("theme"), () => view.repaint());
+  const options = new URLSearchParams(location.hash.slice(1)); // of a text that frames this page
+  document.body.classList.toggle("framed", options.has("framed"));
+  theme(options.get("theme"), () => view.repaint());
   const recorded = find("recording").textContent.trim();
   const { header, arrays } = recorded ? await unpack(recorded) : {};
   if (header?.format === "robsim study") return chart(header, arrays);
@@ -71,7 +71,7 @@ function timeControls(clock, view) {
   ]);
 }
 
-function theme(wanted, changed) {
+function theme(given, changed) {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const apply = (name) => {
     document.documentElement.dataset.theme = name;
@@ -80,8 +80,8 @@ function theme(wanted, changed) {
   find("theme").addEventListener("click", () =>
     apply(document.documentElement.dataset.theme === "dark" ? "light" : "dark"),
   );
-  dark.addEventListener("change", () => apply(dark.matches ? "dark" : "light"));
-  apply(wanted ?? (dark.matches ? "dark" : "light"));
+  if (!given) dark.addEventListener("change", () => apply(dark.matches ? "dark" : "light"));
+  apply(given ?? (dark.matches ? "dark" : "light"));
 }
 
 function tellProblem(error) {

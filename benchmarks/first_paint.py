@@ -1,6 +1,6 @@
 """Time from opening a page of the built site in a folder to its first paint, in Chromium.
 
-python benchmarks/site.py OUT       OUT is the folder of tools/build_site.py
+python benchmarks/first_paint.py OUT       OUT is the folder of tools/build_site.py
 
 Each page is opened five times in a new tab; the table has the median and the largest time. A bare
 page, which has a heading alone, shows the share of the browser.
