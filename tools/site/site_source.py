@@ -18,7 +18,7 @@ from reference_split import find_entry_page, split_reference
 
 LIVE = re.compile(r"^<!-- live: (\w+) -->$", re.M)
 LINK = re.compile(r"(!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()([^)\s]+)(\))")
-FENCE = re.compile(r"^```.*?^```$", re.M | re.S)
+FENCE = re.compile(r"^(`{3,}).*?^\1$", re.M | re.S)
 LANGUAGES = {".py": "python", ".toml": "toml", ".cpp": "cpp", ".sh": "bash", ".json": "json"}
 ROOT_PAGES = ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 PICTURES = {".png", ".svg", ".webp", ".gif", ".jpg"}
@@ -97,7 +97,7 @@ class SiteSource:
     def _add_file(self, target: str) -> str:
         """Add a file of the repository: a picture as it is, other files as pages of their text."""
         path = ROOT / target
-        if not path.exists():
+        if not path.is_file():
             return target  # Sphinx reports it
         if path.suffix in PICTURES:
             copied = self.folder / "files" / target
