@@ -9,17 +9,13 @@ the paths of the feature points. It is a small WebP file in the folder of the sh
 import sys
 import warnings
 from pathlib import Path
-from typing import Any
-
-from PIL import Image
 
 import robsim as rs
 
 sys.path.insert(0, str(Path(__file__).parent / "site"))
-from experiment_pictures import draw_image, draw_scene
+from experiment_pictures import draw_scene_and_image
 
-SIZE = (320, 200)  # pixels
-SCENE, IMAGE = (196, 200), (124, 200)  # parts of a picture
+SCENE, IMAGE = (196, 200), (124, 200)  # pixels of the parts of a picture
 QUALITY = 60  # of WebP
 TARGET = Path(rs.examples.path("visp_tutorial")).parent / "thumbnails"
 
@@ -32,20 +28,10 @@ def main() -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rs.errors.RankWarning)  # some lose rank on purpose
             run = experiment.run()
-        picture = draw_picture(experiment, run)
+        picture = draw_scene_and_image(experiment, run, SCENE, IMAGE)
         picture.save(TARGET / f"{name}.webp", "WEBP", quality=QUALITY, method=6)
     sizes = [each.stat().st_size for each in TARGET.glob("*.webp")]
     print(f"{len(sizes)} pictures of together {sum(sizes) / 1000:.0f} kB in {TARGET}")
-
-
-def draw_picture(experiment: rs.Experiment, run: Any) -> Image.Image:
-    """Return the scene beside the image; of a mission the scene alone."""
-    if isinstance(run, rs.tasks.MissionRun):
-        return draw_scene(experiment, run, SIZE)
-    picture = Image.new("RGB", SIZE, "white")
-    picture.paste(draw_scene(experiment, run, SCENE), (0, 0))
-    picture.paste(draw_image(run, IMAGE), (SCENE[0], 0))
-    return picture
 
 
 if __name__ == "__main__":

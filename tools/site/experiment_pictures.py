@@ -13,6 +13,19 @@ DPI = 120  # of the figure, before it is scaled down
 MARGIN = 0.2  # metres around the frames of the robot, if its scene is far larger
 
 
+def draw_scene_and_image(
+    experiment: rs.Experiment, run: Any, scene: tuple[int, int], image: tuple[int, int]
+) -> Image.Image:
+    """Return the scene beside the image, both in given sizes; of a mission the scene alone."""
+    size = (scene[0] + image[0], scene[1])
+    if isinstance(run, rs.tasks.MissionRun):
+        return draw_scene(experiment, run, size)
+    picture = Image.new("RGB", size, "white")
+    picture.paste(draw_scene(experiment, run, scene), (0, 0))
+    picture.paste(draw_image(run, image), (scene[0], 0))
+    return picture
+
+
 def draw_image(run: Any, size: tuple[int, int]) -> Image.Image:
     """Return a picture of the image of the first camera, with the paths of the feature points."""
     return _draw_figure(rs.plot.image(run), size)

@@ -7,18 +7,15 @@ import warnings
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
-from experiment_pictures import draw_image, draw_scene
-from PIL import Image
+from experiment_pictures import draw_scene_and_image
 
 import robsim as rs
 from robsim.page import load_recording
 from robsim.studio.scenario_shelf import ScenarioShelf
 
 CARDS = "experiments.json"
-SIZE = (960, 540)  # pixels of a poster
-SCENE, IMAGE = (576, 540), (384, 540)  # its parts
+SCENE, IMAGE = (576, 540), (384, 540)  # pixels of the parts of a picture
 QUALITY = 70  # of WebP
 WORKERS = 2
 
@@ -72,19 +69,9 @@ def build_experiment(folder: Path, entry: dict[str, str]) -> LiveExperiment:
         warnings.simplefilter("ignore", rs.errors.RankWarning)
         run = experiment.run()
     page = load_recording(rs.export_html(run, folder / f"{name}.html")).header
-    draw_poster(experiment, run).save(folder / f"{name}.webp", "WEBP", quality=QUALITY)
+    picture = draw_scene_and_image(experiment, run, SCENE, IMAGE)
+    picture.save(folder / f"{name}.webp", "WEBP", quality=QUALITY)
     arrived = page["outcome"] == rs.Outcome.CONVERGED.name
     ending = page["events"][-1]["text"]
     texts = (name, entry["title"], entry["about"], entry["group"], ending)
     return LiveExperiment(*texts, arrived, isinstance(run, rs.tasks.MissionRun))
-
-
-def draw_poster(experiment: rs.Experiment, run: Any) -> Image.Image:
-    """Return the scene beside the image; of a mission the scene alone."""
-    poster = Image.new("RGB", SIZE, "white")
-    if isinstance(run, rs.tasks.MissionRun):
-        poster.paste(draw_scene(experiment, run, SIZE), (0, 0))
-        return poster
-    poster.paste(draw_scene(experiment, run, SCENE), (0, 0))
-    poster.paste(draw_image(run, IMAGE), (SCENE[0], 0))
-    return poster
