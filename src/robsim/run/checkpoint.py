@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
-from llvmlite import binding as llvm
 
 from robsim import __version__
 from robsim.base.arrays import as_bool, as_integer
@@ -137,6 +136,8 @@ def _convert_misfit_errors(path: Path) -> Iterator[None]:
 
 
 def _get_software_versions() -> dict[str, str]:
+    from llvmlite import binding as llvm  # late: it loads LLVM
+
     return {
         "RobSim": f"{__version__}, kernels {KERNEL_HASH}",
         "software": f"{VERSIONS}, NumPy {np.__version__}",

@@ -7,7 +7,6 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 import xarray as xr
 
@@ -17,7 +16,7 @@ from robsim.engine.recorder import RecordedSeries, Recorder
 from robsim.files.flat_table import RunDataset
 from robsim.files.run_schema import RUN, get_variable_dimensions
 from robsim.geometry.pose import homogeneous_matrix
-from robsim.kernels.machine.cache_files import KERNEL_HASH
+from robsim.kernels.machine.cache_files import KERNEL_HASH, find_version
 from robsim.run import end_variables
 from robsim.run.task_error import make_error_variables
 from robsim.servo.camera_target import CameraTarget
@@ -245,7 +244,7 @@ def _make_provenance(loop: Loop, of: Any) -> dict[str, Any]:
         "robsim": VERSION,
         "kernel_hash": KERNEL_HASH,
         "numpy": np.__version__,
-        "numba": numba.__version__,
+        "numba": find_version("numba"),
         "machine": platform.machine(),
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,

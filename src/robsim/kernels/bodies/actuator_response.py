@@ -3,7 +3,7 @@
 import math
 
 from robsim.kernels.formulas.quantiser import round_to_step
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 

@@ -4,7 +4,9 @@ The stages of a program place one block of runs at a time, so the cost of a conf
 depend on their number. The arrays of users are flat.
 """
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.array_views import as_matrix
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import perform_on_block
 
@@ -27,7 +29,10 @@ def _load_configurations(q, start, first, block):
     return unusual == 0
 
 
-@kernel
+@entry(
+    "int64[::1], int64[::1], int64[::1], float64[::1], int64, int64[::1], float64[::1], "
+    "float64[::1] -> bool"
+)
 def fill_frame_poses(addresses, at, p, template, first, pose_rows, q, out):
     """Compute the homogeneous matrices out[run, frame, 4, 4] of frames.
 
@@ -36,13 +41,17 @@ def fill_frame_poses(addresses, at, p, template, first, pose_rows, q, out):
     """
     frames, block, usual = pose_rows.size, template.copy(), True
     runs = out.size // (16 * frames)
-    rows, matrices = q.reshape(runs, q.size // max(runs, 1)), out.reshape(runs, frames, 4, 4)
+    rows, matrices = (
+        as_matrix(q, runs, q.size // max(runs, 1)),
+        as_matrix(out, 4 * runs * frames, 4),
+    )
     for start in range(0, runs, WIDTH):
         usual = _load_configurations(rows, start, first, block) and usual
         perform_on_block(addresses, at, p, block, 0)
         for lane in range(min(WIDTH, runs - start)):
             for f in range(frames):
-                _write_homogeneous(block, pose_rows[f], lane, matrices[start + lane, f])
+                row = 4 * ((start + lane) * frames + f)
+                _write_homogeneous(block, pose_rows[f], lane, matrices[row : row + 4])
     return usual
 
 
@@ -55,7 +64,10 @@ def _write_homogeneous(block, T, lane, out):
     out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
 
 
-@kernel
+@entry(
+    "int64[::1], int64[::1], int64[::1], float64[::1], int64, int64, float64[::1], float64[:, "
+    "::1] -> bool"
+)
 def fill_jacobians(addresses, at, p, template, first, first_row, q, out):
     """Compute out[run, :], a Jacobian in row-major order, from rows that start at `first_row`.
 
@@ -63,7 +75,7 @@ def fill_jacobians(addresses, at, p, template, first, first_row, q, out):
     """
     block, usual = template.copy(), True
     runs, size = out.shape
-    rows = q.reshape(runs, q.size // max(runs, 1))
+    rows = as_matrix(q, runs, q.size // max(runs, 1))
     for start in range(0, runs, WIDTH):
         usual = _load_configurations(rows, start, first, block) and usual
         perform_on_block(addresses, at, p, block, 0)

@@ -9,8 +9,8 @@ import math
 from robsim.kernels.formulas import plane_curves, se3
 from robsim.kernels.formulas.lane_math import cos_sin, is_large_angle, near_cos_sin
 from robsim.kernels.formulas.lane_poses import compose_lanes, pose_row, times_column
-from robsim.kernels.machine.array_views import reals, wholes
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.array_views import real_matrix, reals, wholes
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, align_stack, any_lane, get, put
 from robsim.kernels.machine.stages import stage
 
@@ -106,7 +106,7 @@ def place_planar(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
 @kernel
 def _load_curves(first, lengths, pieces, m, k):
     """Return m curves with k pieces in all from tables at addresses."""
-    table = reals(pieces, 7 * k).reshape((-1, 7))
+    table = real_matrix(pieces, k, 7)
     return plane_curves.CurveTable(wholes(first, m + 1), reals(lengths, m), table)
 
 

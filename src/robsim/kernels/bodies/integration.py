@@ -3,7 +3,7 @@
 from robsim.kernels.formulas import se3, vehicle_motion
 from robsim.kernels.formulas.lane_math import cos_sin
 from robsim.kernels.machine.array_views import vector
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

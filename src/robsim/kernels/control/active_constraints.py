@@ -26,9 +26,9 @@ from robsim.kernels.control.quadratic_layout import (
     count_blocks,
     matrices_at,
 )
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.intrinsics import routine
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
-from robsim.kernels.machine.routine import routine
 
 INDEPENDENT = 1e-20  # least squared share of a gradient outside of the active gradients
 ROUNDING = 1e-26  # rounding errors of this squared share, relative to the squared size of J

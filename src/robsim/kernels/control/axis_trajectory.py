@@ -6,7 +6,7 @@ groups of rows: the positions now and the positions one period later.
 
 from robsim.kernels.formulas.speed_profiles import motion_share, shortest_time
 from robsim.kernels.machine.array_views import reals
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
 from robsim.kernels.machine.stages import stage
 

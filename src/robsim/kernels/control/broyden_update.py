@@ -3,14 +3,14 @@
 import numpy as np
 
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
 
 LEAST_STEP = 1e-9  # rad or m: a shorter step has no information beside the rounding of q and s
 
 
-@kernel
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1]")
 def update_broyden(A, ds, dq, out):
     """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
 

@@ -10,7 +10,8 @@ exists.
 import math
 
 from robsim.kernels.formulas.perspective import IN_IMAGE
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 
@@ -51,7 +52,7 @@ def smoothstep(share):
     return x * x * (3.0 - 2.0 * x)
 
 
-@kernel
+@entry("float64, float64 -> float64")
 def remaining_share(rest, dt):
     """Return the share of a velocity after one period of braking that takes `rest` seconds."""
     return 1.0 - dt / rest if rest > dt else 0.0

@@ -35,8 +35,8 @@ from robsim.kernels.control.quadratic_layout import (
     row_vectors_at,
 )
 from robsim.kernels.control.quadratic_program import SOLVED, TOLERANCE, solve_quadratic_program
+from robsim.kernels.machine.intrinsics import routine
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
-from robsim.kernels.machine.routine import routine
 from robsim.kernels.machine.stages import stage
 
 # values of the row `unmet`: how the command was found

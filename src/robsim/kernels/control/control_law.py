@@ -7,7 +7,7 @@ import math
 
 from robsim.kernels.formulas.adaptive_gain import gain_at
 from robsim.kernels.linear_algebra.pseudoinverse import solve_block, solve_product_block
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

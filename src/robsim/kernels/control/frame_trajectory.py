@@ -13,7 +13,7 @@ from robsim.kernels.formulas.pose_interpolation import (
 from robsim.kernels.formulas.se3 import exp_se3
 from robsim.kernels.formulas.speed_profiles import motion_share
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

@@ -10,7 +10,7 @@ from robsim.kernels.formulas.perspective import IN_IMAGE, OUT_OF_IMAGE
 from robsim.kernels.formulas.speed_profiles import quintic_profile
 from robsim.kernels.images.projection import BORDER
 from robsim.kernels.linear_algebra.pseudoinverse import solve_block
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 from robsim.kernels.machine.stages import stage
 

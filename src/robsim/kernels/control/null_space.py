@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
 from robsim.kernels.machine.stages import stage
 

@@ -7,7 +7,7 @@ of each vector's last row holds numbers that never act.
 
 import math
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, put
 
 # vectors of n numbers: the program, its solution, multipliers, and values of the method

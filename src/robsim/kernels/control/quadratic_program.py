@@ -48,7 +48,8 @@ from robsim.kernels.control.quadratic_layout import (
     row_vectors_at,
 )
 from robsim.kernels.machine.array_views import pointer_of
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.intrinsics import routine
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import (
     WIDTH,
     absolute,
@@ -59,7 +60,6 @@ from robsim.kernels.machine.lanes import (
     sqrt,
     where,
 )
-from robsim.kernels.machine.routine import routine
 
 SOLVED, INFEASIBLE, ITERATION_LIMIT = 0, 1, 2
 TOLERANCE = 1e-9  # violation of a scaled constraint, relative to the size of the command

@@ -9,7 +9,7 @@ within the bounds of qd. A target outside of its bounds is slowed, so that the f
 path. If its direction is excluded, as at the limit of a joint, the command deviates from it.
 """
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put, sqrt
 from robsim.kernels.machine.stages import stage
 

@@ -12,7 +12,7 @@ Functions: Theory and Applications, European Control Conference 2019, eq. 7). Th
 import numpy as np
 
 from robsim.kernels.control.view_barriers import limit_rate
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

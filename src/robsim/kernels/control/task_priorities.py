@@ -18,7 +18,7 @@ from robsim.kernels.linear_algebra.householder import (
 )
 from robsim.kernels.linear_algebra.pseudoinverse import apply_inverse, invert_triangle
 from robsim.kernels.linear_algebra.svd import decompose_columns, greatest_row
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import any_lane, get, put, where
 from robsim.kernels.machine.stages import stage
 

@@ -3,7 +3,7 @@
 A point has three rows and a twist (v, omega) six rows. v is the velocity of the world origin.
 """
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put, sqrt
 from robsim.kernels.machine.stages import stage
 

@@ -1,6 +1,6 @@
 """Scaling of commands to speed limits."""
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
-from robsim.kernels.machine.routine import routine
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.intrinsics import routine
 
 COLUMN_STEPS = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 ROW_STEPS = np.array([0, 1, 0, -1, 1, 1, -1, -1])
@@ -29,7 +29,10 @@ PIXEL_VARIANCE = 1.0 / 12.0
 SAME = 0.5  # pixels: centroids that are closer are of the same dot
 
 
-@kernel
+@entry(
+    "uint8[:, :, ::1], float64[:, :, ::1], float64, bool, float64, float64, int32[:, ::1], "
+    "int32[::1], float64[:, :, ::1]"
+)
 def find_dots(pictures, last, reach, is_bright, least_area, least_contrast, label, queue, out):
     """Compute the centroids out (B, N, 2) of dots in pictures (B, h, w), NaN if not found.
 

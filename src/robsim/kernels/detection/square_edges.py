@@ -10,8 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.routine import fragment, routine
+from robsim.kernels.machine.array_views import as_bytes
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.intrinsics import fragment, routine
+from robsim.kernels.machine.kernel import part
 
 ROUNDS = 6
 COARSE, FINE = 1.0, 0.5  # pixels between the lines of a side in the first rounds and in the last
@@ -95,7 +97,10 @@ def _allocate_lines():
     )
 
 
-@kernel
+@entry(
+    "uint8[:, :, ::1], float64[:, :, :, ::1], bool[:, :, ::1], int64, float64, float64[:, :, "
+    ":, ::1]"
+)
 def follow_squares(pictures, last, patterns, most_wrong, reach, out):
     """Compute the corners out (B, T, 4, 2) of tags in pictures (B, h, w), NaN if they are lost.
 
@@ -118,7 +123,7 @@ def follow_squares(pictures, last, patterns, most_wrong, reach, out):
     now, start = square.now, square.start
     for b in range(len(pictures)):
         height, width = pictures[b].shape
-        flat = pictures[b].ravel()
+        flat = as_bytes(pictures[b])
         for n in range(last.shape[1]):
             _fill_corners(np.nan, out[b, n])
             cell = _find_cell(last[b, n], cells)

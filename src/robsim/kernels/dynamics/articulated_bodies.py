@@ -35,7 +35,7 @@ from robsim.kernels.formulas.lane_vectors import (
     times_symmetric,
     times_transpose,
 )
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import align_stack, get, put, where
 from robsim.kernels.machine.stages import stage
 

@@ -4,10 +4,10 @@ The stages of a program compute one block of runs at a time, so the cost of a co
 depend on their number. The arrays of users are flat.
 """
 
-from robsim.kernels.machine.array_views import reals, wholes
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.array_views import as_vector, reals, wholes
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.intrinsics import routine
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put
-from robsim.kernels.machine.routine import routine
 from robsim.kernels.machine.stages import perform_on_block
 
 USUAL_COORDINATE = 12.0  # metres or radians: a larger angle, about two turns, may be in degrees
@@ -73,7 +73,7 @@ def _fill_runs(code, block, runs, q, v, a, out):
     return usual
 
 
-@kernel
+@entry("int64, int64, float64[::1], float64[::1], float64[::1], float64[::1] -> bool")
 def fill_dynamics(code, runs, q, v, a, out):
     """Compute out[run, :] of runs at coordinates q, with arrays v and a; all arrays are flat.
 
@@ -88,7 +88,7 @@ def fill_dynamics(code, runs, q, v, a, out):
     return _fill_runs(numbers, block, runs, q, v, a, out)
 
 
-@kernel
+@entry("int64, int64, float64[::1], float64[::1] -> bool")
 def fill_positions(code, runs, q, out):
     """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone.
 
@@ -96,10 +96,13 @@ def fill_positions(code, runs, q, out):
     """
     numbers = wholes(code, wholes(code, 1)[0])
     block = reals(numbers[1], WIDTH * numbers[2])
-    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], out.reshape(-1))
+    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], as_vector(out))
 
 
-@kernel
+@entry(
+    "int64, int64, float64[:, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1], "
+    "float64[:, :, ::1] -> bool"
+)
 def fill_motion(code, steps, q, v, torque, q_out, v_out):
     """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.kernels.formulas import se3
 from robsim.kernels.machine.array_views import matrix, tensor, vector
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 

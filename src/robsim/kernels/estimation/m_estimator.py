@@ -8,7 +8,7 @@ outliers.
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import floor, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

@@ -9,7 +9,7 @@ from robsim.kernels.formulas.interaction import put_point_rates
 from robsim.kernels.formulas.lane_poses import compose_lanes
 from robsim.kernels.formulas.perspective import LEAST_DEPTH
 from robsim.kernels.linear_algebra.pseudoinverse import count_solution_rows, solve_block
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.kernels.machine.stages import stage

@@ -11,7 +11,7 @@ the curvature of f as much as the perspective of a small target, the Gauss-Newto
 30 updates and Newton's method five or six.
 """
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 
 LEAST_PIVOT = 1e-11  # of the diagonal: with a smaller pivot f is not convex, or hardly convex

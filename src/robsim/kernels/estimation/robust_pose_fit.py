@@ -7,7 +7,7 @@ import numpy as np
 from robsim.kernels.estimation.m_estimator import put_distances, put_robust_weights
 from robsim.kernels.estimation.pose_fit import count_pose_fit_rows as room_of_fit
 from robsim.kernels.estimation.pose_fit import fit_pose_stage, reproject_marks
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import any_lane, get, put, sqrt
 from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.program import Program, ProgramFunction

@@ -13,7 +13,7 @@ from robsim.kernels.formulas.image_moments import (
 )
 from robsim.kernels.linear_algebra.pseudoinverse import least_squares
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import stage
 

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.kernels.features.point_features import polar_rates, to_polar, unwrap_angles
 from robsim.kernels.formulas.interaction import points_interaction
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import stage
 

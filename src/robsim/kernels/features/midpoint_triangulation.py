@@ -4,7 +4,8 @@ import numpy as np
 
 from robsim.kernels.features.point_features import points_3d_interaction
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.stages import stage
 
 PARALLEL_SINE = 1e-30  # largest squared sine of the angle between parallel rays
@@ -16,7 +17,7 @@ def _cross_components(ax, ay, az, bx, by, bz):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@kernel
+@entry("float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1]")
 def triangulate_midpoint(x, other, between, X):
     """Compute X[n, 3, b] in the first camera from normalised points x[n, 2, b] and other[n, 2, b].
 

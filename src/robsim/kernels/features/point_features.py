@@ -10,7 +10,7 @@ import numpy as np
 from robsim.kernels.formulas.interaction import points_interaction, put_point_rates
 from robsim.kernels.formulas.perspective import pinhole_pixel
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
 

@@ -13,7 +13,7 @@ from robsim.kernels.formulas.se3 import (
     rotation_vector,
 )
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, get, put, where
 from robsim.kernels.machine.stages import stage
 

@@ -2,7 +2,8 @@
 
 import math
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 
 @kernel
@@ -12,7 +13,7 @@ def gain_at(at_zero, at_infinity, slope, size):
     return span * math.exp(-slope * size / span) + at_infinity
 
 
-@kernel
+@entry("float64, float64, float64, float64[::1], float64[::1]")
 def compute_gains(at_zero, at_infinity, slope, norm, gain):
     """Compute gain[b] at x = norm[b]."""
     for b in range(norm.size):

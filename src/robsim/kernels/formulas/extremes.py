@@ -1,6 +1,6 @@
 """The largest magnitude of several numbers of each run."""
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 
 
 @kernel

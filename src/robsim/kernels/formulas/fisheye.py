@@ -10,7 +10,7 @@ k3, k4) first. The angle of a normalised point (x, y) is theta = atan(r) with r^
 
 import math
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 
 LEAST_SQUARE = 1e-40  # of a radius; below it the image of the lens is the point itself
 

@@ -11,7 +11,8 @@ import math
 import numpy as np
 
 from robsim.kernels.formulas.interaction import points_interaction
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel, part
 
 NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # Gauss-Legendre nodes on [0, 1]
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # exact up to the fifth power
@@ -24,7 +25,7 @@ def moment_index(i, j):
     return (i + j) * (i + j + 1) // 2 + j
 
 
-@kernel
+@entry("int64 -> int64, int64")
 def moment_powers(k):
     """Return the powers (i, j) of the moment with index k."""
     order = 0
@@ -71,7 +72,7 @@ def _polygon_moments(x, origin, m):
                     m[k, b] += terms[k, b] / (i + j + 2)
 
 
-@kernel
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]")
 def region_moments(x, centre, mu):
     """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b].
 
@@ -107,7 +108,7 @@ def _centred_monomials(x, n, centre, u, terms):
     _monomials(u, terms)
 
 
-@part
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]", inline="always")
 def mark_moments(x, centre, mu):
     """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
     u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
@@ -120,7 +121,7 @@ def mark_moments(x, centre, mu):
                 mu[k, b] += 0.0 if k in (1, 2) else terms[k, b]
 
 
-@part
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]", inline="always")
 def fit_inverse_depth_plane(x, Z, ABC):
     """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
 

@@ -1,6 +1,7 @@
 """Interaction matrices L of image points: sdot = L V_c, V_c = (v, omega) in camera axes."""
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import put
 
 
@@ -11,7 +12,7 @@ def point_rates(x, y, inverse):
     return first, (0.0, -inverse, y * inverse, 1.0 + y * y, -x * y, -x)
 
 
-@part
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, :, ::1]", inline="always")
 def points_interaction(x, Z, L):
     """Compute L[2n, 6, b] of points x[n, 2, b] at depths Z[n, b]."""
     for n in range(x.shape[0]):

@@ -8,7 +8,7 @@ these are computed by the library, number by number.
 
 import math
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import (
     WIDTH,
     absolute,

@@ -1,6 +1,6 @@
 """Poses on lanes. A pose has twelve rows, [R | t] row by row."""
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import get, put
 
 

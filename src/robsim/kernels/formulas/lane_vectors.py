@@ -4,8 +4,8 @@ A vector has three rows, a rotation nine (row by row), and a symmetric matrix th
 xz, yy, yz, zz.
 """
 
+from robsim.kernels.machine.intrinsics import fragment
 from robsim.kernels.machine.lanes import get, put
-from robsim.kernels.machine.routine import fragment
 
 
 @fragment

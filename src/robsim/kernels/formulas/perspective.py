@@ -8,7 +8,8 @@ are zero. Fisheye lenses are in `robsim.kernels.formulas.fisheye`.
 import numpy as np
 
 from robsim.kernels.formulas.fisheye import distort_fisheye_jacobian
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 
 LEAST_DEPTH = 1e-9  # metres; a point with less depth is behind the camera
 IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
@@ -73,7 +74,7 @@ def pinhole_pixel(x, y, fu, skew, u0, fv, v0):
     return fu * x + skew * y + u0, fv * y + v0
 
 
-@kernel
+@entry("float64[:, :, ::1], float64[:, ::1], int64, float64[::1], float64[:, :, :, ::1]")
 def pixel_jacobian(x, K, kind, lens, J):
     """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point at x[n, 2, b].
 
@@ -90,7 +91,7 @@ def pixel_jacobian(x, K, kind, lens, J):
             J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
 
 
-@kernel
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1]")
 def transform_image_points(x, Z, T, X):
     """Compute X[n, 3, b] = T p with p = Z (x, 1) for points x[n, 2, b] at depths Z[n, b]."""
     for n in range(X.shape[0]):

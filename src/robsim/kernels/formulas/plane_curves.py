@@ -9,7 +9,8 @@ import math
 from typing import Any, NamedTuple
 
 from robsim.kernels.formulas import se3
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 ANGLE, ARC, HEIGHT, TILT = 0, 1, 2, 3  # quantities of a chord
 ROUNDING = 4e-16  # relative
@@ -25,7 +26,10 @@ class CurveTable(NamedTuple):
     pieces: Any
 
 
-@kernel
+@entry(
+    "CurveTable(int64[::1], float64[::1], float64[:, ::1]), int64, float64 -> float64, "
+    "float64, float64, float64, float64"
+)
 def curve_point(curves, curve, s):
     """Return x, y, cos and sin of the direction, and curvature of a curve at arc length s.
 

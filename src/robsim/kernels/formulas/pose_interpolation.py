@@ -7,10 +7,13 @@ from robsim.kernels.formulas.se3 import (
     rotation_to_quaternion,
     rotation_vector,
 )
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
 
 
-@kernel
+@entry(
+    "float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], "
+    "float64[:, ::1], float64[:, ::1]"
+)
 def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
     """Compute the rotation vector turn[3, b] of R_a' R_b, in axes of A[3, 4, b]."""
     inverse_pose(A, back)
@@ -19,7 +22,10 @@ def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
     rotation_vector(quaternion, turn)
 
 
-@kernel
+@entry(
+    "float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], "
+    "float64[:, ::1], float64[:, ::1]"
+)
 def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
     """Compute the rotation vector turn[3, b] of R_b R_a', in the common base axes."""
     inverse_pose(A, back)
@@ -28,7 +34,10 @@ def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
     rotation_vector(quaternion, turn)
 
 
-@kernel
+@entry(
+    "float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, "
+    "::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1]"
+)
 def interpolate_pose(T, translation, turn, share, end, twist, step, out):
     """Compute the pose out[3, 4, b] on the straight motion from T to end.
 

@@ -1,6 +1,6 @@
 """Quantisation: rounding of numbers to multiples of a step, as in encoders and pixel grids."""
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, floor, where
 
 EXACT_STEPS = 2.0**52  # steps: a larger number is a multiple of the step within its rounding

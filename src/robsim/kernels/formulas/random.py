@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 _MASK, _HIGH = np.uint64(0xFFFFFFFF), np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
@@ -56,7 +57,7 @@ def uniform_number(seed, run, step, stream, n):
     return _uniform_double(w[0], w[1])
 
 
-@kernel
+@entry("uint64, uint64[::1], int64, int64, float64[:, :, ::1]")
 def fill_normal_pairs(seed, runs, step, stream, out):
     """Compute independent standard normal numbers out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
@@ -64,7 +65,7 @@ def fill_normal_pairs(seed, runs, step, stream, out):
             out[n, 0, b], out[n, 1, b] = normal_pair(seed, runs[b], step, stream, n)
 
 
-@kernel
+@entry("uint64, uint64[::1], int64, int64, float64[:, ::1]")
 def fill_uniform_numbers(seed, runs, step, stream, out):
     """Compute uniform numbers out[n, b] in (0, 1) for run runs[b] at this step."""
     for n in range(out.shape[0]):

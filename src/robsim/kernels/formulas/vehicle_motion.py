@@ -3,7 +3,8 @@
 import math
 
 from robsim.kernels.formulas import se3
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 
 @kernel
@@ -24,7 +25,7 @@ def integrate_in_plane(v, dt, q):
         q[2, b] += dt * v[last, b]
 
 
-@kernel
+@entry("int64, int64, float64, float64, float64, float64, float64[:, ::1], float64[:, ::1]")
 def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
     """Turn the steering angle q[row, b] of a car towards the angle of the velocity (v, omega).
 
@@ -41,7 +42,7 @@ def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
         q[row, b] = angle
 
 
-@kernel
+@entry("int64, int64, float64, float64[:, ::1], float64[:, ::1]")
 def set_yaw_rate(row, velocity, wheelbase, q, v):
     """Replace omega of a car by the yaw rate of its steering angle, v tan(angle)/wheelbase."""
     for b in range(q.shape[1]):

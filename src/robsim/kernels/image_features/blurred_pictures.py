@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.image_features.picture_sums import copy_rows
+from robsim.kernels.machine.entry import entry
 from robsim.kernels.sensor.separable_blur import blur_image
 
 
-@kernel
+@entry("float32[:, :, ::1], int64[::1], float32[:, ::1], int64[::1], float32[:, :, ::1]")
 def blur_pictures(images, level, weights, reach, out):
     """Compute pictures blurred by one of several Gaussians each.
 
@@ -28,11 +29,11 @@ def blur_pictures(images, level, weights, reach, out):
     padded = np.empty(width + 2 * weights.shape[1], dtype=np.float32)
     for b in range(len(images)):
         n, to = level[b], out[b]
-        to[:] = images[b]
+        copy_rows(images[b], to)
         blur_image(to, weights[n, : reach[n] + 1], padded, along_rows)
 
 
-@kernel
+@entry("float32[:, :, ::1], float32[:, ::1], int64, float64[::1]")
 def find_shares_of_contrast(images, goal, border, out):
     """Compute out[b], the rms of the difference from the goal over the contrast of the goal."""
     height, width = goal.shape

@@ -6,16 +6,21 @@ from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_lumina
 from robsim.kernels.image_features.picture_sums import (
     LANES,
     compute_gram_matrix,
+    copy_rows,
     project_error,
     subtract_pictures,
     sum_products,
 )
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 DESIRED, CURRENT, MEAN = 0, 1, 2  # the model of L
 
 
-@kernel
+@entry(
+    "float32[:, ::1], (float64, float64), int64, float32[:, ::1], float32[:, ::1], "
+    "float64[::1], (float32[:, ::1], float32[:, ::1]), float32[:, ::1]"
+)
 def compute_blurred_rows(image, blur, border, plane, slopes, inverse_depth, buffers, rows):
     """Compute the rows (6, N) of L of a picture that a Gaussian has blurred.
 
@@ -95,7 +100,11 @@ def _add_blur_terms(second, plane, inverse_depth, S, T, rows):
         r4[i] += two * x * p + y * q + x * r + x * turn
 
 
-@kernel
+@entry(
+    "float32[:, :, ::1], float32[:, :, ::1], float32[:, :, ::1], float64[:, :, ::1], "
+    "int64[::1], int64, float64[:, ::1], (int64, float32[:, ::1], float32[:, ::1]), float64[:, "
+    "::1], float64[:, :, ::1], float64[:, ::1], float64[::1]"
+)
 def compute_blurred_equations(
     images, goals, goal_rows, goal_products, level, model, blur, window, inverse_depth, H, g, c
 ):
@@ -145,7 +154,7 @@ def compute_blurred_equations(
         c[b] = sum_products(error, error, partial) / count
         project_error(error, rows, partial, g[b])
         if model == DESIRED:
-            H[b] = goal_products[level[b]]
+            copy_rows(goal_products[level[b]], H[b])
         else:
             compute_gram_matrix(rows, partial, H[b])
         for i in range(6):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 
 BLACK, WHITE = 0.0, 255.0
 TAPS = 4  # bins that a grey value touches

@@ -5,12 +5,16 @@ import numpy as np
 from robsim.kernels.image_features.grey_bins import BLACK, TAPS, WHITE, add_histograms, find_bins
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import LANES
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 LEAST_SHARE = 1e-3  # added to the shares, whose roots have no derivative at 0
 
 
-@kernel
+@entry(
+    "float32[:, ::1], (int64, float32[:, ::1], float32[:, ::1]), int64[::1], float64[::1], "
+    "float64[:, ::1], float64[:, :, ::1]"
+)
 def measure_histograms(image, window, cells, inverse_depth, roots, L):
     """Compute the roots of histograms of a picture, and their interaction matrices.
 
@@ -44,7 +48,11 @@ def measure_histograms(image, window, cells, inverse_depth, roots, L):
                 L[cell, j, c] /= 2.0 * roots[cell, j]
 
 
-@kernel
+@entry(
+    "float32[:, :, ::1], float64[:, ::1], float64[:, :, ::1], int64, (int64, float32[:, ::1], "
+    "float32[:, ::1]), int64[::1], float64[:, ::1], float64[:, :, ::1], float64[:, ::1], "
+    "float64[::1]"
+)
 def compute_histogram_equations(
     images, goal, goal_rows, model, window, cells, inverse_depth, H, g, c
 ):

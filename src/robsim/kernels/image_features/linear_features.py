@@ -4,10 +4,11 @@ import numpy as np
 
 from robsim.kernels.image_features.luminance_rows import compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import LANES, sum_products
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 
-@kernel
+@entry("float32[:, :, ::1], int64, float32[:, ::1], float64[:, ::1]")
 def project_pictures(images, border, basis, s):
     """Compute s[b, i], the sum of the pixels of a picture times basis[i].
 
@@ -41,7 +42,10 @@ def _copy_inside(image, border, pixels):
             to[x] = row[x]
 
 
-@kernel
+@entry(
+    "float32[:, :, ::1], float32[:, ::1], (int64, float32[::1], float32[:, ::1], float32[:, "
+    "::1]), float64[:, ::1], float64[:, :, ::1]"
+)
 def project_luminance_rows(images, basis, window, inverse_depth, L):
     """Compute L[b, i], the sum over the pixels of basis[i] times the rows of the luminance.
 

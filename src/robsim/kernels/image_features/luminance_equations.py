@@ -6,12 +6,14 @@ from robsim.kernels.image_features.luminance_rows import compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import (
     LANES,
     compute_gram_matrix,
+    copy_rows,
     project_error,
     scale_rows,
     subtract_pictures,
     sum_products,
 )
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 DESIRED, CURRENT, MEAN = 0, 1, 2  # the model of L
 BINS = 1024  # of the histogram of differences, of a quarter of a grey value each
@@ -20,7 +22,11 @@ TO_DEVIATION = 1.4826  # standard deviation over median of the magnitudes of nor
 LEAST_SHARE = 0.25  # of the contrast at the goal: smaller differences are those of a small motion
 
 
-@kernel
+@entry(
+    "float32[:, :, ::1], float32[:, ::1], float32[:, ::1], float64[:, ::1], int64, float64, "
+    "(int64, float32[::1], float32[:, ::1], float32[:, ::1]), float64[:, ::1], float64[:, :, "
+    "::1], float64[:, ::1], float64[::1]"
+)
 def compute_luminance_equations(
     images, goal, goal_rows, goal_products, model, contrast, window, inverse_depth, H, g, c
 ):
@@ -82,7 +88,7 @@ def compute_luminance_equations(
             rows = weighted
         project_error(error, rows, partial, g[b])
         if model == DESIRED and not robust:
-            H[b] = goal_products
+            copy_rows(goal_products, H[b])
         else:
             compute_gram_matrix(rows, partial, H[b])
         for i in range(6):

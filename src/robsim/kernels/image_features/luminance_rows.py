@@ -2,14 +2,18 @@
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 # weights of the differences of pixels at the distances 1 to 3
 CENTRAL = np.array([0.5, 0.0, 0.0], dtype=np.float32)
 SEVEN_TAPS = np.array([2047.0 / 8418.0, 913.0 / 8418.0, 112.0 / 8418.0], dtype=np.float32)
 
 
-@kernel
+@entry(
+    "float32[:, ::1], int64, float32[::1], float32[:, ::1], float32[:, ::1], float64[::1], "
+    "float32[:, ::1], float32[:, ::1]"
+)
 def compute_luminance_rows(image, border, taps, plane, slopes, inverse_depth, gradient, rows):
     """Compute the rows (6, N) of the interaction matrix of the luminance inside a border.
 

@@ -7,13 +7,17 @@ import numpy as np
 from robsim.kernels.image_features.grey_bins import TAPS, find_bins
 from robsim.kernels.image_features.luminance_rows import CENTRAL, compute_luminance_rows
 from robsim.kernels.image_features.picture_sums import LANES, project_error
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 REACH = 2.5  # deviations from the mean to both ends of the bins
 LEAST_DEVIATION = 0.1  # grey values
 
 
-@kernel
+@entry(
+    "float32[:, ::1], int64, int64, int64[::1], float64[:, ::1], float64[:, ::1], "
+    "float64[::1] -> float64"
+)
 def find_standard_bins(image, border, bins, first, weights, slopes, standard):
     """Compute the bins of standard grey values, as `find_bins`, from -2.5 to 2.5 deviations.
 
@@ -57,7 +61,7 @@ def remove_mean_and_scale(factor, standard):
         factor[n] -= total + along * standard[n]
 
 
-@kernel
+@entry("int64[::1], float64[:, ::1], int64[::1], float64[:, ::1], float64[:, ::1]")
 def fill_joint_histogram(first, weights, goal_first, goal_weights, p):
     """Compute the joint shares p (bins, bins) of grey values now and at the goal."""
     p[:] = 0.0
@@ -68,7 +72,7 @@ def fill_joint_histogram(first, weights, goal_first, goal_weights, p):
                 row[goal_first[n] + j] += weight * goal_weights[n, j]
 
 
-@kernel
+@entry("float64[:, ::1], float64[:, ::1] -> float64")
 def find_log_shares(p, logs):
     """Compute logs[i, j] = log(p_ij / (p_i p_j)), 0 where p_ij is 0; return sum p_ij logs[i, j]."""
     bins, information = len(p), 0.0
@@ -98,7 +102,10 @@ def mix_logs(first, factors, goal_first, goal_factors, logs, out):
         out[n] = total
 
 
-@kernel
+@entry(
+    "int64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], float64[:, "
+    "::1], float32[:, ::1], float64[:, ::1]"
+)
 def find_information_hessian(first, weights, slopes, standard, logs, p, rows, H):
     """Compute the matrix H (6, 6) of the second derivatives of the missing information at the goal.
 
@@ -135,7 +142,11 @@ def find_information_hessian(first, weights, slopes, standard, logs, p, rows, H)
                         H[a, b] += A[i, j, a] * A[j, i, b] / p[i, j]
 
 
-@kernel
+@entry(
+    "float32[:, :, ::1], (int64[::1], float64[:, ::1]), int64, float64, float64[:, ::1], "
+    "(int64, float32[:, ::1], float32[:, ::1]), float64[:, ::1], float64[:, :, ::1], "
+    "float64[:, ::1], float64[::1]"
+)
 def compute_information_equations(
     images, goal, bins, most, hessian, window, inverse_depth, H, g, c
 ):

@@ -1,7 +1,8 @@
 """Centred moments of the grey values of a picture, and their rates, from moments about the axis."""
 
 from robsim.kernels.formulas.image_moments import ORDER_3, moment_index, moment_powers
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 
 @kernel
@@ -21,7 +22,7 @@ def _shift_moment(m, k, x, y):
     return total
 
 
-@kernel
+@entry("float64[:, ::1], float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1]")
 def centre_moments(m, Lm, centre, mu, R):
     """Compute centres, centred moments and their rates as `formulas.image_moments` stores them.
 

@@ -6,7 +6,8 @@ several pixels at a time and the bits are the same on every machine.
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel, part
 
 LANES = 32
 BLOCK = 4096  # pixels of a partial sum in single precision, a multiple of LANES
@@ -59,7 +60,7 @@ def project_error(error, rows, partial, out):
         out[k] = sum_products(rows[k], error, partial)
 
 
-@kernel
+@entry("float32[:, ::1], float32[::1], float64[:, ::1]")
 def compute_gram_matrix(rows, partial, out):
     """Compute the matrix out (k, k) of the products of rows (k, N)."""
     for i in range(len(rows)):
@@ -74,6 +75,14 @@ def scale_rows(rows, factors, out):
         row, to = rows[k], out[k]
         for i in range(row.size):
             to[i] = row[i] * factors[i]
+
+
+@part
+def copy_rows(source, out):
+    """Copy an array [n, m]. Numba would check its shape, and whether both overlap."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = source[i, j]
 
 
 @kernel
@@ -92,7 +101,7 @@ def subtract_pictures(image, goal, border, out):
         out[i] = 0.0
 
 
-@kernel
+@entry("uint8[:, :, ::1], int64, float64[::1]")
 def measure_contrasts(pictures, border, contrasts):
     """Compute the standard deviations contrasts (B,) of the pixels inside a border.
 
@@ -111,7 +120,7 @@ def measure_contrasts(pictures, border, contrasts):
         contrasts[b] = np.sqrt(max(float(count * square - total * total), 0.0)) / count
 
 
-@kernel
+@entry("uint8[:, :, ::1], int64, float32[:, :, ::1]")
 def reduce_pictures(pictures, size, images):
     """Compute the means images (B, h, w) of blocks of size x size pixels of pictures.
 

@@ -5,13 +5,14 @@ import math
 import numpy as np
 
 from robsim.kernels.image_features.picture_sums import LANES, compute_gram_matrix
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 
 SWEEPS = 30  # of the method of Jacobi; ten suffice for a hundred pictures
 LEAST_SHARE = 1e-12  # share of the squares outside of the diagonal at which it ends
 
 
-@kernel
+@entry("float32[:, ::1], float32[:, ::1], float64[::1]")
 def find_principal_pictures(pictures, basis, variances):
     """Compute the orthonormal principal components of pictures without their mean.
 

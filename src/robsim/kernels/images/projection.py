@@ -21,7 +21,7 @@ from robsim.kernels.formulas.perspective import (
     pinhole_pixel,
     undistort,
 )
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, get, get_lane, put, replace_lane, where
 from robsim.kernels.machine.stages import stage
 

@@ -7,7 +7,8 @@ plane of x and z is the complex number z + i x, so a rotation by t about y is th
 
 import math
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, absolute, floor, get, put, where
 from robsim.kernels.machine.stages import perform_on_block, stage
 
@@ -242,7 +243,10 @@ def check_solution(
     put(w, within_out, where(within, 1.0, 0.0))
 
 
-@kernel
+@entry(
+    "int64[::1], int64[::1], int64[::1], float64[::1], float64, float64[:, :, ::1], float64[:, "
+    ":, ::1], bool[:, ::1], bool[:, ::1]"
+)
 def solve_closed_form(addresses, at, p, template, tolerance, goals, q, valid, within):
     """Compute all solutions q[run, solution, n] for goals[run, 4, 4] by stages.
 

@@ -31,7 +31,8 @@ from robsim.kernels.inverse_kinematics.ik_actions import (
     TOLERANCE,
     Q,
 )
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, put
 from robsim.kernels.machine.stages import perform_on_block
 
@@ -67,7 +68,11 @@ def initial_results(q0: Any) -> SearchResults:
     return SearchResults(q0.copy(), np.full(len(q0), np.inf), counts)
 
 
-@part
+@entry(
+    "float64[::1], Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, "
+    "::1], float64[::1], int64[::1], float64, int64)",
+    inline="always",
+)
 def begin_searches(block, search):
     """Initialise all lanes for their first runs."""
     for i in range(search.q0.shape[1] if search.q0.shape[0] > 0 else 0):
@@ -139,7 +144,12 @@ def _restart_search(block, b, run, search, results):
         block[(Q + i) * WIDTH + b] = search.q[i, chosen]
 
 
-@part
+@entry(
+    "float64[::1], int64, Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], "
+    "float64[:, ::1], float64[::1], int64[::1], float64, int64), SearchResults(float64[:, "
+    "::1], float64[::1], int64[:, ::1]) -> int64, int64",
+    inline="always",
+)
 def schedule_lanes(block, after, search, results):
     """Store results, then start the next run, the next search, or restore the best coordinates.
 
@@ -167,7 +177,11 @@ def schedule_lanes(block, after, search, results):
     return after, going
 
 
-@kernel
+@entry(
+    "int64[::1], int64[::1], int64[::1], float64[::1], float64[:, :, ::1], float64[:, ::1], "
+    "float64[:, ::1], float64[:, ::1], float64[::1], int64[::1], float64, int64, float64[:, "
+    "::1], float64[::1], int64[:, ::1]"
+)
 def run_searches(
     addresses,
     at,

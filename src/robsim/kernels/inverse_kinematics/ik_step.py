@@ -10,7 +10,7 @@ import math
 
 from robsim.kernels.formulas.se3 import rotation_to_quaternion, rotation_vector
 from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, floor, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 

@@ -5,7 +5,7 @@ of the reflections H = I - beta v v' in the columns of M, from the diagonal on (
 2013, section 5.2).
 """
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
 
 

@@ -5,7 +5,7 @@ normal equations square the condition number, so they are not suitable for nearl
 without damping.
 """
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put, sqrt
 from robsim.kernels.machine.stages import stage
 

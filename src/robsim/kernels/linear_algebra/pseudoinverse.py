@@ -20,8 +20,8 @@ from robsim.kernels.linear_algebra.register_columns import (
 from robsim.kernels.linear_algebra.svd import choose_length_unit, solve_truncated
 from robsim.kernels.linear_algebra.svd import truncation_rows as truncated_rows
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
-from robsim.kernels.machine.fixed_size import unroll_kernel
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.intrinsics import unroll_kernel
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, align_stack, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.stages import stage

@@ -4,7 +4,7 @@ The compiler cannot prove that two columns of a block do not overlap. If reads a
 it must reload one column after each number that is written to the other column.
 """
 
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put
 
 HEIGHT = 8  # rows; two columns and a sum fit into the registers of AVX-512

@@ -7,7 +7,7 @@ depend on its neighbours.
 import numpy as np
 
 from robsim.kernels.machine.block_io import gather_row, scatter_row, scatter_rows
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.stages import stage

@@ -3,42 +3,40 @@
 If a program passes the address of an array to a stage, the program keeps the array alive.
 """
 
-from typing import Any
-
-import numba
-from numba import types
-from numba.extending import intrinsic
-
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.intrinsics import Intrinsic
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH
 
-
-def _define_address_cast(kind: Any) -> Any:
-    """Return the function that casts an address to a pointer to numbers of a type."""
-
-    @intrinsic
-    def function(typing: Any, address: Any) -> Any:
-        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return builder.inttoptr(args[0], context.get_value_type(sig.return_type))
-
-        return types.CPointer(kind)(address), emit
-
-    return function
+carray = Intrinsic("array_pointers", "carray")
+_row_pointer = Intrinsic("array_pointers", "point_to_row")
+_as_unsigned = Intrinsic("array_pointers", "cast_to_unsigned")
 
 
-_to_real, _to_whole = _define_address_cast(types.float64), _define_address_cast(types.int64)
+def cast_address_to(kind: str) -> Intrinsic:
+    """Return the function that casts an address to a pointer to numbers, such as "float64"."""
+    return Intrinsic("array_pointers", "make_address_cast", kind)
+
+
+_to_real, _to_whole = cast_address_to("float64"), cast_address_to("int64")
+_to_byte = cast_address_to("uint8")
 
 
 @part
 def reals(address, size):
     """Return the float64 array [size] at an address."""
-    return numba.carray(_to_real(address), (size,))
+    return carray(_to_real(address), (size,))
+
+
+@part
+def real_matrix(address, n, m):
+    """Return the float64 array [n, m] at an address."""
+    return carray(_to_real(address), (n, m))
 
 
 @part
 def wholes(address, size):
     """Return the int64 array [size] at an address."""
-    return numba.carray(_to_whole(address), (size,))
+    return carray(_to_whole(address), (size,))
 
 
 @kernel
@@ -47,46 +45,43 @@ def pointer_of(array):
     return _to_real(array.ctypes.data)
 
 
-@intrinsic
-def _row_pointer(typing: Any, w: Any, row: Any) -> Any:
-    """Return the address of a row of a block."""
+@part
+def as_vector(array):
+    """Return a float64 array in C order as an array of one axis."""
+    return carray(pointer_of(array), (array.size,))
 
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        index = context.cast(builder, args[1], sig.args[1], types.int64)
-        return builder.gep(args[0], [builder.mul(index, index.type(WIDTH))])
 
-    return w(w, row), emit
+@part
+def as_bytes(array):
+    """Return a uint8 array in C order as an array of one axis."""
+    return carray(_to_byte(array.ctypes.data), (array.size,))
+
+
+@part
+def as_matrix(array, n, m):
+    """Return a float64 array in C order as an array [n, m]."""
+    return carray(pointer_of(array), (n, m))
 
 
 @part
 def vector(w, row, n):
     """Return rows of a block as an array[n, lane]."""
-    return numba.carray(_row_pointer(w, row), (n, WIDTH))
+    return carray(_row_pointer(w, row), (n, WIDTH))
 
 
 @part
 def matrix(w, row, n, m):
     """Return rows of a block as an array[n, m, lane]."""
-    return numba.carray(_row_pointer(w, row), (n, m, WIDTH))
-
-
-@intrinsic
-def _as_unsigned(typing: Any, pointer: Any) -> Any:
-    kind = types.CPointer(types.uint64)
-
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], context.get_value_type(kind))
-
-    return kind(pointer), emit
+    return carray(_row_pointer(w, row), (n, m, WIDTH))
 
 
 @part
 def unsigned_row(w, row):
     """Return a row that stores the bits of whole numbers as a uint64 array[lane]."""
-    return numba.carray(_as_unsigned(_row_pointer(w, row)), (WIDTH,))
+    return carray(_as_unsigned(_row_pointer(w, row)), (WIDTH,))
 
 
 @part
 def tensor(w, row, n, m, k):
     """Return rows of a block as an array[n, m, k, lane]."""
-    return numba.carray(_row_pointer(w, row), (n, m, k, WIDTH))
+    return carray(_row_pointer(w, row), (n, m, k, WIDTH))

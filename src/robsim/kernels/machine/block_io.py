@@ -3,7 +3,7 @@
 If fewer than WIDTH runs remain, copies of the last run fill the remaining lanes.
 """
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH
 
 

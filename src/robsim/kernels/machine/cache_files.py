@@ -11,23 +11,30 @@ import pickle
 import sys
 import uuid
 from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
-from numba.core.serialize import dumps
 
 from robsim.container import MAGIC, pack_container, unpack_container
 from robsim.kernels.machine.sources import digest_of_all
 
+
+def find_version(package: str) -> str:
+    """Return the version of a package that is not imported; "none" if it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
 VERSIONS = (
-    f"Numba {numba.__version__}, llvmlite {llvmlite.__version__}, "
+    f"Numba {find_version('numba')}, llvmlite {find_version('llvmlite')}, "
     f"Python {sys.version_info.major}.{sys.version_info.minor}"
 )
-_BOUNDS: Any = vars(numba.config)["BOUNDSCHECK"]  # tests may check indices
+_BOUNDS = os.environ.get("NUMBA_BOUNDSCHECK", "")  # tests may check indices
 
 
 def _user_cache_folder() -> Path:
@@ -51,13 +58,29 @@ def code_file_name(name: str, key: tuple[Any, ...]) -> str:
     return f"{name}.{digest}.nbc"
 
 
-def load_code(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
+def read_object(name: str, key: tuple[Any, ...]) -> bytes | None:
+    """Return saved machine code of bitcode; None if it is absent or damaged."""
+    file = CACHE / code_file_name(name, key)
+    try:
+        header, (code,) = unpack_container(BytesIO(file.read_bytes()))
+    except (OSError, ValueError):
+        return None
+    return code.tobytes() if header == [name, str(key)] else None
+
+
+def write_object(name: str, key: tuple[Any, ...], code: bytes) -> None:
+    """Save machine code of bitcode, if the folder is writable."""
+    with suppress(OSError):
+        _write_container(name, key, np.frombuffer(code, np.uint8))
+
+
+def load_code(name: str, key: tuple[Any, ...]) -> Any:
     """Return the saved data, or None if the file does not exist or is not readable.
 
     Any exception means that the file is damaged or belongs to another kernel.
     """
     try:
-        content = (folder / code_file_name(name, key)).read_bytes()
+        content = (CACHE / code_file_name(name, key)).read_bytes()
     except OSError:
         return None
     header, (code,) = unpack_container(BytesIO(content))
@@ -66,23 +89,27 @@ def load_code(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
     return pickle.loads(code.data)
 
 
-def save_code(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
+def save_code(name: str, key: tuple[Any, ...], data: Any) -> None:
     """Write a file as a whole. Raise OSError if the folder is not writable."""
-    code = np.frombuffer(dumps(data), np.uint8)
+    from numba.core.serialize import dumps  # late: only Numba's code is pickled
+
+    _write_container(name, key, np.frombuffer(dumps(data), np.uint8))
+
+
+def _write_container(name: str, key: tuple[Any, ...], code: Any) -> None:
     with pack_container([name, str(key)], [code]).getbuffer() as content:
-        path = _write_draft(folder, content)
+        path = _write_draft(CACHE, content)
     try:
-        path.replace(folder / code_file_name(name, key))
+        path.replace(CACHE / code_file_name(name, key))
         SAVED.add(code_file_name(name, key))
     finally:
         path.unlink(missing_ok=True)
 
 
-def drop_code(folder: Path, name: str, key: tuple[Any, ...]) -> None:
-    """Delete a damaged file of the user's cache. Precompiled files of the package stay."""
-    if folder == CACHE:
-        with suppress(OSError):
-            (folder / code_file_name(name, key)).unlink()
+def drop_code(name: str, key: tuple[Any, ...]) -> None:
+    """Delete a damaged file."""
+    with suppress(OSError):
+        (CACHE / code_file_name(name, key)).unlink()
 
 
 def is_cache_writable() -> bool:

@@ -1,26 +1,23 @@
-"""Deferral of Ctrl-C until Numba's compiler is in a consistent state."""
+"""Deferral of Ctrl-C until a compiler is in a consistent state."""
 
 import signal
 import threading
 from typing import Any
 
-from numba.core import event
 
-
-class DeferredInterrupt(event.Listener):
-    """A listener to Numba's events that defers KeyboardInterrupt while kernels compile or load.
+class DeferredInterrupt:
+    """A block that defers KeyboardInterrupt while kernels compile or load. Blocks may be nested.
 
     It acts in the main thread, where signal handlers run, if Python's default handler is in force.
     A custom handler can defer signals itself: it collects them in a list `waiting`, and the
-    listener calls the handler afterwards.
+    block calls the handler afterwards.
     """
 
-    def __init__(self) -> None:
-        self._depth = 0
-        self._is_interrupted = False
+    _depth = 0
+    _is_interrupted = False
 
-    def on_start(self, occurrence: Any) -> None:
-        """Replace the handler of SIGINT when the outermost kernel starts."""
+    def __enter__(self) -> None:
+        """Replace the handler of SIGINT when the outermost block starts."""
         if threading.current_thread() is threading.main_thread():
             is_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
             if is_default and not self._depth:
@@ -28,8 +25,8 @@ class DeferredInterrupt(event.Listener):
                 signal.signal(signal.SIGINT, self._note)
             self._depth += 1  # last, as signal.signal may raise an earlier KeyboardInterrupt
 
-    def on_end(self, occurrence: Any) -> None:
-        """Restore the handler after the outermost kernel. Raise KeyboardInterrupt if deferred."""
+    def __exit__(self, *error: object) -> None:
+        """Restore the handler after the outermost block. Raise KeyboardInterrupt if deferred."""
         if threading.current_thread() is not threading.main_thread():
             return
         self._depth -= 1
@@ -45,3 +42,6 @@ class DeferredInterrupt(event.Listener):
 
     def _note(self, number: int, frame: Any) -> None:
         self._is_interrupted = True
+
+
+DEFERRED_INTERRUPT = DeferredInterrupt()

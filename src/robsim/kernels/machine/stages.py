@@ -10,19 +10,17 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from llvmlite import binding, ir
-from numba import types
-from numba.core.compiler_lock import global_compiler_lock
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
-
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.intrinsics import Intrinsic
+from robsim.kernels.machine.kernel import kernel, name_like, part
 from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.machine_code import find_address
 from robsim.kernels.machine.signature import StageSignature
 
-SIGNATURE = (types.CPointer(types.int64), types.CPointer(types.float64), types.int64)
-_WHOLE, _REAL = ir.IntType(64), ir.DoubleType()
+KINDS = ("int64*", "float64*", "int64")  # of the arguments (p, w, step)
+_numbers_from = Intrinsic("array_pointers", "point_to_numbers")
+_call_stage = Intrinsic("linked_calls", "call_stage")
 
 
 class CompiledStage:
@@ -42,33 +40,20 @@ class CompiledStage:
     @property
     def address(self) -> int:
         """The address of the machine code."""
-        if not self._address:
-            compiled: Any = kernel(self._plain(), address=True)
-            with global_compiler_lock:  # defers Ctrl-C until compilation ends
-                compiled.compile(SIGNATURE)
-                overload = compiled.overloads[SIGNATURE]
-                wrapper = overload.fndesc.llvm_cfunc_wrapper_name
-                self._address = overload.library.get_pointer_to_function(wrapper)
+        return self._address or self._find_address()
+
+    def _find_address(self) -> int:
+        self._address = find_address(self.symbol, self.make_wrapper, KINDS)
         return self._address
 
-    def _plain(self) -> Callable[..., Any]:
+    def make_wrapper(self) -> Callable[..., Any]:
         """Return the stage as a function (p, w, step)."""
         function = self.function
         if is_plain_stage(function):
             return function
         namespace: dict[str, Any] = {"body": part(function), "rest": _numbers_from}
         exec(self.signature.wrapper, namespace)
-        wrapper: Any = namespace["wrapper"]
-        own = function.__code__
-        wrapper.__code__ = wrapper.__code__.replace(
-            co_filename=own.co_filename, co_firstlineno=own.co_firstlineno, co_name=own.co_name
-        )
-        wrapper.__module__, wrapper.__qualname__ = function.__module__, function.__qualname__
-        return wrapper  # type: ignore[no-any-return]
-
-    def link(self) -> None:
-        """Register the stage's symbol and address with LLVM."""
-        binding.add_symbol(self.symbol, self.address)
+        return name_like(function, namespace["wrapper"])  # type: ignore[no-any-return]
 
 
 def stage(function: Callable[..., Any]) -> CompiledStage:
@@ -86,32 +71,6 @@ def is_plain_stage(function: Callable[..., Any]) -> bool:
     return function.__code__.co_argcount == 3 and not function.__defaults__
 
 
-@intrinsic
-def _numbers_from(typing: Any, p: Any, at: Any) -> Any:
-    """Return the whole numbers from p[at] on."""
-
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.gep(args[0], [args[1]])
-
-    return p(p, at), emit
-
-
-@intrinsic
-def _call_stage(typing: Any, address: Any, p: Any, at: Any, w: Any, first: Any, step: Any) -> Any:
-    """Call the stage at an address with p[at:] and w[first:]."""
-
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        address, p, at, w, first, step = args
-        numbers = builder.gep(make_array(sig.args[1])(context, builder, p).data, [at])
-        block = builder.gep(make_array(sig.args[3])(context, builder, w).data, [first])
-        kinds = [_WHOLE.as_pointer(), _REAL.as_pointer(), _WHOLE]
-        kind = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
-        builder.call(builder.inttoptr(address, kind), [numbers, block, step])
-        return context.get_dummy_value()
-
-    return types.void(address, p, at, w, first, step), emit
-
-
 @kernel
 def perform_on_block(addresses, at, p, block, step):
     """Perform stages on one block for one step."""
@@ -119,17 +78,16 @@ def perform_on_block(addresses, at, p, block, step):
         _call_stage(addresses[i], p, at[i], block, 0, step)
 
 
-@kernel
+@entry("int64[::1], int64[::1], int64[::1], float64[:, ::1], int64")
 def perform_stages(addresses, at, p, blocks, step):
     """Perform stages on each block blocks[i, :] for one step."""
     size = blocks.shape[1]
-    flat = blocks.reshape(-1)
     for block in range(blocks.shape[0]):
         for i in range(addresses.size):
-            _call_stage(addresses[i], p, at[i], flat, block * size, step)
+            _call_stage(addresses[i], p, at[i], blocks, block * size, step)
 
 
-@kernel
+@entry("int64[::1], int64[::1], int64[::1], int64, float64[:, ::1], int64, int64, int64")
 def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
     """Perform stages on each block blocks[i, :] from `step` to `until` - 1.
 
@@ -137,13 +95,12 @@ def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
     all runs.
     """
     size = blocks.shape[1]
-    flat = blocks.reshape(-1)
     for block in range(blocks.shape[0]):
         for now in range(step, until):
             if not _is_any_alive(blocks[block], alive):
                 break
             for i in range(skipped if now == 0 else 0, addresses.size):
-                _call_stage(addresses[i], p, at[i], flat, block * size, now)
+                _call_stage(addresses[i], p, at[i], blocks, block * size, now)
 
 
 @part
@@ -154,7 +111,10 @@ def _is_any_alive(block, row):
     return alive
 
 
-@kernel
+@entry(
+    "int64[::1], int64[::1], int64[::1], float64[::1], int64, float64[:, ::1], int64, "
+    "float64[:, ::1]"
+)
 def evaluate_block(addresses, at, p, block, first, x, output, out):
     """Perform stages for each run of x[i, b] and fill out[j, b].
 

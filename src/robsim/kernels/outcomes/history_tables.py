@@ -1,7 +1,7 @@
 """Stages that record runs in tables of all runs."""
 
 from robsim.kernels.machine.array_views import reals, unsigned_row
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import stage
 

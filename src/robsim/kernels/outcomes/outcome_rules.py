@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.kernels.formulas import perspective
 from robsim.kernels.linear_algebra.svd import solve_truncated
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 from robsim.kernels.outcomes.outcome_codes import (

@@ -2,7 +2,7 @@
 
 import math
 
-from robsim.kernels.machine.routine import fragment, routine
+from robsim.kernels.machine.intrinsics import fragment, routine
 
 NEAR = 1e-4  # depth in metres up to which a camera sees nothing
 LEAST_SLOPE = 1e-150  # of a side; below, it is parallel to the rows

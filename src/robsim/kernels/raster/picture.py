@@ -1,14 +1,29 @@
 """Pictures of a camera, in one call."""
 
-from robsim.kernels.machine.jit import kernel
-from robsim.kernels.machine.routine import fragment
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.intrinsics import fragment
 from robsim.kernels.raster.edge_coverage import smooth_edges
 from robsim.kernels.raster.face_placement import place_faces
 from robsim.kernels.raster.pixel_faces import find_pixel_faces
 from robsim.kernels.raster.pixel_shades import shade_pixels
+from robsim.kernels.raster.raster_arrays import (
+    FACES,
+    LENS_PLANE,
+    PICTURES,
+    PINHOLE_PLANE,
+    PIXEL_BUFFERS,
+    PLACED_FACES,
+)
+
+_REST = (
+    f"float64[:, :, :, ::1], float64[:, ::1], float64, float32[:, ::1], int64, {PLACED_FACES}, "
+    f"{PIXEL_BUFFERS}, float32[:, ::1], float32[:, :, ::1]"
+)
 
 
-@kernel
+@entry(
+    f"{FACES}, {PICTURES}, {PINHOLE_PLANE}, {_REST}", f"{FACES}, {PICTURES}, {LENS_PLANE}, {_REST}"
+)
 def draw_pictures(
     faces,
     pictures,

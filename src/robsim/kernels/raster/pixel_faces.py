@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import fragment, routine
+from robsim.kernels.machine.intrinsics import fragment, routine
 
 NO_FACE = -1
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import fragment, routine
+from robsim.kernels.machine.intrinsics import fragment, routine
 from robsim.kernels.raster.pixel_faces import NO_FACE
 from robsim.kernels.raster.texel_levels import find_level, read_texels
 

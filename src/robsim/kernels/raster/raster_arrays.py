@@ -7,6 +7,27 @@ normalised coordinates (X/Z, Y/Z); `ImagePlane` leads from a point in camera axe
 
 from typing import Any, NamedTuple
 
+# Types of the arguments of entries.
+FACES = (
+    "Faces(float64[:, ::1], int64[::1], int64[::1], float64[:, ::1], float64[::1], int64[::1], "
+    "float64[:, :, ::1], float64[::1])"
+)
+PICTURES = "Pictures(uint16[::1], int64[:, :, ::1], int64[::1])"
+PINHOLE_PLANE = "ImagePlane(float64[:, ::1], float64[:, ::1], None, None, None)"
+LENS_PLANE = (
+    "ImagePlane(float64[:, ::1], float64[:, ::1], "
+    "float32[:, :, ::1], float32[:, ::1], float32[:, ::1])"
+)
+PLACED_FACES = (
+    "PlacedFaces(float64[:, ::1], float64[:, :, ::1], int64[:, ::1], float64[::1], float64[:, ::1])"
+)
+PIXEL_BUFFERS = (
+    "PixelBuffers(int32[:, ::1], float32[:, ::1], int32[:, ::1], float32[::1], float32[::1], "
+    "float32[::1], float32[::1], int32[::1], uint32[::1], uint32[::1], float32[::1], "
+    "float32[::1], float32[::1], int32[::1], int32[:, ::1], int32[:, ::1], int64[:, ::1], "
+    "float64[:, ::1], float64[:, :, ::1])"
+)
+
 
 class Faces(NamedTuple):
     """The faces of bodies, in body axes.

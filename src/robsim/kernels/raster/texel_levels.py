@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from robsim.kernels.machine.routine import fragment, routine
+from robsim.kernels.machine.intrinsics import fragment, routine
 
 SHARPER = 0.25  # of the squared size of a pixel in texels, the mean of both axes and half a level
 LOW_HALF, SHIFT = np.uint32(0xFFFF), np.uint32(16)

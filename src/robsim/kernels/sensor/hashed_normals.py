@@ -8,7 +8,7 @@ normal quantiles. A number takes a quarter of the time of Philox with the method
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.kernel import kernel, part
 
 TABLE_BITS = 12
 _INCREMENT = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio

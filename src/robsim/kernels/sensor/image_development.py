@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 from robsim.kernels.sensor.hashed_normals import fill_normal_row, find_image_key
 
 WHITE = np.float32(255.0)
@@ -27,7 +28,11 @@ class SensorArrays(NamedTuple):
     palette: Any
 
 
-@kernel
+@entry(
+    "float32[:, ::1], SensorArrays(float32[:, ::1], float32[::1], float32[::1], float32[::1], "
+    "uint8[::1]), uint64, uint64, uint64, float32[:, ::1], uint64[::1], int32[::1], uint8[:, "
+    "::1]"
+)
 def develop_image(light, sensor, seed, run, step, row, words, index, out):
     """Compute the grey values out (h, w) of the light (h, w) on the pixels of a sensor.
 

@@ -1,9 +1,10 @@
 """Blur of an image by the same symmetric weights along rows and columns."""
 
-from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import part
 
 
-@kernel
+@entry("float32[:, ::1], float32[::1], float32[::1], float32[:, ::1]")
 def blur_image(image, weights, padded, along_rows):
     """Blur an image (h, w) in place; pixels beyond the border have the value at the border.
 

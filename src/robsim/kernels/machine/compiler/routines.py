@@ -51,8 +51,8 @@ class RoutineLibrary(JITCodeLibrary):
         self._finalized = True
 
 
-def routine(function: Callable[..., Any], inline: bool = False) -> Any:
-    """Return a function that kernels can call, without machine code of its own."""
+def make_routine(function: Callable[..., Any], inline: bool) -> Any:
+    """Return the function that calls a routine, which it compiles for each list of types."""
     compiled: dict[tuple[Any, ...], Any] = {}
 
     def call(typing: Any, *args: Any) -> Any:
@@ -76,15 +76,6 @@ def routine(function: Callable[..., Any], inline: bool = False) -> Any:
     parameters = [typing, *own.parameters.values()]
     call.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
     return intrinsic(call)
-
-
-def fragment(function: Callable[..., Any]) -> Any:
-    """Return a routine that LLVM inlines into each caller.
-
-    It is for code with many arguments that is called for each pixel. Named tuples that it takes are
-    written to memory, so it takes only the arrays that it needs where time counts.
-    """
-    return routine(function, inline=True)
 
 
 @cache

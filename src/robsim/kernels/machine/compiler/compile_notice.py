@@ -7,8 +7,9 @@ from typing import Any
 
 from numba.core import event
 
-from robsim.kernels.machine import cache_files, prebuilt, stderr_messages
-from robsim.kernels.machine.cache import KernelCache
+from robsim.kernels.machine import cache_files, code_archive, stderr_messages
+from robsim.kernels.machine.compiler.cache import KernelCache
+from robsim.kernels.machine.sources import digest_of_all
 
 PATIENCE = 1.0  # seconds of compilation in this process before the first line
 
@@ -75,7 +76,7 @@ def _kernel_name(occurrence: event.Event) -> str:
 
 def _report_cache_folder() -> None:
     """Write the line that names the cache folder, or the reason why kernels are not cached."""
-    why = f" ({why})" if (why := prebuilt.explain_mismatch()) else ""
+    why = f" ({why})" if (why := code_archive.explain_mismatch(digest_of_all())) else ""
     if cache_files.is_cache_writable():
         stderr_messages.write_stderr(
             f"robsim: compiling kernels, once: they are kept in {cache_files.CACHE}{why}\n"

@@ -129,7 +129,7 @@ def _global_names(plain: Any) -> list[str]:
     return [name for name in plain.__code__.co_names if name in plain.__globals__]
 
 
-def unroll_kernel(kernel: Any, places: tuple[int, ...], sizes: dict[int, int]) -> Any:
+def make_unrolled_kernel(kernel: Any, places: tuple[int, ...], sizes: dict[int, int]) -> Any:
     """Return a function (p, w) that performs kernel(p, w) for fixed entries of p.
 
     `sizes` maps indices of p to the fixed entries. `places` are the indices of p that hold rows in

@@ -1,4 +1,4 @@
-"""The cache of kernels' machine code. It reads the package's precompiled code and the user's cache.
+"""The cache of the machine code that Numba makes.
 
 It replaces Numba's own cache for three reasons. Numba's cache does not detect an edit in a callee
 of another file, its keys contain the path of the package and the name of the processor, and it
@@ -15,14 +15,15 @@ from typing import Any
 
 from numba.core.compiler import CompileResult
 
-from robsim.kernels.machine import cache_files, prebuilt, sources, stderr_messages
-from robsim.kernels.machine.compile_lock import CompileLock
+from robsim.kernels.machine import cache_files, sources, stderr_messages
+from robsim.kernels.machine.compiler.compile_lock import CompileLock
+from robsim.kernels.machine.kernel import Kernel
+from robsim.kernels.machine.machine_code import LINKED, link_symbol
 
 DAY, MONTH = 86400.0, 30 * 86400.0  # seconds
 LONGEST_WRITE = 600.0  # seconds: an older draft or lock belongs to a process that was killed
 STAMP = "used"  # file: its modification time is the time of the last cleanup
 
-LINKED: dict[str, Any] = {}  # symbol: stage that kernels call by this symbol
 _CLEARED: set[Path] = set()  # the folders that this process has cleaned
 
 
@@ -65,33 +66,25 @@ class KernelCache:
         return compiled
 
     def _search(self, sig: Any, host: tuple[str, ...], target_context: Any) -> Any:
-        """Return the compiled kernel from the package or the user's cache, or None.
+        """Return the compiled kernel from the user's cache, or None. Delete a damaged file."""
+        key = (sig, host, self.sources, self.free)
+        try:
+            return self._load(key, target_context)
+        except MemoryError:
+            raise
+        except Exception:  # noqa: BLE001  a damaged file may raise any exception
+            cache_files.drop_code(self.name, key)
+            return None
 
-        Ignore a damaged file, and delete it from the user's cache.
-        """
-        places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
-        for folder, processor in (*places, (cache_files.CACHE, host)):
-            key = (sig, processor, self.sources, self.free)
-            try:
-                compiled = self._load(folder, key, target_context)
-            except MemoryError:
-                raise
-            except Exception:  # noqa: BLE001  a damaged file may raise any exception
-                cache_files.drop_code(folder, self.name, key)
-            else:
-                if compiled is not None:
-                    return compiled
-        return None
-
-    def _load(self, folder: Path, key: tuple[Any, ...], target_context: Any) -> Any:
+    def _load(self, key: tuple[Any, ...], target_context: Any) -> Any:
         """Return the compiled kernel of a file, or None if the file does not exist."""
-        content = cache_files.load_code(folder, self.name, key)
+        content = cache_files.load_code(self.name, key)
         if content is None:
             return None
-        note_use(folder / cache_files.code_file_name(self.name, key))
+        note_use(cache_files.CACHE / cache_files.code_file_name(self.name, key))
         symbols, reduced = content
         for symbol in symbols:
-            LINKED[symbol].link()  # LLVM ends the process if a symbol is undefined
+            link_symbol(symbol)  # LLVM ends the process if a symbol is undefined
         return CompileResult._rebuild(target_context, *reduced)
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -102,7 +95,7 @@ class KernelCache:
         code = data.library._final_module
         symbols = [f.name for f in code.functions if f.is_declaration and f.name in LINKED]
         try:
-            cache_files.save_code(cache_files.CACHE, self.name, key, (symbols, data._reduce()))
+            cache_files.save_code(self.name, key, (symbols, data._reduce()))
         except OSError as error:
             stderr_messages.report_uncached_kernels(
                 f"{cache_files.CACHE} cannot be written ({error.strerror or error})"
@@ -117,7 +110,7 @@ class KernelCache:
 
 def _describe_value(value: Any) -> str:
     """Return a text for the value of a free variable. It names a kernel without its address."""
-    own = getattr(value, "_cache", None)
+    own = getattr(value.dispatcher if isinstance(value, Kernel) else value, "_cache", None)
     return f"{own.name} {own.sources} {own.free}" if isinstance(own, KernelCache) else repr(value)
 
 

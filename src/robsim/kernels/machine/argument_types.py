@@ -1,0 +1,147 @@
+"""Declared argument types of kernels that Python calls, such as "float64[:, ::1], int64".
+
+A type is one of
+
+    int64, uint64, float64, bool    a number
+    float64[:, ::1]                 an array in C order, here with two axes, of one of `DTYPES`
+    (int64, float64[::1])           a tuple
+    Faces(float64[:, ::1], None)    a named tuple, of a class that the kernel's module knows
+
+C passes a number as it is, and an array as the address of the Python object. Machine code reads the
+fields of this object, which NumPy's C interface fixes, so a call does not convert anything.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+DTYPES = (*("bool", "uint8", "uint16", "uint32", "uint64", "int32", "int64"), "float32", "float64")
+NUMBERS = ("int64", "uint64", "float64", "bool")
+OBJECT_HEAD = object.__basicsize__  # bytes before NumPy's fields; the last 8 point to the type
+
+
+@dataclass
+class Leaf:
+    """A number or an array among the arguments, perhaps inside of tuples.
+
+    Attributes
+    ----------
+    name : str
+        Name of the argument of the C function.
+    path : str
+        Python expression of its value, such as "faces[2]".
+    dtype : str
+        Type of the number, or of the elements of the array.
+    axes : int
+        Number of axes of the array; 0 for a number.
+    """
+
+    name: str
+    path: str
+    dtype: str
+    axes: int
+
+    @property
+    def kind(self) -> str:
+        """The type of the C argument."""
+        return "int64" if self.axes or self.dtype == "bool" else self.dtype
+
+    @property
+    def test(self) -> str:
+        """The condition under which an object is such an array, in the code of a wrapper."""
+        return f"fits(types, {self.name}, {2 + DTYPES.index(self.dtype)}, {self.axes})"
+
+    @property
+    def value(self) -> str:
+        """The value in the code of a wrapper."""
+        if not self.axes:
+            return f"{self.name} != 0" if self.dtype == "bool" else self.name
+        sizes = "".join(f"size(types, {self.name}, {i}), " for i in range(self.axes))
+        return f"carray(to_{self.dtype}(data(types, {self.name})), ({sizes}))"
+
+
+@dataclass
+class ArgumentTypes:
+    """The argument types of a kernel, read from their declaration.
+
+    Attributes
+    ----------
+    leaves : list of Leaf
+        The arguments of the C function.
+    values : list of str
+        The arguments of the kernel, in the code of a wrapper.
+    absent : list of str
+        Python expressions of the values that must be None.
+    """
+
+    names: list[str]
+    declaration: str
+    leaves: list[Leaf] = field(default_factory=list)
+    values: list[str] = field(default_factory=list)
+    absent: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        declared = ast.parse(f"({self.declaration},)", mode="eval").body
+        assert isinstance(declared, ast.Tuple)
+        if len(declared.elts) != len(self.names):
+            raise TypeError(f"{len(self.names)} arguments, but types {self.declaration}")
+        self.values = [
+            self._read(node, name) for node, name in zip(declared.elts, self.names, strict=True)
+        ]
+
+    def _read(self, node: ast.expr, path: str) -> str:
+        """Add the leaves of a type; return the value of the argument in the code of a wrapper."""
+        if isinstance(node, ast.Constant) and node.value is None:
+            self.absent.append(path)
+            return "None"
+        if isinstance(node, ast.Tuple | ast.Call):
+            parts = node.elts if isinstance(node, ast.Tuple) else node.args
+            values = "".join(
+                f"{self._read(part, f'{path}[{i}]')}, " for i, part in enumerate(parts)
+            )
+            return f"{ast.unparse(node.func) if isinstance(node, ast.Call) else ''}({values})"
+        axes, named = 0, node
+        if isinstance(node, ast.Subscript):
+            axes = len(node.slice.elts) if isinstance(node.slice, ast.Tuple) else 1
+            named = node.value
+        dtype = ast.unparse(named)
+        if dtype not in (DTYPES if axes else NUMBERS):
+            raise TypeError(f"unknown argument type {ast.unparse(node)}")
+        self.leaves.append(Leaf(f"a{len(self.leaves)}", path, dtype, axes))
+        return self.leaves[-1].value
+
+    def wrapper(self, results: Sequence[str]) -> str:
+        """Return the code of a function of the leaves that calls the kernel `body`.
+
+        It returns 1 without a call if an argument does not fit. A single truth value is returned
+        as 0 or 2. Other results are written as float64 numbers to the address `out`.
+        """
+        names = ["types", *(each.name for each in self.leaves)]
+        tests = [each.test for each in self.leaves if each.axes]
+        call = f"body({', '.join(self.values)})"
+        lines = [f"    if not {test}:\n        return 1" for test in tests]
+        if results == ["bool"]:
+            lines += [f"    return 2 if {call} else 0"]
+        else:
+            names += ["out"] if results else []
+            lines += [f"    found = {call}" if results else f"    {call}"]
+            one = len(results) == 1
+            for i in range(len(results)):
+                lines += [f"    put_result(out, {i}, {'found' if one else f'found[{i}]'})"]
+            lines += ["    return 0"]
+        return "\n".join([f"def wrapper({', '.join(names)}):", *lines])
+
+
+def describe_array_types() -> Any:
+    """Return the numbers by which machine code knows arrays.
+
+    They are the size of the head of an object, and the addresses of the type of arrays and of the
+    element types.
+    """
+    found = [OBJECT_HEAD, id(np.ndarray), *(id(np.dtype(each)) for each in DTYPES)]
+    return np.array(found, dtype=np.int64)

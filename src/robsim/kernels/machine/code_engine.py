@@ -1,0 +1,100 @@
+"""The engine that holds loaded machine code, and the functions that this code calls."""
+
+from __future__ import annotations
+
+import ctypes
+
+from llvmlite import binding as llvm
+
+from robsim.kernels.machine import cache_files, llvm_modules
+from robsim.kernels.machine.code_archive import CodeArchive
+
+# Room for arrays inside of stages: a head of which Numba's code reads the count and the address.
+_RUNTIME = """
+target triple = "TRIPLE"
+target datalayout = "LAYOUT"
+declare i8* @malloc(i64)
+declare void @free(i8*)
+define i8* @robsim.allocate(i64 %size, i32 %align) {
+  %a = zext i32 %align to i64
+  %more = add i64 %a, 64
+  %all = add i64 %size, %more
+  %m = call i8* @malloc(i64 %all)
+  %none = icmp eq i8* %m, null
+  br i1 %none, label %failed, label %found
+failed:
+  ret i8* null
+found:
+  %count = bitcast i8* %m to i64*
+  store i64 1, i64* %count
+  %first = ptrtoint i8* %m to i64
+  %end = add i64 %first, %more
+  %mask = sub i64 0, %a
+  %numbers = and i64 %end, %mask
+  %data = inttoptr i64 %numbers to i8*
+  %place = getelementptr i8, i8* %m, i64 24
+  %slot = bitcast i8* %place to i8**
+  store i8* %data, i8** %slot
+  ret i8* %m
+}
+define void @robsim.release(i8* %m) {
+  call void @free(i8* %m)
+  ret void
+}
+@robsim.status = global i32 0
+define void @robsim.fail(i32 %status) {
+  store i32 %status, i32* @robsim.status
+  ret void
+}
+"""
+_OWN = {"robsim.allocate", "robsim.release", "robsim.fail"}
+
+
+class CodeEngine:
+    """LLVM's engine for machine code in memory.
+
+    Attributes
+    ----------
+    status : ctypes.c_int
+        Nonzero after a stage has failed.
+    """
+
+    def __init__(self) -> None:
+        features = llvm.get_host_cpu_features().flatten()
+        self.processor = llvm.get_host_cpu_name(), features
+        self.machine = llvm_modules.make_target_machine(*self.processor)
+        runtime = llvm_modules.parse_module(_RUNTIME.encode(), self.machine)
+        self._engine = llvm.create_mcjit_compiler(runtime, self.machine)
+        self._engine.finalize_object()
+        self.status = ctypes.c_int.from_address(
+            self._engine.get_global_value_address("robsim.status")
+        )
+
+    def knows(self, symbol: str) -> bool:
+        """Return whether a symbol has an address; LLVM ends the process if it has none."""
+        return symbol in _OWN or bool(llvm.address_of_symbol(symbol))
+
+    def load(self, symbol: str, archive: CodeArchive, is_bitcode: bool) -> int:
+        """Load the code of a function; return its address, or 0 if this LLVM cannot read it."""
+        code: bytes | None = archive.parts[symbol]
+        if is_bitcode:
+            code = self._translate(symbol, archive)
+        if not code:
+            return 0
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        return self._engine.get_function_address(symbol)  # type: ignore[no-any-return]
+
+    def _translate(self, symbol: str, archive: CodeArchive) -> bytes | None:
+        """Return the machine code of bitcode, from the user's cache if it is there."""
+        if archive.llvm > llvm_modules.LLVM_VERSION[0]:
+            return None
+        name = symbol.removeprefix("robsim.robsim.kernels.")
+        key = (archive.kernels, llvm_modules.LLVM_VERSION, llvm_modules.TRIPLE, *self.processor)
+        code = cache_files.read_object(name, key)
+        if code is None:
+            module = llvm_modules.parse_module(archive.parts[symbol], self.machine)
+            llvm_modules.optimise(module, self.machine)
+            code = self.machine.emit_object(module)
+            cache_files.write_object(name, key, code)
+        return code

@@ -1,0 +1,83 @@
+"""Pointers to numbers in memory, for Numba's arrays."""
+
+from functools import cache
+from typing import Any
+
+from numba import carray, types
+from numba.extending import intrinsic
+
+from robsim.kernels.machine.lanes import WIDTH
+
+__all__ = ["carray"]
+
+
+@cache
+def make_address_cast(kind: str) -> Any:
+    """Return the function that casts an address to a pointer to numbers of a type."""
+    number = types.boolean if kind == "bool" else getattr(types, kind)
+
+    @intrinsic
+    def function(typing: Any, address: Any) -> Any:
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.inttoptr(args[0], context.get_value_type(sig.return_type))
+
+        return types.CPointer(number)(address), emit
+
+    return function
+
+
+@intrinsic
+def point_to_row(typing: Any, w: Any, row: Any) -> Any:
+    """Return the address of a row of a block."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        index = context.cast(builder, args[1], sig.args[1], types.int64)
+        return builder.gep(args[0], [builder.mul(index, index.type(WIDTH))])
+
+    return w(w, row), emit
+
+
+@intrinsic
+def cast_to_unsigned(typing: Any, pointer: Any) -> Any:
+    """Return a pointer as a pointer to uint64 numbers."""
+    kind = types.CPointer(types.uint64)
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], context.get_value_type(kind))
+
+    return kind(pointer), emit
+
+
+@intrinsic
+def point_to_numbers(typing: Any, p: Any, at: Any) -> Any:
+    """Return the address of p[at]."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.gep(args[0], [args[1]])
+
+    return p(p, at), emit
+
+
+@intrinsic
+def load_word(typing: Any, address: Any) -> Any:
+    """Return the int64 number at an address."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        number = context.get_value_type(types.int64)
+        return builder.load(builder.inttoptr(args[0], number.as_pointer()))
+
+    return types.int64(address), emit
+
+
+@intrinsic
+def store_number(typing: Any, address: Any, i: Any, value: Any) -> Any:
+    """Write a number as float64 to address[i]."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        first = builder.inttoptr(args[0], context.get_value_type(types.float64).as_pointer())
+        index = context.cast(builder, args[1], sig.args[1], types.int64)
+        number = context.cast(builder, args[2], sig.args[2], types.float64)
+        builder.store(number, builder.gep(first, [index]))
+        return context.get_dummy_value()
+
+    return types.void(address, i, value), emit

@@ -1,0 +1,167 @@
+"""Entries: kernels that Python calls, with declared argument types.
+
+The machine code of an entry is a C function, as that of a stage. It is found in the package or made
+once, for the declared types, and called through `ctypes`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.kernels.machine.argument_types import DTYPES, ArgumentTypes, describe_array_types
+from robsim.kernels.machine.array_objects import axis_size, data_address, is_array
+from robsim.kernels.machine.array_views import carray, cast_address_to
+from robsim.kernels.machine.intrinsics import Intrinsic
+from robsim.kernels.machine.kernel import Kernel, name_like, part
+from robsim.kernels.machine.machine_code import find_address
+
+_TYPES = describe_array_types()
+_ADDRESS = int(_TYPES.ctypes.data)
+_C_TYPES = {"int64": ctypes.c_int64, "uint64": ctypes.c_uint64, "float64": ctypes.c_double}
+_NAMES = {
+    **{"fits": is_array, "size": axis_size, "data": data_address, "carray": carray},
+    **{f"to_{each}": cast_address_to(each) for each in DTYPES},
+    "put_result": Intrinsic("array_pointers", "store_number"),
+}
+
+
+_RESULTS = {"float64": "out[{}]", "int64": "int(out[{}])", "bool": "out[{}] != 0.0"}
+
+
+class CFunction:
+    """The C function of an entry for one list of argument types."""
+
+    def __init__(self, function: Callable[..., Any], declaration: str, number: int) -> None:
+        self.function = function
+        declaration, _, results = declaration.partition("->")
+        self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
+        self.results = [each.strip() for each in results.split(",") if results]
+        self.writes_results = self.results not in ([], ["bool"])
+        mark = f".{number}" if number else ""
+        self.symbol = f"robsim.{function.__module__}.{function.__qualname__}{mark}"
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The types of the C arguments."""
+        leaves = [each.kind for each in self.types.leaves]
+        return ("int64", *leaves, *(["int64"] if self.writes_results else []))
+
+    def make_wrapper(self) -> Callable[..., Any]:
+        """Return the function that Numba compiles."""
+        function = self.function
+        namespace = {**function.__globals__, **_NAMES, "body": part(function)}
+        exec(self.types.wrapper(self.results), namespace)
+        return name_like(function, namespace["wrapper"])
+
+    @cached_property
+    def call(self) -> Callable[..., Any]:
+        """The Python function that calls the machine code.
+
+        It returns NotImplemented if the arguments do not fit.
+        """
+        address = find_address(self.symbol, self.make_wrapper, self.kinds)
+        leaves = [
+            ctypes.py_object if each.axes else _C_TYPES[each.kind] for each in self.types.leaves
+        ]
+        extra = [ctypes.c_int64] if self.writes_results else []
+        code = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *leaves, *extra)(address)
+        namespace: dict[str, Any] = {"code": code, "Error": ctypes.ArgumentError}
+        namespace |= {"numbers": ctypes.c_double * len(self.results), "at": ctypes.addressof}
+        exec(self._caller(), namespace)
+        return namespace["call"]  # type: ignore[no-any-return]
+
+    def _caller(self) -> str:
+        """Return the code of the Python function."""
+        passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
+        lines = [f"def call({', '.join(self.types.names)}):"]
+        lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
+        if self.writes_results:
+            lines += [" out = numbers()"]
+            passed += ["at(out)"]
+        lines += [" try:", f"  status = code({', '.join(passed)})"]
+        lines += [" except Error: return NotImplemented", " if status == 1: return NotImplemented"]
+        if self.results == ["bool"]:
+            lines += [" return status == 2"]
+        elif self.results:
+            found = [_RESULTS[each].format(i) for i, each in enumerate(self.results)]
+            lines += [f" return {', '.join(found)}"]
+        return "\n".join(lines)
+
+
+class Entry(Kernel):
+    """A kernel that Python calls with arguments of declared types.
+
+    Attributes
+    ----------
+    variants : list of CFunction
+        One C function for each declared list of types.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], declarations: Sequence[str], inline: str
+    ) -> None:
+        super().__init__(function, inline)
+        self.variants = [CFunction(function, each, i) for i, each in enumerate(declarations)]
+        self._call: Callable[..., Any] = self._load_first
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Perform the kernel."""
+        found = self._call(*arguments)
+        return self._try_variants(arguments) if found is NotImplemented else found
+
+    def _load_first(self, *arguments: Any) -> Any:
+        self._call = self.variants[0].call
+        return self._call(*arguments)
+
+    def _try_variants(self, arguments: tuple[Any, ...]) -> Any:
+        """Perform the kernel for arguments that do not fit as they are.
+
+        Arrays in another order are copied, and afterwards the copies are written back.
+        """
+        copies: list[tuple[Any, Any]] = []
+        plain = tuple(_convert(each, copies) for each in arguments)
+        for each in self.variants:
+            found = each.call(*plain)
+            if found is not NotImplemented:
+                for original, copy in copies:
+                    if original.flags.writeable:
+                        original[...] = copy
+                return found
+        expected = " or ".join(each.types.declaration for each in self.variants)
+        got = ", ".join(map(_describe_argument, arguments))
+        raise TypeError(f"kernel '{self.py_func.__name__}' takes {expected}; got {got}")
+
+
+def entry(*declarations: str, inline: str = "never") -> Callable[[Callable[..., Any]], Entry]:
+    """Return the decorator of a kernel that Python calls.
+
+    Each declaration is a list of argument types, see `argument_types`, and after `->` the types of
+    the results, if there are any. With `inline="always"` Numba inlines the kernel into kernels.
+    """
+    return lambda function: Entry(function, declarations, inline)
+
+
+def _convert(value: Any, copies: list[tuple[Any, Any]]) -> Any:
+    """Return an argument as C takes it, and add the arrays that were copied to `copies`."""
+    if isinstance(value, tuple):
+        parts = [_convert(each, copies) for each in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if isinstance(value, np.ndarray):
+        plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
+        copies += [] if np.may_share_memory(plain, value) else [(value, plain)]
+        return plain
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _describe_argument(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_describe_argument, value))})"
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype}[{', '.join(':' * value.ndim)}]"
+    return type(value).__name__

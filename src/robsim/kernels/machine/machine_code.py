@@ -1,0 +1,111 @@
+"""The addresses of machine code, found in the package or made once.
+
+The code of a function comes from the first of these places that has it: an archive of the package
+for this processor, the user's cache, bitcode of the package, and Numba. Numba is imported in the
+last case only.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from robsim.kernels.machine import code_archive, processor_levels
+from robsim.kernels.machine.code_archive import CodeArchive
+from robsim.kernels.machine.deferred_interrupt import DEFERRED_INTERRUPT
+from robsim.kernels.machine.sources import digest_of_all
+
+if TYPE_CHECKING:
+    from robsim.kernels.machine.code_engine import CodeEngine
+
+LINKED: dict[str, Any] = {}  # symbol: stage that kernels call by this symbol
+USES_NUMBA = "ROBSIM_USE_NUMBA"  # environment variable: "1" ignores the code of the package
+
+
+def find_address(
+    symbol: str, make: Callable[[], Callable[..., Any]], kinds: tuple[str, ...]
+) -> int:
+    """Return the address of the C function with a symbol.
+
+    If the package has no code, Numba compiles `make()` for arguments of some kinds.
+    """
+    address = PACKAGE_CODE.find(symbol)
+    if not address:
+        from robsim.kernels.machine.compiler.dispatchers import compile_c_function  # late: Numba
+
+        address = compile_c_function(make(), kinds)
+    return address
+
+
+def check_failures() -> None:
+    """Raise MemoryError if a stage has failed, as only a lack of memory makes one fail."""
+    status = PACKAGE_CODE.status
+    if status is not None and status.value:
+        status.value = 0
+        raise MemoryError("a compiled stage could not allocate its arrays")
+
+
+def link_symbol(symbol: str) -> None:
+    """Let LLVM know the address of a linked stage by its symbol."""
+    from llvmlite import binding
+
+    binding.add_symbol(symbol, LINKED[symbol].address)
+
+
+class PackageCode:
+    """The code of the package, loaded function by function."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self.status: Any = None  # ctypes.c_int, nonzero after a stage has failed
+
+    @cached_property
+    def objects(self) -> CodeArchive | None:
+        """The machine code for this processor, if the package has it."""
+        found = (self._read(level) for level in processor_levels.find_levels())
+        return next((each for each in found if each), None)
+
+    @cached_property
+    def bitcode(self) -> CodeArchive | None:
+        """The code for other processors."""
+        return self._read(code_archive.BITCODE)
+
+    @cached_property
+    def engine(self) -> CodeEngine:
+        """The engine that holds the loaded code."""
+        from robsim.kernels.machine.code_engine import CodeEngine  # late: llvmlite
+
+        engine = CodeEngine()
+        self.status = engine.status
+        return engine
+
+    def find(self, symbol: str) -> int:
+        """Return the address of a function, or 0 if the package has no code that fits."""
+        with self._lock, DEFERRED_INTERRUPT:
+            for archive in ("objects", "bitcode"):
+                found: CodeArchive | None = getattr(self, archive)
+                if found and symbol in found.parts and self._links(found.needs[symbol]):
+                    address = self.engine.load(symbol, found, archive == "bitcode")
+                    if address:
+                        return address
+        return 0
+
+    def _links(self, needs: list[str]) -> bool:
+        """Link the stages that a function calls; return whether all its symbols are known."""
+        for symbol in needs:
+            if symbol in LINKED:
+                link_symbol(symbol)
+            elif not self.engine.knows(symbol):
+                return False
+        return True
+
+    @staticmethod
+    def _read(name: str) -> CodeArchive | None:
+        is_numba_asked = any(os.environ.get(each) for each in (USES_NUMBA, "NUMBA_BOUNDSCHECK"))
+        return None if is_numba_asked else code_archive.read_archive(name, digest_of_all())
+
+
+PACKAGE_CODE = PackageCode()
