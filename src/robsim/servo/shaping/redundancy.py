@@ -73,9 +73,9 @@ def add_priorities(
     """
     n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
-    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
     redundant = J is not None and n > 6
-    state |= {"J": J, "idle": program.rows(n, n)} if redundant else {"J": None, "idle": None}
+    camera = {"J": J, "idle": program.rows(n, n)} if redundant else {"J": None, "idle": None}
+    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows(), **camera}
     share, free = program.constant(rcond), 6 if redundant else n
     for i, (A, rate) in enumerate(levels):
         k = A.shape[0]
