@@ -74,7 +74,7 @@ def add_priorities(
     n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
     redundant = J is not None and n > 6
-    camera = {"J": J, "idle": program.rows(n, n)} if redundant else {"J": None, "idle": None}
+    camera = {"J": J, "Q": program.rows(6, n)} if redundant else {"J": None, "Q": None}
     state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows(), **camera}
     share, free = program.constant(rcond), 6 if redundant else n
     for i, (A, rate) in enumerate(levels):
