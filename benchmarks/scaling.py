@@ -6,7 +6,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from schemes import arm_with_a_camera
+from schemes import arm_with_a_camera, snake
 
 import robsim as rs
 
@@ -21,17 +21,6 @@ def flying(marks):
     eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on="free_camera.body")
     plate = rs.Object("plate", marks=grid, pose=rs.Pose.at(0, 0, 0.6))
     return rs.Scene([rs.robots.free_camera()], [plate], [eye])
-
-
-def snake(joints):
-    """A hand-held camera on a chain of so many joints, a metre long in all."""
-    rows = [[0, 0, 1.0 / joints, np.pi / 2 * (-1) ** i] for i in range(joints)]
-    home = 0.5 * np.sin(1.0 + np.arange(joints))
-    robot = rs.Robot.from_dh(rows, home=home, name="snake")
-    pose = rs.Pose(robot.fk(home)) @ rs.Pose.at(0, 0, 0.5)
-    marks = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-    eye = rs.MountedCamera("eye", rs.Camera(K, size=(640, 480)), on=f"snake.{robot.tip}")
-    return rs.Scene([robot], [rs.Object("plate", marks=marks, pose=pose)], [eye])
 
 
 def microseconds(scene, runs, threads=1, task=None):
@@ -63,7 +52,8 @@ def main():
                         "Puma 560, two threads": lambda n: microseconds(puma, n, 2),
                         "free camera": lambda n: microseconds(free, n)}),
         "points": ([4, 16, 64, 256], {"free camera": lambda n: microseconds(flying(n), 1024)}),
-        "joints": ([2, 4, 6, 7, 12, 20, 30], {"chain": lambda n: microseconds(snake(n), 1024)}),
+        "joints": ([2, 4, 6, 7, 12, 20, 30], {
+            "chain": lambda n: microseconds(arm_with_a_camera(snake(n)), 1024)}),
     }  # fmt: skip
     figure, axes = plt.subplots(1, 3, figsize=(10.5, 3.4), constrained_layout=True)
     for axis, (what, (sizes, lines)) in zip(axes, panels.items(), strict=True):

@@ -57,15 +57,30 @@ IMPERFECT = {
 }
 
 
-def arm_with_a_camera(name):
-    """A scene of an arm of the library, a camera on its tip, and four marks before it."""
-    robot = rs.robots.load(name)
+SQUARE = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+GRID = 0.1 * np.array([[x, y, 0] for x in (-1, -0.3, 0.3, 1) for y in (-1, -0.3, 0.3, 1)])
+
+
+def arm_with_a_camera(robot, marks=SQUARE):
+    """A scene of a robot, or of an arm of the library, a camera on its tip, and marks before it."""
+    robot = rs.robots.load(robot) if isinstance(robot, str) else robot
     pose = rs.Pose(robot.fk(robot.home))
-    marks = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     plate = rs.Object("plate", marks=marks, pose=pose @ rs.Pose.at(0, 0, 0.5))
     camera = rs.Camera(np.array([[800, 0, 320], [0, 800, 240], [0, 0, 1.0]]), size=(640, 480))
     eye = rs.MountedCamera("eye", camera, on=f"{robot.name}.{robot.tip}")
     return rs.Scene([robot], [plate], [eye])
+
+
+def snake(joints):
+    """A chain of so many joints, a metre long in all."""
+    rows = [[0, 0, 1.0 / joints, np.pi / 2 * (-1) ** i] for i in range(joints)]
+    return rs.Robot.from_dh(rows, home=0.5 * np.sin(1.0 + np.arange(joints)), name="snake")
+
+
+def example(name):
+    """The scene, the task, and the start and the imperfections of a shipped scenario."""
+    it = rs.load_scenario(rs.examples.path(name))
+    return it.scene, it.task, {"start": it.start, "sensing": it.sensing}
 
 
 def cases():
@@ -78,13 +93,25 @@ def cases():
     found["free camera"] = (arm_with_a_camera("free_camera"), rs.IBVS(), {})
     found["Puma 560"] = (arm_with_a_camera("puma560"), rs.IBVS(), {})
     found["seven joints"] = (arm_with_a_camera("lbr_iiwa14"), rs.IBVS(), {})
-    return found
+    avoiding = rs.IBVS(secondary=rs.laws.AvoidLimits())
+    found["sixty joints"] = (arm_with_a_camera(snake(60)), avoiding, {})
+    grid, robust = arm_with_a_camera("puma560", GRID), rs.weights.Tukey(noise=0.5)
+    for kind in rs.IBVS, rs.PBVS:
+        found[f"robust {kind.__name__}"] = (
+            grid,
+            kind(weighting=robust),
+            {"sensing": rs.Sensing(noise=0.5)},
+        )
+    shipped = "eye_in_hand", "mobile_arm", "car", "calibration_bench"
+    return found | {name: example(name) for name in shipped}
 
 
-def microseconds(scene, task, runs, steps, **imperfect):
+def microseconds(scene, task, runs, steps, start=None, **imperfect):
     """Per run and step; the best of three, one thread, every run to the end of the time."""
-    starts = np.repeat(scene.home[None], runs, axis=0)
-    if len(scene.home) != 7 or len(scene.velocity_names) == 7:  # no quaternion
+    starts = np.repeat(np.atleast_2d(scene.home if start is None else start), runs, axis=0)
+    if start is not None:  # a lost target would end the run
+        starts = starts + np.random.default_rng(0).uniform(-0.002, 0.002, starts.shape)
+    elif len(scene.home) != 7 or len(scene.velocity_names) == 7:  # no quaternion
         starts = starts + np.random.default_rng(0).uniform(-0.02, 0.02, starts.shape)
     loop = {"duration": steps * 0.04, "hold": True, "record": "summary"}
     experiment = rs.Experiment(scene, task, starts, **loop, **imperfect)

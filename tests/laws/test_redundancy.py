@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
 from robsim.kernels.control.null_space import sigmoid_switch
+from robsim.kernels.machine.program import evaluate_stages
 from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,
     SecondaryMotion,
+    add_priorities,
     large_projection,
     null_space,
     solve_priorities,
@@ -236,6 +238,70 @@ def test_one_level_is_least_squares_and_its_projector_the_null_space():
     for b in range(4):
         close(qd[:, b], np.linalg.pinv(A[..., b], rcond=RCOND) @ rate[:, b], 1e-13)
     np.testing.assert_array_equal(P, null_space(A, RCOND))
+
+
+# tasks of one camera, which all act through its Jacobian
+
+
+def solve_by_camera(levels, J):
+    """The velocities and the projector of levels (L, rate) with A = L J."""
+
+    def add(program, J, *rows):
+        pairs = list(zip(rows[::2], rows[1::2], strict=True))
+        return add_priorities(program, pairs, RCOND, J)
+
+    products = [(np.einsum("kmb,mnb->knb", L, J), rate) for L, rate in levels]
+    found = evaluate_stages(add, [J, *(array for level in products for array in level)])
+    return found, products
+
+
+def camera_jacobian(rng, n):
+    """A random Jacobian: of full rank, lacking rank, or with a row of zeros."""
+    kind = rng.integers(4)
+    J = of_rank(rng, 6, n, 6 if kind else int(rng.integers(0, 6)))
+    J[rng.integers(6)] *= kind != 1
+    return J
+
+
+@settings(steady, max_examples=100)
+@given(seeds, st.lists(st.integers(1, 9), min_size=1, max_size=3), st.integers(7, 12))
+def test_tasks_of_one_camera_agree_with_nested_null_spaces(seed, shapes, n):
+    rng, stack = np.random.default_rng(seed), stacks(seed, shapes, 6)
+    J = last(*(camera_jacobian(rng, n) for _ in stack))
+    (qd, P), products = solve_by_camera(batch(stack), J)
+    for b in range(len(stack)):
+        expected, left = lexicographic([(A[..., b], rate[:, b]) for A, rate in products])
+        scale = 1 + np.linalg.norm(expected)
+        close(qd[:, b], expected, 1e-9 * scale**2)
+        close(P[..., b], left, 1e-9 * scale)
+        is_projector(P[..., b], 1e-12)
+
+
+@pytest.mark.parametrize("n", [7, 9, 20])
+def test_four_points_and_a_redundant_arm_leave_the_null_space_of_its_jacobian(n):
+    rng = np.random.default_rng(n)
+    L, rate, J = rng.normal(size=(8, 6, 5)), rng.normal(size=(8, 5)), rng.normal(size=(6, n, 5))
+    (qd, P), _ = solve_by_camera([(L, rate)], J)
+    for b in range(5):
+        pinv = np.linalg.pinv(J[..., b])
+        close(P[..., b], np.eye(n) - pinv @ J[..., b], 1e-13)
+        close(qd[:, b], pinv @ np.linalg.pinv(L[..., b]) @ rate[:, b], 1e-12)
+
+
+@pytest.mark.parametrize("least", 10.0 ** -np.arange(0, 18))
+def test_a_camera_that_hardly_moves_in_one_direction_changes_no_result(least):
+    rng = np.random.default_rng(11)
+    U, V = np.linalg.qr(rng.normal(size=(6, 6)))[0], np.linalg.qr(rng.normal(size=(7, 7)))[0]
+    J = ((U * [1, 1, 1, 1, 1, least]) @ V[:6])[..., None]
+    levels = [
+        (rng.normal(size=(2, 6, 1)), np.ones((2, 1))),
+        (np.eye(6)[..., None], np.ones((6, 1))),
+    ]
+    (qd, P), products = solve_by_camera(levels, J)
+    expected, left = solve_priorities(products, RCOND)
+    lost = least < RCOND  # the direction counts as lost
+    close(qd, expected, 1e-12 if lost else 1e-13 / least**2)
+    close(P, left, 1e-12 if lost else 1e-13 / least)
 
 
 # every run on its own

@@ -14,9 +14,9 @@ from robsim.kernels.features.line_features import segments_stage
 from robsim.kernels.features.point_features import polar_stage
 from robsim.kernels.images.mark_occlusion import flag_lost_numbers
 from robsim.kernels.machine.block_rows import Address, BlockRows
-from robsim.kernels.machine.program import Program, evaluate_stages
+from robsim.kernels.machine.program import Blocks, CompiledStages, Program, evaluate_stages
 from robsim.kernels.machine.signature import WrongRows
-from robsim.kernels.machine.stages import CompiledStage, stage
+from robsim.kernels.machine.stages import CompiledStage, advance_blocks, stage
 
 SOURCES = Path(rs.__file__).parent
 
@@ -170,6 +170,53 @@ def test_a_stage_of_ones_own_computes_its_formula():
 
     (found,) = evaluate_stages(add, [A, x], [(3,)])
     np.testing.assert_allclose(found, 2.0 * np.einsum("nmb,mb->nb", A, x), atol=1e-15)
+
+
+@stage
+def noted(w, step, log="row"):
+    """Append the number of the step to the decimal digits of a row."""
+    for b in range(8):
+        w[log * 8 + b] = 10.0 * w[log * 8 + b] + step
+
+
+@stage
+def counted_down(w, step, left="row", alive="row"):
+    """Reduce a row by one; a run ends at zero."""
+    for b in range(8):
+        w[left * 8 + b] -= 1.0
+        w[alive * 8 + b] = w[left * 8 + b] > 0.0
+
+
+@pytest.mark.parametrize("more", [0, 2500, 7000])  # rows: four blocks in a group, two, one
+@pytest.mark.parametrize("runs", [1, 24, 85])
+def test_a_block_stays_unchanged_when_its_runs_have_ended(runs, more):
+    steps = np.random.default_rng(runs).integers(1, 8, runs)
+    program = Program()
+    log, left = program.rows(), program.each(steps[None])
+    alive = program.constant(1.0)
+    program.rows(more)
+    program.add(noted, log=log)
+    program.add(counted_down, left=left[0], alive=alive)
+    compiled = CompiledStages(program.calls)
+    blocks = Blocks(program, np.arange(runs))
+    for start, until in ((1, 4), (4, 9)):
+        parts = compiled.addresses, compiled.at, compiled.numbers
+        advance_blocks(*parts, 0, blocks.flat, int(alive), start, until)
+    filled = np.append(steps, np.full(-runs % 8, steps[-1]))
+    last = np.repeat(filled.reshape(-1, 8).max(axis=1), 8)[:runs]  # the last run of each block
+    assert [f"{digits:.0f}" for digits in blocks.get(log)] == ["12345678"[:n] for n in last]
+    np.testing.assert_array_equal(blocks.get(left[0]), steps - last)
+
+
+def test_stages_act_on_every_block_in_order():
+    program = Program()
+    log = program.rows()
+    program.add(noted, log=log)
+    program.add(noted, log=log)
+    blocks = Blocks(program, np.arange(85))
+    for step in (1, 2):
+        CompiledStages(program.calls)(blocks, step)
+    np.testing.assert_array_equal(blocks.get(log), 1122.0)
 
 
 def adding(node):

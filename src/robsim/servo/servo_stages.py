@@ -106,7 +106,8 @@ class ServoStages:
             qd = self.program.add_python_rows(self._call_law, self.n)
         error, A = self.weighted_by_marks
         shaping, constraints = self.controller.shaping, self.controller.constraints
-        qd = shaping.stages(self.inputs, qd, error, self.feature_rows.first_jacobian, A)
+        J, is_product = self.feature_rows.first_jacobian, self.controller.one_motion
+        qd = shaping.stages(self.inputs, qd, error, J, A, is_product)
         if constraints is None:
             return qd
         views = self.feature_rows.views()

@@ -6,6 +6,11 @@ task and shortens N. If the condition of A N is doubtful in a run, the run uses 
 the projector P onto the null space instead of N. The rank is decided for each direction, relative
 to the largest singular value of A. A threshold relative to A P would be wrong: tasks of higher
 priority may leave only rounding errors in A P, and these would be inverted.
+
+All tasks of one camera have matrices A = L J with the camera Jacobian J (6, n). Their ranks are at
+most 6, and A N never has full rank if more than 6 joints move the camera. The first basis N then
+consists of 6 orthonormal columns, a QR factorisation of J' (Golub and Van Loan 2013, section 5.2):
+A = A N N' for every such task. The motions I - N N' are free in all tasks.
 """
 
 import numpy as np
@@ -27,7 +32,8 @@ def count_priority_rows(k: int, n: int) -> int:
     """Return the number of scratch rows that `solve_priority` needs."""
     m = min(k, n)
     usual = k * n + 2 * m + 2 * m * m + max(k, n)
-    return n + n * n + k + max(usual, svd.count_truncation_rows(k, n) + n + k * n)
+    solution = n + k + max(usual, svd.count_truncation_rows(k, n) + n + k * n)
+    return max(solution, 6 * n + 6 + 36)  # of the QR factorisation of J'
 
 
 @stage
@@ -39,7 +45,10 @@ def solve_priority(
     n="count",
     rate="k",
     rcond="row",
+    first="whole",
     free="whole",
+    J="6, n or none",
+    Q="6, n or none",
     qd="n",
     P="n, n",
     N="n, n",
@@ -49,36 +58,57 @@ def solve_priority(
 ):
     """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
 
-    Singular values of A P below rcond times the largest singular value of A count as zero. `free`
-    is the dimension of the null space, n for the first task. N (n, n) holds a basis of the null
-    space in column-major order, in the runs with usual = 1.
+    Singular values of A P below rcond times the largest singular value of A count as zero. `first`
+    is 1 for the first task. N (n, n) holds `free` columns in column-major order, a basis of the
+    null space in the runs with usual = 1. With J, the basis omits the motions that leave J qd
+    unchanged, and the rows of Q are an orthonormal basis of all other motions.
     """
-    numbers = A, k, n, rate, rcond, free, qd, P, N, usual, scratch
-    if free == n:
-        _begin_null_space(w, n, qd, P, N, usual)
-    new_qd, new_P = scratch, scratch + n
-    _remaining_rate(w, numbers, new_P + n * n)
-    bound = _solve_by_reflections(w, numbers, new_qd, new_P)
-    _shorten_basis(w, n, free, min(k, free), N, 0.0 * get(w, rcond), new_P)
+    numbers = A, k, n, rate, rcond, free, qd, P, N, usual, scratch, first
+    if first:
+        for i in range(n):
+            put(w, qd + i, 0.0)
+        put(w, usual, 1.0)
+        if J >= 0:
+            _begin_row_space(w, J, n, N, Q, scratch)
+        else:
+            _put_identity(w, n, N)
+    new_qd, rest = scratch, scratch + n
+    _remaining_rate(w, numbers, rest)
+    bound = _solve_by_reflections(w, numbers, new_qd, rest)
     sound = (bound < 1.0) & (get(w, usual) > 0.0)
     put(w, usual, where(sound, 1.0, 0.0))
     if any_lane(~sound):
+        if first:
+            _put_identity(w, n, P)
         _solve_by_singular_values(w, numbers)
     for i in range(n):
         put(w, qd + i, where(sound, get(w, new_qd + i), get(w, qd + i)))
-    for i in range(n * n):
-        put(w, P + i, where(sound, get(w, new_P + i), get(w, P + i)))
+    _shorten_basis(w, n, free, min(k, free), N, 0.0 * get(w, rcond), Q, sound, P)
 
 
 @part
-def _begin_null_space(w, n, qd, P, N, usual):
-    """Initialise qd to zero, and P and N to the identity."""
+def _put_identity(w, n, M):
+    """Compute the identity matrix M (n, n)."""
     for i in range(n):
-        put(w, qd + i, 0.0)
         for j in range(n):
-            put(w, P + n * i + j, 1.0 if i == j else 0.0)
-            put(w, N + n * i + j, 1.0 if i == j else 0.0)
-    put(w, usual, 1.0)
+            put(w, M + n * i + j, 1.0 if i == j else 0.0)
+
+
+@kernel
+def _begin_row_space(w, J, n, N, Q, scratch):
+    """Compute an orthonormal basis N of the row space of J (6, n), and Q = N'.
+
+    N is not finite if J has a row of zeros; the tasks then use singular values.
+    """
+    betas, R = scratch + 6 * n, scratch + 6 * n + 6
+    for i in range(6 * n):  # the rows of J are the columns of J'
+        put(w, scratch + i, get(w, J + i))
+        put(w, N + i, 1.0 if i % n == i // n else 0.0)
+    factorise_qr(w, scratch, n, 6, betas, R)
+    for c in range(6):
+        apply_reflections_back(w, scratch, n, 6, betas, N + n * c)
+    for i in range(6 * n):
+        put(w, Q + i, get(w, N + i))
 
 
 @kernel
@@ -93,13 +123,13 @@ def _remaining_rate(w, p, out):
 
 
 @part
-def _solve_by_reflections(w, p, late, left):
+def _solve_by_reflections(w, p, late, rest):
     """Compute qd + N (A N)^+ rest, and rotate N: its last columns span the new null space.
 
     Return a bound. A N has full rank if the bound is below 1.
     """
     A, k, n, free, N = p[0], p[1], p[2], p[5], p[8]
-    rest, m, wide = left + n * n, min(k, free), k < free
+    m, wide = min(k, free), k < free
     M, height = rest + k, free if wide else k
     betas, R = M + m * height, M + m * height + m
     inverse, x = R + m * m, R + 2 * m * m
@@ -172,31 +202,35 @@ def _squared_condition_bound(w, A, size, inverse, m, rcond):
 
 
 @part
-def _shorten_basis(w, n, free, m, N, zero, P):
-    """Keep the columns of N from m on, and compute the projector P = N N' onto their span."""
+def _shorten_basis(w, n, free, m, N, zero, Q, sound, P):
+    """Keep the columns of N from m on. In sound runs replace P by N N', or N N' + I - Q' Q."""
     for i in range(n * (free - m)):
         put(w, N + i, get(w, N + n * m + i))
     for i in range(n):
         for j in range(i + 1):
             total = zero
+            if Q >= 0:
+                for c in range(6):
+                    total = total + get(w, Q + n * c + i) * get(w, Q + n * c + j)
+                total = (1.0 if i == j else 0.0) - total
             for c in range(free - m):
                 total = total + get(w, N + n * c + i) * get(w, N + n * c + j)
-            put(w, P + n * i + j, total)
-            put(w, P + n * j + i, total)
+            put(w, P + n * i + j, where(sound, total, get(w, P + n * i + j)))
+            put(w, P + n * j + i, where(sound, total, get(w, P + n * j + i)))
 
 
 @part
 def _solve_by_singular_values(w, p):
     """Update qd and P by the singular values of A P."""
-    A, k, n, free, rcond, qd, P = p[0], p[1], p[2], p[5], get(w, p[4]), p[6], p[7]
+    A, k, n, rcond, qd, P = p[0], p[1], p[2], get(w, p[4]), p[6], p[7]
     m, tall = min(k, n), max(k, n)
-    rest = p[10] + n + n * n
+    rest = p[10] + n
     G = rest + k
     V, sigma = G + tall * m, G + tall * m + m * m
     room = sigma + m
     most = _decompose_task(w, A, k, n, G, V, sigma)
     total = most
-    if free < n:
+    if not p[11]:
         _project_jacobian(w, A, k, n, P, room + n)
         total = most + _decompose_task(w, room + n, k, n, G, V, sigma)
     _remaining_rate(w, p, rest)

@@ -175,12 +175,21 @@ def decoupled_moment_rates(of_marks, centre, mu, R, s, L):
 
 @stage
 def marks_stage(
-    w, step, N="count", points="N, 2", depth="N", centre="2", mu="o", R="m, 6", o="count", m="count"
+    w,
+    step,
+    N="count",
+    points="N, 2",
+    depth="N",
+    centre="2",
+    mu="o",
+    R="m, 6",
+    L="2, 6",
+    o="count",
+    m="count",
 ):
-    """Compute the moments of a set of N marks, and their rates."""
-    x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
-    mark_moments(x, centre, vector(w, mu, ORDER_3))
-    mark_moment_rates(x, Z, centre, matrix(w, R, ORDER_3, 6))
+    """Compute the moments of a set of N marks, and their rates. `L` are scratch rows."""
+    mark_moments(matrix(w, points, N, 2), vector(w, centre, 2), vector(w, mu, ORDER_3))
+    mark_moment_rates(w, N, points, depth, centre, R, L)
 
 
 @stage

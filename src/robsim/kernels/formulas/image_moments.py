@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.formulas.interaction import put_point_rates
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import kernel, part
+from robsim.kernels.machine.lanes import get, put
 
 NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # Gauss-Legendre nodes on [0, 1]
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # exact up to the fifth power
@@ -198,29 +199,43 @@ def region_moment_rates(ABC, centre, mu, R):
 
 
 @part
-def mark_moment_rates(x, Z, centre, R):
-    """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of marks x[n, 2, b] at depths Z[n, b].
+def mark_moment_rates(w, N, points, depth, centre, R, L):
+    """Compute R (k, 6), the rates of (N, xg, yg, mu20, mu11, ...) of N marks, up to order 3.
 
     The rates follow by the chain rule from the interaction matrix of each mark, so the marks need
     not be coplanar. For coplanar marks they equal the rates of Tahri and Chaumette (2005),
     Point-based and region-based image moments for visual servoing of planar objects, IEEE T-RO
-    21(6).
+    21(6). `L` (2, 6) are scratch rows.
     """
-    N, runs = x.shape[0], x.shape[2]
-    u, terms, Lx = np.empty((2, runs)), np.empty((R.shape[0], runs)), np.empty((2 * N, 6, runs))
-    points_interaction(x, Z, Lx)
-    R[:] = 0.0
-    for n in range(2 * N):
-        for c in range(6):
-            for b in range(runs):
-                R[1 + n % 2, c, b] += Lx[n, c, b] / N
+    for i in range(6 * ORDER_3):
+        put(w, R + i, 0.0)
     for n in range(N):
-        _centred_monomials(x, n, centre, u, terms)
-        for k in range(3, R.shape[0]):
-            i, j = moment_powers(k)
-            left, up = moment_index(max(i - 1, 0), j), moment_index(i, max(j - 1, 0))
-            for c in range(6):
-                for b in range(runs):
-                    R[k, c, b] += i * terms[left, b] * (Lx[2 * n, c, b] - R[1, c, b]) + (
-                        j * terms[up, b] * (Lx[2 * n + 1, c, b] - R[2, c, b])
-                    )
+        _put_mark_rates(w, points + 2 * n, depth + n, L)
+        for i in range(12):
+            put(w, R + 6 + i, get(w, R + 6 + i) + get(w, L + i) / N)
+    for n in range(N):
+        x, y = get(w, points + 2 * n), get(w, points + 2 * n + 1)
+        _put_mark_rates(w, points + 2 * n, depth + n, L)
+        u, v = x - get(w, centre), y - get(w, centre + 1)
+        uu, uv, vv = u * u, v * u, v * v
+        for c in range(6):
+            du, dv = get(w, L + c) - get(w, R + 6 + c), get(w, L + 6 + c) - get(w, R + 12 + c)
+            _add_rate(w, R + 18 + c, 2.0 * u * du)
+            _add_rate(w, R + 24 + c, v * du + u * dv)
+            _add_rate(w, R + 30 + c, 2.0 * v * dv)
+            _add_rate(w, R + 36 + c, 3.0 * uu * du)
+            _add_rate(w, R + 42 + c, 2.0 * uv * du + uu * dv)
+            _add_rate(w, R + 48 + c, vv * du + 2.0 * uv * dv)
+            _add_rate(w, R + 54 + c, 3.0 * vv * dv)
+
+
+@part
+def _put_mark_rates(w, point, depth, L):
+    """Write both rows of the interaction matrix of a mark."""
+    put_point_rates(w, L, get(w, point), get(w, point + 1), 1.0 / get(w, depth))
+
+
+@part
+def _add_rate(w, row, rate):
+    """Add a rate to a row."""
+    put(w, row, get(w, row) + rate)

@@ -10,6 +10,7 @@ import numpy as np
 from robsim.kernels.formulas.fisheye import distort_fisheye_jacobian
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import part
+from robsim.kernels.machine.lanes import absolute, any_lane, where
 
 LEAST_DEPTH = 1e-9  # metres; a point with less depth is behind the camera
 IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
@@ -53,19 +54,26 @@ def distort_jacobian(x, y, lens):
 
 @part
 def undistort(u, v, lens):
-    """Return the point that `distort` maps to (u, v), by Newton's method, or NaN."""
+    """Return the points that `distort` maps to (u, v), by Newton's method on lanes, or NaN.
+
+    A lane that has converged, or is NaN, stays unchanged while other lanes are still updated.
+    """
     x, y = u, v
+    moving = absolute(u) + absolute(v) >= 0.0  # false for NaN
     for _ in range(50):
         du, dv = distort(x, y, lens)
         xx, xy, yy = distort_jacobian(x, y, lens)
         du, dv, det = du - u, dv - v, xx * yy - xy * xy
         dx, dy = (yy * du - xy * dv) / det, (xx * dv - xy * du) / det
-        x, y = x - dx, y - dy
-        if abs(dx) + abs(dy) <= 1e-15 * (1.0 + abs(x) + abs(y)):
+        x, y = where(moving, x - dx, x), where(moving, y - dy, y)
+        size = absolute(dx) + absolute(dy)
+        moving = moving & (size > 1e-15 * (1.0 + absolute(x) + absolute(y)))
+        if not any_lane(moving):
             return x, y
     du, dv = distort(x, y, lens)  # rounding may keep the last step above the threshold
-    good = abs(du - u) + abs(dv - v) <= 1e-13 * (1.0 + abs(u) + abs(v))
-    return (x, y) if good else (np.nan, np.nan)
+    good = absolute(du - u) + absolute(dv - v) <= 1e-13 * (1.0 + absolute(u) + absolute(v))
+    lost = moving & ~good
+    return where(lost, np.nan, x), where(lost, np.nan, y)
 
 
 @part

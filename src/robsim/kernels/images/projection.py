@@ -161,26 +161,27 @@ def normalise_mark_pixels(
     for n in range(N):
         y = (get(w, pixels + 2 * n + 1) - get(w, K + 5)) / get(w, K + 4)
         x = (get(w, pixels + 2 * n) - get(w, K + 2) - get(w, K + 1) * y) / get(w, K)
+        if lens == BROWN:
+            x, y = undistort(x, y, lens_coefficients(w, K))
+        elif lens == FISHEYE:
+            x, y = _undistort_fisheye_lanes(w, K, x, y)
+        if lens != NO_LENS:
+            radius = get(w, K + RADIUS)
+            valid = x * x + y * y <= radius * radius
+            x, y = where(valid, x, math.nan), where(valid, y, math.nan)
         put(w, points + 2 * n, x)
         put(w, points + 2 * n + 1, y)
-    if lens != NO_LENS:
-        for n in range(N):
-            for i in range(WIDTH):
-                _undistort_lane(w, K, lens, points + 2 * n, i)
 
 
 @part
-def _undistort_lane(w, camera, lens, point, i):
-    """Replace the distorted point of one lane by the undistorted point, or by NaN."""
-    at, radius = point * WIDTH + i, w[(camera + RADIUS) * WIDTH + i]
-    k = lane_coefficients(w, camera, i)
-    if lens == FISHEYE:
-        x, y = undistort_fisheye(w[at], w[at + WIDTH], k, radius)
-    else:
-        x, y = undistort(w[at], w[at + WIDTH], k)
-    if not x * x + y * y <= radius * radius:
-        x, y = math.nan, math.nan
-    w[at], w[at + WIDTH] = x, y
+def _undistort_fisheye_lanes(w, camera, x, y):
+    """Return the points that fisheye lenses map to (x, y), lane by lane."""
+    for i in range(WIDTH):
+        radius = w[(camera + RADIUS) * WIDTH + i]
+        k = lane_coefficients(w, camera, i)
+        straight = undistort_fisheye(get_lane(x, i), get_lane(y, i), k, radius)
+        x, y = replace_lane(x, i, straight[0]), replace_lane(y, i, straight[1])
+    return x, y
 
 
 @part

@@ -21,6 +21,9 @@ from robsim.kernels.machine.signature import StageSignature
 KINDS = ("int64*", "float64*", "int64")  # of the arguments (p, w, step)
 _numbers_from = Intrinsic("array_pointers", "point_to_numbers")
 _call_stage = Intrinsic("linked_calls", "call_stage")
+# The code of all stages exceeds the instruction cache, so each stage acts on a group of blocks
+# before the next stage. A group has 4 blocks at most, and 384 KiB at most to fit the second cache.
+_GROUP, _GROUP_NUMBERS = 4, 3 << 14
 
 
 class CompiledStage:
@@ -81,10 +84,12 @@ def perform_on_block(addresses, at, p, block, step):
 @entry("int64[::1], int64[::1], int64[::1], float64[:, ::1], int64")
 def perform_stages(addresses, at, p, blocks, step):
     """Perform stages on each block blocks[i, :] for one step."""
-    size = blocks.shape[1]
-    for block in range(blocks.shape[0]):
+    count, size = blocks.shape
+    group = _group_size(size)
+    for first in range(0, count, group):
         for i in range(addresses.size):
-            _call_stage(addresses[i], p, at[i], blocks, block * size, step)
+            for block in range(first, min(first + group, count)):
+                _call_stage(addresses[i], p, at[i], blocks, block * size, step)
 
 
 @entry("int64[::1], int64[::1], int64[::1], int64, float64[:, ::1], int64, int64, int64")
@@ -94,21 +99,35 @@ def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
     Step 0 skips the first `skipped` stages. A block stays unchanged once its row `alive` is zero in
     all runs.
     """
-    size = blocks.shape[1]
-    for block in range(blocks.shape[0]):
+    count, size = blocks.shape
+    group = _group_size(size)
+    for first in range(0, count, group):
+        last = min(first + group, count)
         for now in range(step, until):
-            if not _is_any_alive(blocks[block], alive):
+            going = _going_blocks(blocks[first:last], alive)
+            if not going:
                 break
             for i in range(skipped if now == 0 else 0, addresses.size):
-                _call_stage(addresses[i], p, at[i], blocks, block * size, now)
+                for block in range(first, last):
+                    if going >> (block - first) & 1:
+                        _call_stage(addresses[i], p, at[i], blocks, block * size, now)
 
 
 @part
-def _is_any_alive(block, row):
-    alive = False
-    for lane in range(WIDTH):
-        alive |= block[row * WIDTH + lane] != 0.0
-    return alive
+def _group_size(size):
+    """Return the number of blocks of so many numbers that a group has."""
+    return min(max(_GROUP_NUMBERS // size, 1), _GROUP)
+
+
+@part
+def _going_blocks(blocks, alive):
+    """Return a whole number with bit i set if the row `alive` of blocks[i, :] is not all zero."""
+    going = 0
+    for i in range(blocks.shape[0]):
+        for lane in range(alive * WIDTH, alive * WIDTH + WIDTH):
+            if blocks[i, lane] != 0.0:
+                going |= 1 << i
+    return going
 
 
 @entry(

@@ -82,16 +82,23 @@ class CommandShaper:
     limits: Array  # (n, 2) of these coordinates, in rad or m
 
     def stages(
-        self, inputs: ControllerInputs, qd: BlockRows, error: BlockRows, J: BlockRows, A: BlockRows
+        self,
+        inputs: ControllerInputs,
+        qd: BlockRows,
+        error: BlockRows,
+        J: BlockRows,
+        A: BlockRows,
+        is_product: bool = False,
     ) -> BlockRows:
         """Add the stages that shape a command qd (n,); return its rows.
 
-        The command serves a task with an error (k,), camera Jacobian J and task Jacobian A.
+        The command serves a task with an error (k,), camera Jacobian J and task Jacobian A. If A is
+        a product L J, `is_product` is true.
         """
         program, n = inputs.program, qd.size
         if self.secondary is not None:
             motion = self._add_secondary(self.secondary, inputs, n)
-            P = self._add_projector(program, error, A)
+            P = self._add_projector(program, error, A, J if is_product else None)
             qd = program.result(kernels.add_projected_motion, "out", n, P=P, motion=motion, qd=qd)
         if self.smooth_start is not None:
             arguments = {"mu": program.number(self.smooth_start), "initial": program.rows(n)}
@@ -100,9 +107,11 @@ class CommandShaper:
             )
         return qd if self.limit is None else self.limit.stages(program, J, qd)
 
-    def _add_projector(self, program: Program, error: BlockRows, A: BlockRows) -> BlockRows:
+    def _add_projector(
+        self, program: Program, error: BlockRows, A: BlockRows, J: BlockRows | None
+    ) -> BlockRows:
         """Add the stages of the projector onto the free motions of the task."""
-        _, P = add_priorities(program, [(A, program.rows(error.size))], RCOND)
+        _, P = add_priorities(program, [(A, program.rows(error.size))], RCOND, J)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
             program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)

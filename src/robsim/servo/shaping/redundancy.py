@@ -62,16 +62,24 @@ def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tup
 
 
 def add_priorities(
-    program: Program, levels: Sequence[tuple[BlockRows, BlockRows]], rcond: float
+    program: Program,
+    levels: Sequence[tuple[BlockRows, BlockRows]],
+    rcond: float,
+    J: BlockRows | None = None,
 ) -> tuple[BlockRows, BlockRows]:
-    """Add the stages of `solve_priorities` for rows (A_i, rate_i); return the rows of qd and P."""
+    """Add the stages of `solve_priorities` for rows (A_i, rate_i); return the rows of qd and P.
+
+    J (6, n) is the Jacobian of a camera if every A_i is a product L_i J.
+    """
     n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
-    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
-    share, free = program.constant(rcond), n
-    for A, rate in levels:
+    redundant = J is not None and n > 6
+    camera = {"J": J, "Q": program.rows(6, n)} if redundant else {"J": None, "Q": None}
+    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows(), **camera}
+    share, free = program.constant(rcond), 6 if redundant else n
+    for i, (A, rate) in enumerate(levels):
         k = A.shape[0]
-        arguments = {"A": A, "rate": rate, "rcond": share, "free": free}
+        arguments = {"A": A, "rate": rate, "rcond": share, "first": int(i == 0), "free": free}
         program.add(
             solve_priority, **arguments, **state, scratch=program.rows(count_priority_rows(k, n))
         )

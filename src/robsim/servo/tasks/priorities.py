@@ -169,11 +169,22 @@ class PriorityController(CompositeController):
         ]
         for one in levels:
             one.assess()
-        qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)
+        J = levels[0].feature_rows.first_jacobian if self._is_one_motion else None
+        rates = [(one.A, one.rate()) for one in levels]
+        qd, _ = add_priorities(inputs.program, rates, self.rcond, J)
         outputs = self._merge_outputs(inputs, [one.outputs(qd) for one in levels], qd)
         task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
-        outputs = replace(outputs, qd=self.shaping.stages(inputs, qd, *task))
+        shaped = self.shaping.stages(inputs, qd, *task, is_product=J is not None)
+        outputs = replace(outputs, qd=shaped)
         return self._constrain(inputs, levels, outputs) if self.constraints else outputs
+
+    @property
+    def _is_one_motion(self) -> bool:
+        """Whether the task Jacobians are products of an L each and the same J."""
+        bound = [part.bound_features for part in self.parts]
+        same_pair = len({each.sights[0].key for each in bound}) == 1
+        exact = all(each.exact for each in bound)
+        return same_pair and exact and all(part.one_motion for part in self.parts)
 
     def _constrain(
         self, inputs: ControllerInputs, levels: list[ServoStages], outputs: ControllerOutputs
