@@ -31,11 +31,17 @@ def compile_kernels(jobs: int | None) -> None:
     """
     from robsim.base.processors import count_processors
     from robsim.kernels.machine import cache_files
+    from robsim.kernels.machine.machine_code import PACKAGE_CODE
 
     if not cache_files.is_cache_writable():
         raise FileError(f"cannot write {cache_files.CACHE}, the folder for kernels")
     began = time.perf_counter()
-    compiled, failed = _run_workload(jobs or count_processors())
+    if PACKAGE_CODE.objects:
+        compiled, failed = set[str](), list[str]()
+    elif PACKAGE_CODE.bitcode:
+        compiled, failed = _translate_bitcode(jobs or count_processors()), []
+    else:
+        compiled, failed = _run_workload(jobs or count_processors())
     for each in failed:
         print_text(f"warning: {each}", err=True)
     print_text(_format_compilation_summary(compiled, time.perf_counter() - began))
@@ -71,6 +77,21 @@ def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
     return compiled, failed
 
 
+def _translate_bitcode(jobs: int) -> set[str]:
+    """Translate the bitcode of the package for this processor; return the written files."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    from robsim.kernels.machine.machine_code import PACKAGE_CODE, translate_parts
+
+    assert PACKAGE_CODE.bitcode
+    parts = sorted(PACKAGE_CODE.bitcode.parts)
+    jobs = min(jobs, MOST_PROCESSES)
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, spawn) as pool:
+        return set().union(*pool.map(translate_parts, [parts[i::jobs] for i in range(jobs)]))
+
+
 def _prepare_worker(folder: str) -> None:
     """Set up a worker process that writes to a temporary folder."""
     import os
@@ -99,13 +120,14 @@ def compile_for_item(item: WorkloadItem) -> tuple[set[str], str]:
 
 def _format_compilation_summary(compiled: set[str], seconds: float) -> str:
     """Return a summary of the compiled kernels and of the cache."""
-    from robsim.kernels.machine import cache_files, prebuilt
+    from robsim.kernels.machine import cache_files
+    from robsim.kernels.machine.machine_code import PACKAGE_CODE
 
     files = list(cache_files.CACHE.glob("*.nbc"))
     size = sum(path.stat().st_size for path in files) / 1e6
     stored = f"{len(files)} files, {size:.0f} MB, in {cache_files.CACHE}"
     if compiled:
         return f"compiled {len(compiled)} kernels in {seconds:.0f} s; stored: {stored}"
-    if prebuilt.LEVEL:
-        return f"nothing to do: the kernels of the package serve here ({prebuilt.LEVEL}); {stored}"
+    if PACKAGE_CODE.objects:
+        return f"nothing to do: the package has machine code for this processor; {stored}"
     return f"nothing to do: {stored}"

@@ -78,14 +78,14 @@ class CodeEngine:
         """Load the code of a function; return its address, or 0 if this LLVM cannot read it."""
         code: bytes | None = archive.parts[symbol]
         if is_bitcode:
-            code = self._translate(symbol, archive)
+            code = self.translate(symbol, archive)
         if not code:
             return 0
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
         return self._engine.get_function_address(symbol)  # type: ignore[no-any-return]
 
-    def _translate(self, symbol: str, archive: CodeArchive) -> bytes | None:
+    def translate(self, symbol: str, archive: CodeArchive) -> bytes | None:
         """Return the machine code of bitcode, from the user's cache if it is there."""
         if archive.llvm > llvm_modules.LLVM_VERSION[0]:
             return None

@@ -57,7 +57,7 @@ class CFunction:
         function = self.function
         namespace = {**function.__globals__, **_NAMES, "body": part(function)}
         exec(self.types.wrapper(self.results), namespace)
-        return name_like(function, namespace["wrapper"])
+        return name_like(function, namespace["wrapper"])  # type: ignore[no-any-return]
 
     @cached_property
     def call(self) -> Callable[..., Any]:
@@ -66,7 +66,7 @@ class CFunction:
         It returns NotImplemented if the arguments do not fit.
         """
         address = find_address(self.symbol, self.make_wrapper, self.kinds)
-        leaves = [
+        leaves: list[Any] = [
             ctypes.py_object if each.axes else _C_TYPES[each.kind] for each in self.types.leaves
         ]
         extra = [ctypes.c_int64] if self.writes_results else []

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from robsim.kernels.machine import code_archive, processor_levels
+from robsim.kernels.machine import cache_files, code_archive, processor_levels
 from robsim.kernels.machine.code_archive import CodeArchive
 from robsim.kernels.machine.deferred_interrupt import DEFERRED_INTERRUPT
 from robsim.kernels.machine.sources import digest_of_all
@@ -93,6 +93,12 @@ class PackageCode:
                         return address
         return 0
 
+    def translate(self, symbols: list[str]) -> None:
+        """Translate bitcode for this processor and write it to the user's cache."""
+        if self.bitcode:
+            for symbol in symbols:
+                self.engine.translate(symbol, self.bitcode)
+
     def _links(self, needs: list[str]) -> bool:
         """Link the stages that a function calls; return whether all its symbols are known."""
         for symbol in needs:
@@ -109,3 +115,10 @@ class PackageCode:
 
 
 PACKAGE_CODE = PackageCode()
+
+
+def translate_parts(symbols: list[str]) -> set[str]:
+    """Translate bitcode of the package for this processor; return the files of the cache."""
+    before = set(cache_files.SAVED)
+    PACKAGE_CODE.translate(symbols)
+    return cache_files.SAVED - before

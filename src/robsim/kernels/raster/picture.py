@@ -13,6 +13,11 @@ from robsim.kernels.raster.raster_arrays import (
     PINHOLE_PLANE,
     PIXEL_BUFFERS,
     PLACED_FACES,
+    Faces,  # noqa: F401  a name in the declared types, as the following ones
+    ImagePlane,  # noqa: F401
+    Pictures,  # noqa: F401
+    PixelBuffers,  # noqa: F401
+    PlacedFaces,  # noqa: F401
 )
 
 _REST = (

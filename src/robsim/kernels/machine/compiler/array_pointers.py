@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from numba import carray, types
+from numba import carray, types  # type: ignore[attr-defined]
 from numba.extending import intrinsic
 
 from robsim.kernels.machine.lanes import WIDTH

@@ -74,7 +74,8 @@ def _find_intrinsic_type(value: Intrinsic, context: Any) -> Any:
 
 def make_dispatcher(function: Callable[..., Any], inline: str, **options: bool) -> Any:
     """Return Numba's dispatcher of a function. Its machine code is cached on disk."""
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", inline=inline, **options)(function)
+    every: dict[str, Any] = {"nogil": True, "error_model": "numpy", "inline": inline, **options}
+    compiled: Any = numba.njit(**every)(function)
     compiled._cache = KernelCache(function)
     return compiled
 
