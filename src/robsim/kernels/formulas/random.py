@@ -9,41 +9,52 @@ import math
 import numpy as np
 
 from robsim.kernels.machine.entry import entry
-from robsim.kernels.machine.kernel import kernel
+from robsim.kernels.machine.kernel import kernel, part
 
 _MASK, _HIGH = np.uint64(0xFFFFFFFF), np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 
 
-@kernel
+@part
 def philox(c0, c1, c2, c3, k0, k1):
     """Return four 32-bit words (held in uint64) from a counter of four and a key of two."""
     for _ in range(10):
-        p0, p1 = _M0 * c0, _M1 * c2
+        p0, p1 = _M0 * (c0 & _MASK), _M1 * (c2 & _MASK)  # masks of factors permit vector registers
         c0, c1, c2, c3 = (p1 >> _HIGH) ^ c1 ^ k0, p1 & _MASK, (p0 >> _HIGH) ^ c3 ^ k1, p0 & _MASK
         k0, k1 = (k0 + _W0) & _MASK, (k1 + _W1) & _MASK
     return c0, c1, c2, c3
 
 
-@kernel
+@part
 def _uniform_double(high, low):
     """Return a double in (0, 1) from 53 bits of two words, half a step away from 0 and 1."""
     return (float(((high << _HIGH) | low) >> np.uint64(11)) + 0.5) * 2.0**-53
 
 
-@kernel
-def normal_pair(seed, run, step, stream, n):
-    """Return two independent standard normal numbers, the n-th pair of a run at this step.
+@part
+def _uniform_pair(seed, run, step, stream, n):
+    """Return two uniform numbers in (0, 1), the n-th pair of a run at this step.
 
-    The key is (seed low, run), the counter (step, n, seed high, stream). The Box-Muller method
-    computes two numbers from each block.
+    The key is (seed low, run), the counter (step, n, seed high, stream).
     """
     low, high = seed & _MASK, seed >> _HIGH
     w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
-    radius = math.sqrt(-2.0 * math.log(_uniform_double(w[0], w[1])))
-    angle = 2.0 * math.pi * _uniform_double(w[2], w[3])
+    return _uniform_double(w[0], w[1]), _uniform_double(w[2], w[3])
+
+
+@part
+def _transform_to_normal(first, second):
+    """Return two normal numbers from two uniform numbers, by the method of Box and Muller."""
+    radius, angle = math.sqrt(-2.0 * math.log(first)), 2.0 * math.pi * second
     return radius * math.cos(angle), radius * math.sin(angle)
+
+
+@kernel
+def normal_pair(seed, run, step, stream, n):
+    """Return two independent standard normal numbers, the n-th pair of a run at this step."""
+    first, second = _uniform_pair(seed, run, step, stream, n)
+    return _transform_to_normal(first, second)
 
 
 @kernel
@@ -52,17 +63,17 @@ def uniform_number(seed, run, step, stream, n):
 
     It is independent of `normal_pair` if their streams differ.
     """
-    low, high = seed & _MASK, seed >> _HIGH
-    w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
-    return _uniform_double(w[0], w[1])
+    return _uniform_pair(seed, run, step, stream, n)[0]
 
 
 @entry("uint64, uint64[::1], int64, int64, float64[:, :, ::1]")
 def fill_normal_pairs(seed, runs, step, stream, out):
     """Compute independent standard normal numbers out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
+        for b in range(out.shape[2]):  # whole numbers alone, which the compiler vectorises
+            out[n, 0, b], out[n, 1, b] = _uniform_pair(seed, runs[b], step, stream, n)
         for b in range(out.shape[2]):
-            out[n, 0, b], out[n, 1, b] = normal_pair(seed, runs[b], step, stream, n)
+            out[n, 0, b], out[n, 1, b] = _transform_to_normal(out[n, 0, b], out[n, 1, b])
 
 
 @entry("uint64, uint64[::1], int64, int64, float64[:, ::1]")
