@@ -56,9 +56,7 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
     def _construct_dataarray(self, name: Hashable) -> xr.DataArray:
         """Return a variable with its coordinates; xarray calls it for `dataset[name]`."""
         single = self._read_single(name) if isinstance(name, str) else None
-        if single is None:
-            single = super()._construct_dataarray(name)  # type: ignore[no-untyped-call]
-        return single
+        return super()._construct_dataarray(name) if single is None else single
 
     def _read_single(self, name: str) -> xr.DataArray | None:
         """Return one variable with its coordinates, or None if all variables are computed."""
@@ -87,8 +85,9 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
                 self._single = _return_none
 
 
-def _return_none(name: str) -> None:
-    """Return None: all variables are computed."""
+def _return_none(name: str) -> xr.Dataset | None:
+    """Return None: the variable cannot be computed alone."""
+    return None
 
 
 def _get_slots(dataset: xr.Dataset) -> dict[str, Any]:
