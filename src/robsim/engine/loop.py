@@ -199,6 +199,7 @@ def find_steps(loop: Loop) -> Steps:
     parts = loop.sensing, loop.actuation
     settings = loop.dt, loop.steps, loop.seed, loop.hold, loop.limited, loop.first_run
     key = *settings, loop.q0.tobytes()
+    steps: Steps
     last_key, last_parts, steps = vars(loop.controller).get(LAST_STEPS, (None, (), None))
     others = (loop.numbers, loop.guard, loop.driven)
     alone = len(loop.q0) == 1 and not loop.endings and all(each is None for each in others)
@@ -211,6 +212,9 @@ def find_steps(loop: Loop) -> Steps:
 
 class Steps:
     """The sequence of a step: motion, world, measurement, command, termination, record."""
+
+    _fast: CompiledStages | None  # all stages, if they are compiled
+    _rescue_rows: list[int]
 
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()

@@ -22,6 +22,8 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
 
     __slots__ = ("_lock", "_makers", "_single")
 
+    _single: SingleMaker
+
     @classmethod
     def of(
         cls,

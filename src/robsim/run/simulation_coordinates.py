@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from robsim.engine.loop import Loop
 from robsim.world.scene import Scene
+
+LABELS = 256  # number of lists of names whose indexes are kept
 
 
 def list_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
@@ -35,3 +39,19 @@ def list_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
         **({"picture_camera": (["picture"], np.array(cameras, dtype=str))} if cameras else {}),
         **({"constraint": (["constraint"], list(constraints))} if constraints else {}),
     }
+
+
+def make_index(name: str, values: Any, *attributes: Any) -> tuple[xr.Index, xr.Variable]:
+    """Return the index of a dimension and its coordinate; lists of names share their index."""
+    if isinstance(values, list):
+        index, labels = _index_labels(name, tuple(values))
+        return index, labels.copy(deep=False)  # attributes can be set
+    both = xr.Coordinates({name: ((name,), values, *attributes)})
+    return both.xindexes[name], both.variables[name]
+
+
+@lru_cache(LABELS)
+def _index_labels(name: str, labels: tuple[str, ...]) -> tuple[xr.Index, xr.Variable]:
+    """Return the index of a dimension with names, which all runs with these names share."""
+    both = xr.Coordinates({name: ((name,), list(labels))})
+    return both.xindexes[name], both.variables[name]

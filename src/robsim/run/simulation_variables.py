@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,12 @@ from robsim.engine.recorder import RecordedSeries, Recorder
 from robsim.files.run_schema import get_variable_dimensions
 from robsim.run.end_variables import list_end_variables
 from robsim.run.frame_motion import compute_frame_motion
-from robsim.run.simulation_coordinates import list_coordinates
+from robsim.run.simulation_coordinates import list_coordinates, make_index
 from robsim.run.task_error import make_error_variables
 from robsim.run.variable_descriptions import VariableDescriptions
 from robsim.world.scene import Scene
 
 VARIED = {"long_name": "number that differs from run to run, see Experiment.vary"}
-LABELS = 256  # number of lists of names whose indexes are kept
-
 Makers = dict[str, Callable[[], Array]]
 
 
@@ -84,13 +82,10 @@ class SimulationVariables:
         """Return a coordinate, which is computed at the first call, and store its index."""
         if name not in self.made:
             dims, data, *attributes = self.coordinates[name]
-            if (name,) != tuple(dims):
-                self.made[name] = xr.Variable(dims, data, *attributes)
-            elif isinstance(data, list):
-                self.indexes[name], labels = _index_labels(name, tuple(data))
-                self.made[name] = labels.copy(deep=False)
+            if (name,) == tuple(dims):
+                self.indexes[name], self.made[name] = make_index(name, data, *attributes)
             else:
-                self.indexes[name], self.made[name] = _make_index(name, data, *attributes)
+                self.made[name] = xr.Variable(dims, data, *attributes)
         return self.made[name]
 
     @cached_property
@@ -194,15 +189,3 @@ def _trim_series(recorder: Recorder) -> RecordedSeries:
         return recorder.series
     count = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
     return RecordedSeries(*(part[:, :count] for part in recorder.series))
-
-
-def _make_index(name: str, values: Any, *attributes: Any) -> tuple[xr.Index, xr.Variable]:
-    """Return the index of a dimension and its coordinate."""
-    both = xr.Coordinates({name: ((name,), values, *attributes)})
-    return both.xindexes[name], both.variables[name]
-
-
-@lru_cache(LABELS)
-def _index_labels(name: str, labels: tuple[str, ...]) -> tuple[xr.Index, xr.Variable]:
-    """Return the index of a dimension with names, which runs of equal scenes share."""
-    return _make_index(name, list(labels))
