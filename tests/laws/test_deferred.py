@@ -173,6 +173,40 @@ def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_requ
     )
 
 
+CASES = {
+    "one run": TUTORIAL,
+    "a summary": TUTORIAL.with_(record="summary"),
+    "a batch": TUTORIAL.with_(start=np.stack([TUTORIAL.start] * 3)),
+    "lag": TUTORIAL.with_(actuation=rs.Actuation(lag=0.1)),
+    "numbers that differ": TUTORIAL.vary({"task.gain": [0.5, 1.0]}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_variable_that_is_read_alone_equals_that_of_the_whole_run(case):
+    experiment = CASES[case]
+    whole = experiment.run().load()
+    for read in (lambda run, name: run[name], lambda run, name: getattr(run, name, run[name])):
+        for name in whole.data_vars:
+            run = experiment.run()
+            alone = read(run, name)
+            assert alone.identical(whole[name]) and not is_set(run, "_variables")
+            assert list(alone.coords) == list(whole[name].coords)
+            assert list(alone.indexes) == list(whole[name].indexes)
+
+
+def test_a_variable_that_was_read_alone_is_that_of_the_run():
+    run = TUTORIAL.run()
+    q, outcome = run.q, run["outcome"]
+    q.values[0, 0], outcome.attrs["own"] = 7.0, "note"
+    run.q.coordinate.attrs["own"] = "name"
+    assert not is_set(run, "_variables") and run.q.values[0, 0] == 7.0
+    assert run.copy().q.values[0, 0] == 7.0 and run.q.variable is q.variable
+    assert run.outcome.attrs["own"] == "note" and run.coordinate.attrs == {"own": "name"}
+    assert TUTORIAL.run().load().coordinate.attrs == {}
+    assert not hasattr(TUTORIAL.run(), "no_such_name") and "no_such_name" not in TUTORIAL.run()
+
+
 def test_a_run_that_was_read_keeps_nothing_of_the_loop():
     from robsim.run.simulation_dataset import make_dataset
 

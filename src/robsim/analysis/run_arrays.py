@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, euclidean_length, move_runs_last
 from robsim.engine.outcome import Outcome
-from robsim.run.simulation_dataset import BLOCK
+from robsim.run.frame_motion import BLOCK
 from robsim.world.scene import Scene
 
 

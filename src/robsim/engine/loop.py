@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 import time
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.base.value import is_immutable
 from robsim.declare.problems import prefix_path
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.engine.chunk_state import ChunkState
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
 BURST = 64  # largest number of compiled steps between two checks for a stop
 LOOK = 0.05  # approximate seconds between these checks
 MOST_PIXELS = 30_000_000  # of the pictures that are in memory at once in a thread
+LAST_STEPS = "_last_steps"  # attribute of a controller
 FIRST = 4096  # runs times steps of the first burst, to measure its duration
 
 
@@ -123,7 +127,7 @@ class Loop:
     @cached_property
     def sequence(self) -> Steps:
         """The stages of a step, for all chunks."""
-        return Steps(self)
+        return find_steps(self).record_to(self.recorder)
 
     def advance(self, going: ChunkProgress, done: Callable[[float], None]) -> None:
         """Simulate a chunk of runs, in lockstep, to its end or until `stopped` or `paused`.
@@ -187,8 +191,31 @@ class Loop:
             going.chunk.keep(alive)
 
 
+def find_steps(loop: Loop) -> Steps:
+    """Return the stages of a loop without a record.
+
+    A controller that is kept with its task also keeps the stages of its last single run. They are
+    used again if nothing that they depend on differs.
+    """
+    parts = loop.sensing, loop.actuation
+    settings = loop.dt, loop.steps, loop.seed, loop.hold, loop.limited, loop.first_run
+    key = *settings, loop.q0.tobytes()
+    steps: Steps
+    last_key, last_parts, steps = vars(loop.controller).get(LAST_STEPS, (None, (), None))
+    others = (loop.numbers, loop.guard, loop.driven)
+    alone = len(loop.q0) == 1 and not loop.endings and all(each is None for each in others)
+    if not alone or key != last_key or any(map(operator.is_not, parts, last_parts)):
+        steps = Steps(loop)
+        if alone and steps.is_stateless and all(map(is_immutable, parts)):
+            vars(loop.controller)[LAST_STEPS] = key, parts, steps
+    return steps
+
+
 class Steps:
     """The sequence of a step: motion, world, measurement, command, termination, record."""
+
+    _fast: CompiledStages | None  # all stages, if they are compiled
+    _rescue_rows: list[int]
 
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()
@@ -202,7 +229,7 @@ class Steps:
             program, plant, controller.sights, *imperfections, *detection
         )
         judge = self.judge = TerminationChecks(program, controller, loop.steps, loop.endings)
-        row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
+        self.row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
         images.remember()
         plant.move()
@@ -223,11 +250,25 @@ class Steps:
             *(images.hashes, command.factors, command.active, command.slack),
             *plant.torques,
         ]
-        loop.recorder.keep(program, row, self.alive, self.recorded_rows)
-        loop.recorder.end(program, row, self.alive, self.recorded_rows, judge.outcome_rows)
+
+    @property
+    def is_stateless(self) -> bool:
+        """Whether the stages keep nothing from run to run: no Python stages, no tables."""
+        tables = any(each.flags.writeable for each in self.program.referenced_arrays)
+        return self.program.stages is not None and not tables
+
+    def record_to(self, recorder: Recorder) -> Steps:
+        """Return these stages, followed by the stages that record runs."""
+        own, program = copy(self), copy(self.program)
+        for name in ("calls", "same", "run_rows", "wholes", "referenced_arrays"):
+            setattr(program, name, list(getattr(program, name)))
+        rows = self.row, self.alive, self.recorded_rows
+        recorder.keep(program, *rows)
+        recorder.end(program, *rows, self.judge.outcome_rows)
         stages = program.stages
-        self._fast = None if stages is None else CompiledStages(stages)
-        self._rescue_rows = program.rescues
+        own._fast = None if stages is None else CompiledStages(stages)
+        own.program, own._rescue_rows = program, program.rescues
+        return own
 
     @cached_property
     def _segments(self) -> tuple[list[PythonStage], list[PythonStage]]:

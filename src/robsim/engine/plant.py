@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
+from robsim.engine.idle_joints import find_idle_coordinates, place_idle_bodies
 from robsim.kernels.bodies import integration
 from robsim.kernels.bodies.actuator_response import follow_commands
 from robsim.kernels.control.control_law import copy_rows
@@ -33,7 +34,9 @@ class Plant:
     """Rows and stages of a program for the motion of a scene.
 
     q are the coordinates. qd are the velocities: commanded at `columns`, else prescribed. `rates`
-    are the velocities of the joints, if they differ from qd.
+    are the velocities of the joints, if they differ from qd. `idle` are the
+    coordinates that keep their value, with their velocities, and `still` the poses of the bodies
+    that only they carry.
     """
 
     def __init__(
@@ -59,7 +62,10 @@ class Plant:
         self.speed = program.rows(self.scene.nv)  # velocities of joints with a lag
         self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
-        self.placed = FKStages(program, self.scene.tree.joints, self.q)
+        can_idle = driven is None and not self.changes
+        self.idle = find_idle_coordinates(scene, columns, q0) if can_idle else {}
+        self.still = place_idle_bodies(scene, self.idle.keys(), q0)
+        self.placed = FKStages(program, scene.tree.joints, self.q, self.still)
         self.driven = None if driven is None else self._bind_drives(driven)
 
     def _bind_drives(self, driven: DrivenJoints) -> DriveStages:
@@ -77,7 +83,8 @@ class Plant:
 
         `seconds` is the row of the time since the start of the period. Call it before `move`.
         """
-        placed = FKStages(self.program, self.scene.tree.joints, self._copy(self.q))
+        joints = self.scene.tree.joints
+        placed = FKStages(self.program, joints, self._copy(self.q), self.still)
         self._add_integration(seconds, placed, self._copy(self.speed))
         placed.add()
         return placed
@@ -89,6 +96,8 @@ class Plant:
             self._add_steering(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
         rates: list[BlockRows | None] = list(v)
+        for i in self.idle.values():
+            rates[i] = None
         if self.driven is not None:
             self.driven.add(dt, x, speed, v, proceeds=x == self.q)
             for i in self.driven.columns:

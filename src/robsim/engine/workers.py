@@ -6,6 +6,7 @@ Short simulations run in the calling thread.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import partial
@@ -14,14 +15,15 @@ from typing import Protocol
 import numpy as np
 
 from robsim.base import interrupt
-from robsim.base.arrays import as_integer
+from robsim.base.arrays import Array, as_integer
 from robsim.base.errors import InputError, format_value
 from robsim.base.processors import count_processors
+from robsim.engine import thread_pool
 from robsim.engine.chunk import ChunkProgress
 from robsim.engine.loop import Loop
 from robsim.servo.constraints.start_check import check_constrained_start
 
-SHORT = 2000  # runs times steps: about 10 ms of compiled steps, or 0.2 s of Python steps
+SHORT = 20_000  # runs times steps: about 10 ms of compiled steps, or 2 s of Python steps
 
 Progress = Callable[[float], None]
 
@@ -65,7 +67,7 @@ def advance_loop(
     short = len(chunks) == 1 and runs * loop.steps <= SHORT and progress is None
     with interrupt.defer_stops(partial(setattr, loop, "stopped", True)):
         if short and not interrupt.has_foreign_handler():
-            _advance_in_this_thread(loop, chunks[0])
+            _advance_chunk(loop, chunks[0], lambda share: None)
         else:
             _advance_in_threads(loop, threads, chunks, progress, checkpoints)
         finished = all(each.done for each in chunks) and not loop.stopped
@@ -75,13 +77,13 @@ def advance_loop(
         return finished
 
 
-def _advance_in_this_thread(loop: Loop, going: ChunkProgress) -> None:
-    """Simulate all runs in this thread, until a stop ends them after a step.
+def _advance_chunk(loop: Loop, going: ChunkProgress, done: Callable[[float], None]) -> None:
+    """Simulate a chunk in this thread until its end, a stop or a pause.
 
     Floating-point errors of NumPy are treated as in a new thread, whatever the caller has set.
     """
     with np.errstate(all="warn", under="ignore"):
-        loop.advance(going, lambda share: None)
+        loop.advance(going, done)
 
 
 def _advance_in_threads(
@@ -92,17 +94,18 @@ def _advance_in_threads(
     checkpoints: CheckpointStore | None,
 ) -> None:
     """Simulate the chunks in threads, while this thread waits for a stop or a checkpoint."""
-    with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
-        while not (loop.stopped or all(each.done for each in chunks)):
-            if loop.paused and checkpoints:
-                checkpoints.save()
-            loop.paused = False
-            _run_round(loop, pool, chunks, progress, checkpoints)
+    while not (loop.stopped or all(each.done for each in chunks)):
+        if loop.paused and checkpoints:
+            checkpoints.save()
+        loop.paused = False
+        with thread_pool.SHARED.borrow() as pool:
+            _run_round(loop, pool, threads, chunks, progress, checkpoints)
 
 
 def _run_round(
     loop: Loop,
     pool: ThreadPoolExecutor,
+    threads: int,
     chunks: list[ChunkProgress],
     progress: Progress | None,
     checkpoints: CheckpointStore | None,
@@ -110,10 +113,10 @@ def _run_round(
     """Let threads advance all chunks until they are done, or stopped or paused."""
     shares = np.array([each.done or each.step / (loop.steps + 1) for each in chunks], dtype=float)
     weights = np.array([len(each.rows) for each in chunks]) / len(loop.q0)
-    jobs: list[Future[None]] = []
+    waiting, jobs = deque(enumerate(chunks)), list[Future[None]]()
     try:
-        for i, each in enumerate(chunks):
-            jobs.append(pool.submit(loop.advance, each, partial(shares.__setitem__, i)))
+        for _ in range(min(threads, len(chunks))):
+            jobs.append(pool.submit(_advance_waiting_chunks, loop, waiting, shares))
         for _ in _poll_jobs(jobs):
             if progress:
                 progress(float(shares @ weights))
@@ -124,7 +127,20 @@ def _run_round(
         wait(jobs)
     except BaseException:
         loop.stopped = True  # end the other chunks
+        wait(jobs)
         raise
+
+
+def _advance_waiting_chunks(
+    loop: Loop, waiting: deque[tuple[int, ChunkProgress]], shares: Array
+) -> None:
+    """Simulate one waiting chunk after the other in this thread, and store their shares."""
+    while True:
+        try:
+            i, going = waiting.popleft()
+        except IndexError:  # another thread took the last one
+            return
+        _advance_chunk(loop, going, partial(shares.__setitem__, i))
 
 
 def _poll_jobs(jobs: list[Future[None]]) -> Iterator[None]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from threading import RLock
-from typing import Any, Self, cast
+from typing import Any, Self, TypeVar, cast
 
 import xarray as xr
 
+T = TypeVar("T")
+SingleMaker = Callable[[str], "xr.Dataset | None"]
 _SLOTS = tuple(name for name in xr.Dataset.__slots__ if name != "__weakref__")
 
 
@@ -18,14 +20,23 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
     and the functions that made them are released.
     """
 
-    __slots__ = ("_lock", "_makers")
+    __slots__ = ("_lock", "_makers", "_single")
+
+    _single: SingleMaker
 
     @classmethod
-    def of(cls, dataset: Callable[[], xr.Dataset], attrs: Callable[[], Mapping[str, Any]]) -> Self:
+    def of(
+        cls,
+        dataset: Callable[[], xr.Dataset],
+        attrs: Callable[[], Mapping[str, Any]],
+        single: SingleMaker | None = None,
+    ) -> Self:
         """Return a Dataset with the variables of `dataset()` and the attributes `attrs()`.
 
         Each function is called once, by the first thread that needs it, and again only if it
-        raised.
+        raised. `single(name)` returns the Dataset of one variable and its coordinates, or None. It
+        is called for a variable that is read by name before all variables are computed. The data of
+        the variable must be those in `dataset()`.
         """
         lazy = object.__new__(cls)
         lazy._lock = RLock()
@@ -33,6 +44,7 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
             "_variables": lambda: _get_slots(dataset()),
             "_attrs": lambda: {"_attrs": dict(attrs())},
         }
+        lazy._single = single or _return_none
         return lazy
 
     def __getattr__(self, name: str) -> Any:
@@ -40,7 +52,23 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
             self._make("_attrs" if name == "_attrs" else "_variables")
             if _has_slot(self, name):
                 return object.__getattribute__(self, name)
-        return super().__getattr__(name)
+        single = None if name.startswith("_") else self._read_single(name)
+        return super().__getattr__(name) if single is None else single
+
+    def _construct_dataarray(self, name: Hashable) -> xr.DataArray:
+        """Return a variable with its coordinates; xarray calls it for `dataset[name]`."""
+        single = self._read_single(name) if isinstance(name, str) else None
+        return super()._construct_dataarray(name) if single is None else single
+
+    def _read_single(self, name: str) -> xr.DataArray | None:
+        """Return one variable with its coordinates, or None if all variables are computed."""
+        if not _has_slot(self, "_single"):
+            return None
+        with self._lock:
+            if "_variables" not in self._makers or _has_slot(self, "_variables"):
+                return None
+            part = _convert_lookup_errors(lambda: self._single(name))
+        return None if part is None else part[name]
 
     def __getstate__(self) -> Any:
         """Return the state for pickling, which computes all variables and attributes."""
@@ -55,6 +83,13 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
                 if not _has_slot(self, name):
                     setattr(self, name, slots[name])
             self._makers.pop(what, None)
+            if what == "_variables":
+                self._single = _return_none
+
+
+def _return_none(name: str) -> xr.Dataset | None:
+    """Return None: the variable cannot be computed alone."""
+    return None
 
 
 def _get_slots(dataset: xr.Dataset) -> dict[str, Any]:
@@ -72,7 +107,7 @@ def _has_slot(dataset: xr.Dataset, slot: str) -> bool:
     return True
 
 
-def _convert_lookup_errors(maker: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def _convert_lookup_errors(maker: Callable[[], T]) -> T:
     """Call a function, and convert errors that look like a missing name to RuntimeError."""
     try:
         return maker()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.page.recording_frames import Entry
 from robsim.plot import palette, run_data
-from robsim.run.simulation_dataset import compute_frame_motion
+from robsim.run.frame_motion import compute_frame_motion
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

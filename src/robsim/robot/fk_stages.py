@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from itertools import groupby
 
@@ -19,10 +20,22 @@ from robsim.robot.independent_joint import IndependentJoint
 from robsim.robot.joints.joint_kind import BodyRows
 
 _IDENTITY_POSE = np.eye(3, 4)[None]
+_NO_POSES: Mapping[int, Array] = {}
 
 
 class FKStages:
     """Rows of a program with the poses of the bodies of a tree, at coordinates q (nq,).
+
+    Parameters
+    ----------
+    program : Program
+        Program that the stages are added to.
+    joints : JointTables
+        Constants of the tree.
+    q : Rows of shape (nq,)
+        Coordinates.
+    still : dict, optional
+        Constant poses (3, 4) by body. No stage places these bodies.
 
     Attributes
     ----------
@@ -32,11 +45,20 @@ class FKStages:
         Ratios between the velocities of coordinates and the motions of bodies.
     """
 
-    def __init__(self, program: Program, joints: JointTables, q: BlockRows) -> None:
+    def __init__(
+        self,
+        program: Program,
+        joints: JointTables,
+        q: BlockRows,
+        still: Mapping[int, Array] = _NO_POSES,
+    ) -> None:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
         own = [each for each in joints.members if each.kind.own]
         self._python_joints = [each for each in own if each.is_called]
-        self.poses = program.constant(np.repeat(_IDENTITY_POSE, len(joints.bodies), axis=0))
+        poses = np.repeat(_IDENTITY_POSE, len(joints.bodies), axis=0)
+        for body, pose in still.items():
+            poses[body] = pose
+        self.poses, self._still = program.constant(poses), still.keys()
         self.ratio = program.constant(np.ones(joints.ratios))
         motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
@@ -49,7 +71,8 @@ class FKStages:
             self.program.call(self._evaluate_python_kinds)
         self.follow()
         self._add_compiled_kinds()
-        bodies = [self._collect_body_rows(i) for i in range(1, len(self.joints.bodies))]
+        moved = (i for i in range(1, len(self.joints.bodies)) if i not in self._still)
+        bodies = [self._collect_body_rows(i) for i in moved]
         for _, members in groupby(bodies, lambda each: each.body.kind.fused):
             group = list(members)
             group[0].body.kind.add_placing(self, group)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import singledispatch
+from collections.abc import Callable
+from functools import cache, singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,20 +46,24 @@ def is_valid_start(outcome: NDArray[Any], end_time: Array) -> NDArray[np.bool_]:
     return np.asarray(~((end_time == 0.0) & np.isin(outcome, NO_START)))
 
 
-def make_end_variables(loop: Loop) -> dict[str, NDArray[Any]]:
-    """Return the variables of a run with one value per run."""
-    recorder, goal_pixels = loop.recorder, loop.controller.goal_pixels
+def list_end_variables(loop: Loop) -> dict[str, Callable[[], NDArray[Any]]]:
+    """Return functions that compute the variables of a run with one value per run."""
+    recorder, controller = loop.recorder, loop.controller
+    q_end, goal_pixels = recorder.last.q[:, 0], controller.goal_pixels
     pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
+    goal = cache(lambda: make_goal_variables(controller, q_end, loop.q0))
     return {
-        "outcome": recorder.outcome,
-        "end_time": recorder.end_step * loop.dt,
-        "path_length": recorder.path_length,
-        "pixel_error": _compute_largest_length(pixels_end - goal_pixels),
-        "q0": loop.q0,
-        "q_end": recorder.last.q[:, 0],
-        "pixels_end": pixels_end,
-        **make_goal_variables(loop.controller, recorder.last.q[:, 0], loop.q0),
-        **({"ending": recorder.ending} if loop.endings else {}),
+        "outcome": lambda: recorder.outcome,
+        "end_time": lambda: recorder.end_step * loop.dt,
+        "path_length": lambda: recorder.path_length,
+        "pixel_error": lambda: _compute_largest_length(pixels_end - goal_pixels),
+        "q0": lambda: loop.q0,
+        "q_end": lambda: q_end,
+        "pixels_end": lambda: pixels_end,
+        "goal_pose": lambda: goal()["goal_pose"],
+        "distance_to_goal": lambda: goal()["distance_to_goal"],
+        "angle_to_goal": lambda: goal()["angle_to_goal"],
+        **({"ending": lambda: recorder.ending} if loop.endings else {}),
     }
 
 

@@ -92,7 +92,8 @@ def make_table(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
 
 def collect_facts(loop: Loop) -> Columns:
     """Return the results (runs,) of a simulation: quantities of the starts and of the ends."""
-    results, controller = end_variables.make_end_variables(loop), loop.controller
+    results, controller = end_variables.list_end_variables(loop), loop.controller
+    outcome, end_time = results["outcome"](), results["end_time"]()
     q0, s_goal = move_runs_last(loop.q0, 1), controller.s_goal.T[:, None]
     with np.errstate(all="ignore"):  # failed runs
         _, distance, angle = end_variables.measure_goal_offset(controller, q0, loop.q0)
@@ -104,11 +105,11 @@ def collect_facts(loop: Loop) -> Columns:
         **{f"start_{axis}": position[i].copy() for i, axis in enumerate("xyz")},
         "start_distance": distance,
         "start_angle": angle,
-        "outcome": results["outcome"],
-        "began": end_variables.is_valid_start(results["outcome"], results["end_time"]),
-        "end_time": results["end_time"],
+        "outcome": outcome,
+        "began": end_variables.is_valid_start(outcome, end_time),
+        "end_time": end_time,
         "error_norm": error,
-        **{name: results[name] for name in COMMON_MEASURES if name in results},
+        **{name: results[name]() for name in COMMON_MEASURES if name in results},
     }
 
 

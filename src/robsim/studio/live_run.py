@@ -20,7 +20,8 @@ from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.plot.run_pictures import CameraInstants
 from robsim.run.end_variables import measure_goal_offset, select_goal_controller
 from robsim.run.experiment import Experiment
-from robsim.run.simulation_dataset import compute_frame_motion, make_plain_variables
+from robsim.run.frame_motion import compute_frame_motion
+from robsim.run.simulation_dataset import make_plain_variables
 from robsim.servo.constraints.constraint_stages import BoundConstraints
 
 if TYPE_CHECKING:

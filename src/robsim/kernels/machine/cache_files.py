@@ -11,6 +11,7 @@ import pickle
 import sys
 import uuid
 from contextlib import suppress
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
@@ -22,6 +23,7 @@ from robsim.container import MAGIC, pack_container, unpack_container
 from robsim.kernels.machine.sources import digest_of_all
 
 
+@cache
 def find_version(package: str) -> str:
     """Return the version of a package that is not imported; "none" if it is not installed."""
     try:

@@ -1,0 +1,191 @@
+"""The variables of a simulation, which are computed one by one or all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from robsim.base.arrays import Array
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
+from robsim.engine.recorder import RecordedSeries, Recorder
+from robsim.files.run_schema import get_variable_dimensions
+from robsim.run.end_variables import list_end_variables
+from robsim.run.frame_motion import compute_frame_motion
+from robsim.run.simulation_coordinates import list_coordinates, make_index
+from robsim.run.task_error import make_error_variables
+from robsim.run.variable_descriptions import VariableDescriptions
+from robsim.world.scene import Scene
+
+VARIED = {"long_name": "number that differs from run to run, see Experiment.vary"}
+Makers = dict[str, Callable[[], Array]]
+
+
+class SimulationVariables:
+    """Variables and coordinates of a simulation, each computed at most once.
+
+    A variable that was read alone is the same object in the Dataset of all variables.
+    """
+
+    def __init__(self, loop: Loop, scene: Scene, varied: Mapping[str, Array]) -> None:
+        self.loop, self.scene, self.varied = loop, scene, varied
+        single, summary = loop.single, loop.recorder.every is None
+        self.absent = {dim for dim, gone in (("run", single), ("time", summary)) if gone}
+        self.made: dict[str, xr.Variable] = {}
+        self.indexes: dict[str, xr.Index] = {}
+
+    def dataset(self) -> xr.Dataset:
+        """Return the Dataset of all variables."""
+        return self._assemble(self.makers, self.coordinates)
+
+    def single_dataset(self, name: str) -> xr.Dataset | None:
+        """Return the Dataset of one variable and its coordinates; None if there is none."""
+        if name not in self.makers:
+            return None
+        dims = set(self._get_variable(name).dims)
+        return self._assemble(
+            [name], [key for key, (own, *_) in self.coordinates.items() if dims.issuperset(own)]
+        )
+
+    def list_all(self) -> dict[Hashable, xr.Variable]:
+        """Return all variables by name, coordinates included."""
+        return dict(self.dataset().variables)
+
+    def _assemble(self, names: Iterable[str], coordinates: Iterable[str]) -> xr.Dataset:
+        """Return the Dataset of some variables and coordinates."""
+        variables = {name: self._get_variable(name) for name in names}
+        own = {name: self._get_coordinate(name) for name in coordinates}
+        return xr.Dataset._construct_direct(  # the constructor checks each variable again
+            {**variables, **own},
+            set(own),
+            indexes={name: index for name, index in self.indexes.items() if name in own},
+        )
+
+    def _get_variable(self, name: str) -> xr.Variable:
+        """Return a variable, which is computed at the first call."""
+        if name not in self.made:
+            with np.errstate(over="ignore", invalid="ignore"):  # runs may end with NaN or infinity
+                data = self.makers[name]()
+            if name in self.varied:
+                dims, attributes = ("run", *(f"{name}.{i}" for i in range(1, data.ndim))), VARIED
+            else:
+                dims = get_variable_dimensions(name, data.ndim)
+                attributes = self.descriptions.describe(name)
+            self.made[name] = xr.Variable(*self._drop_dimensions(dims, data), attributes)
+        return self.made[name]
+
+    def _get_coordinate(self, name: str) -> xr.Variable:
+        """Return a coordinate, which is computed at the first call, and store its index."""
+        if name not in self.made:
+            dims, data, *attributes = self.coordinates[name]
+            if (name,) == tuple(dims):
+                self.indexes[name], self.made[name] = make_index(name, data, *attributes)
+            else:
+                self.made[name] = xr.Variable(dims, data, *attributes)
+        return self.made[name]
+
+    @cached_property
+    def makers(self) -> Makers:
+        """Functions that return the variables, in the order of the Dataset."""
+        series, controller = self.series, self.loop.controller
+        s_goal = controller.s_goal.T  # (1, k), or (runs, k)
+        return {
+            **self._list_motions(),
+            **self._list_errors(s_goal[:, None]),
+            "pixels": lambda: series.pixels.reshape(*series.q.shape[:2], -1, 2),
+            **_list_recorded(picture_hash=series.hashes, normal_factor=series.factors),
+            **_list_recorded(active=series.active, slack=series.slack),
+            **self._list_drives(),
+            "pixels_goal": lambda: controller.goal_pixels,
+            "s_goal": lambda: s_goal if len(s_goal) > 1 else s_goal[0],
+            **list_end_variables(self.loop),
+            **{name: _return_array(values) for name, values in self.varied.items()},
+        }
+
+    @cached_property
+    def coordinates(self) -> dict[str, Any]:
+        """The coordinates: (dimensions, values) and possibly attributes, by name."""
+        whole = list_coordinates(self.loop, self.scene, self.series.q.shape[1])
+        if "time" in self.absent:
+            del whole["time"]
+        return {name: (*self._drop_dimensions(*v[:2]), *v[2:]) for name, v in whole.items()}
+
+    @cached_property
+    def descriptions(self) -> VariableDescriptions:
+        """The attributes of all variables but the varied ones."""
+        return VariableDescriptions(self.loop, self.scene)
+
+    @cached_property
+    def series(self) -> RecordedSeries:
+        """The recorded instants; of a summary, the last one."""
+        recorder = self.loop.recorder
+        return recorder.last if recorder.every is None else _trim_series(recorder)
+
+    def _list_motions(self) -> Makers:
+        """Return the functions of q, qd, and the poses and twists of the camera or the frame."""
+        controller, series = self.loop.controller, self.series
+        follows = series.rates.shape[-1] == 0
+        whose = "camera" if controller.sights else "frame"
+        rates = series.qd if follows else series.rates
+        motion = cache(
+            lambda: compute_frame_motion(controller.scene, controller.frame, series.q, rates)
+        )
+        return {
+            "q": lambda: series.q,
+            "qd": lambda: series.qd,
+            **({} if follows else {"qd_actual": lambda: series.rates}),
+            f"{whose}_pose": lambda: motion()[0],
+            f"{whose}_velocity": lambda: motion()[1],
+        }
+
+    def _list_errors(self, s_goal: Array) -> Makers:
+        """Return the functions of the features, the error and its norm."""
+        series = self.series
+        errors = cache(lambda: make_error_variables(series, s_goal))
+        return {
+            "s": lambda: series.s,
+            **_list_recorded(weight=series.weights),
+            "error": lambda: errors()["error"],
+            "error_norm": lambda: errors()["error_norm"],
+            "lyapunov": lambda: errors()["lyapunov"],
+        }
+
+    def _list_drives(self) -> Makers:
+        """Return the functions of torques, their saturation and their limits, if any."""
+        driven, series = self.loop.driven, self.series
+        if driven is None or not series.torque.shape[-1]:  # a log has no torques
+            return {}
+        limits = np.full(self.loop.scene.nv, np.nan)
+        limits[driven.velocities] = driven.limits
+        return _list_recorded(
+            torque=series.torque, saturation=series.saturation, torque_limit=limits
+        )
+
+    def _drop_dimensions(self, dims: Sequence[str], data: Any) -> tuple[Sequence[str], Any]:
+        """Return dimensions and data without the absent dimensions of size one."""
+        if self.absent.isdisjoint(dims):
+            return dims, data
+        first = tuple(0 if dim in self.absent else slice(None) for dim in dims)
+        return [dim for dim in dims if dim not in self.absent], data[first]
+
+
+def _list_recorded(**arrays: Array) -> Makers:
+    """Return functions that return these arrays, except empty ones."""
+    return {name: _return_array(array) for name, array in arrays.items() if array.shape[-1]}
+
+
+def _return_array(array: Array) -> Callable[[], Array]:
+    """Return a function that returns an array."""
+    return lambda: array
+
+
+def _trim_series(recorder: Recorder) -> RecordedSeries:
+    """Return the recorded instants; after an interruption, only the simulated ones."""
+    if (recorder.outcome != Outcome.RUNNING).all():
+        return recorder.series
+    count = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
+    return RecordedSeries(*(part[:, :count] for part in recorder.series))
