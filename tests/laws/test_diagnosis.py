@@ -50,6 +50,7 @@ def by_hand(run, scene, scale, gain):
                 "lyapunov_rate": e @ L @ qd,
                 "rank_interaction": np.linalg.matrix_rank(used),
                 "condition_interaction": sigma[0] / sigma[-1],
+                "smallest_interaction": sigma[-1],
                 "rank_task_jacobian": 6,
                 "condition_task_jacobian": sigma[0] / sigma[-1],
                 "smallest_task_jacobian": sigma[-1],
