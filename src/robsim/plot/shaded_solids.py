@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.path import Path
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
@@ -23,6 +23,7 @@ PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so tha
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, TRANSPARENT = 1, 4, 5, 6  # z-order of the artists
 _Look = dict[str, Any]  # properties of an artist
+_make_path: Any = Path._fast_from_codes_and_verts  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,15 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         self._has_border = [wire.has_border[i] for wire, i in faces]
         dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
-        corners, fills = self._shade_solids(wires)
-        super().__init__(corners, facecolors=fills, linewidths=0.6, zorder=SHADED)
+        corners = _pad_faces([wire.faces[i] for wire, i in faces])
+        super().__init__(corners, linewidths=0.6, zorder=SHADED)
+        self.move(wires)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
         """Move the faces to new poses of the same solids, and shade them for these poses."""
-        corners, fills = self._shade_solids(wires)
-        self.set_verts(corners)
-        self.set_facecolor(fills)
+        self._order = FaceOrder([wire.faces for wire in wires], self._order)
+        self._viewer = np.zeros(4)
+        self.set_facecolor(shade_faces(self._pale, [face for each in wires for face in each.faces]))
 
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
@@ -67,8 +69,8 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         painted = [part for group in self._groups for part in self._paint_group(group)]
         corners = np.concatenate([part for part, _, _ in painted])
         x, y, depth = proj3d.proj_transform(*corners.T, self.axes.M)
-        ends = np.cumsum([len(part) for part, _, _ in painted])[:-1]
-        PolyCollection.set_verts(self, np.split(np.column_stack([x, y]), ends))
+        counts = [len(part) for part, _, _ in painted]
+        self._paths = _build_closed_paths(np.column_stack([x, y]), counts)
         self._facecolors2d = np.array([fill for _, fill, _ in painted])
         self._edgecolors2d = np.array([edge for _, _, edge in painted])
         return float(np.min(depth))
@@ -87,12 +89,18 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
                 lines += [(side, dark, dark) for side in ends[face.is_side]]
         return parts + lines
 
-    def _shade_solids(self, wires: Sequence[WireSolid]) -> tuple[Array, Array]:
-        """Return the corners (F, n, 3) and the colours (F, 3) of all faces; order them anew."""
-        self._order = FaceOrder([wire.faces for wire in wires], self._order)
-        self._viewer = np.zeros(4)
-        faces = [face for wire in wires for face in wire.faces]
-        return _pad_faces(faces), shade_faces(self._pale, faces)
+
+def _build_closed_paths(corners: Array, counts: Sequence[int]) -> list[Path]:
+    """Return polygons with some numbers of consecutive corners (N, 2), without checks of each."""
+    ends = np.cumsum(counts)
+    closed = np.insert(corners, ends, corners[ends - counts], axis=0)
+    like = Path(closed[:3])
+    codes = {n: Path(np.zeros((n + 1, 2)), closed=True).codes for n in set(counts)}
+    paths, start = [], 0
+    for n in counts:
+        paths.append(_make_path(closed[start : start + n + 1], codes[n], like))
+        start += n + 1
+    return paths
 
 
 def _pad_faces(faces: Sequence[Array]) -> Array:
