@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 
@@ -30,7 +29,7 @@ class PaintedFace(NamedTuple):
         Index of the face.
     corners : array of shape (n, 3)
         Corners in metres.
-    is_side : array of bool of shape (n,)
+    is_side : tuple of bool
         Whether the line from each corner to the next is a side of the face, not a cut.
     body : int
         Number of the solid.
@@ -38,7 +37,7 @@ class PaintedFace(NamedTuple):
 
     source: int
     corners: Array
-    is_side: NDArray[np.bool_]
+    is_side: tuple[bool, ...]
     body: int
 
 
@@ -75,7 +74,7 @@ class FaceOrder:
             some = np.flatnonzero(counts == n)
             corners = points[starts[some, None] + np.arange(n)]
             self._face_centres[some] = corners.mean(axis=1)
-        self._sides = {n: np.ones(n, dtype=bool) for n in set(counts.tolist())}
+        self._sides = {n: (True,) * n for n in set(counts.tolist())}
         self._near = CLOSE * (float(np.ptp(points, axis=0).max()) if len(points) else 1.0)
         self._pieces: list[PaintedFace] = []
         self._is_convex: list[bool | None] = []  # of each solid; None for a lone face
@@ -212,9 +211,11 @@ def _cut_piece(piece: PaintedFace, levels: list[float]) -> tuple[PaintedFace, Pa
     `levels` are the heights of the corners over the plane.
     """
     above, below = _Outline([], []), _Outline([], [])
-    corners, flags = piece.corners.tolist(), piece.is_side.tolist()
+    corners = piece.corners.tolist()
     following = zip(corners[1:] + corners[:1], levels[1:] + levels[:1], strict=True)
-    for corner, level, is_side, (end, then) in zip(corners, levels, flags, following, strict=True):
+    for corner, level, is_side, (end, then) in zip(
+        corners, levels, piece.is_side, following, strict=True
+    ):
         if level >= 0:
             above.append(corner, is_side and (level > 0 or then > 0))
         if level <= 0:
@@ -227,8 +228,8 @@ def _cut_piece(piece: PaintedFace, levels: list[float]) -> tuple[PaintedFace, Pa
             below.append(cut, is_side and then < 0)
     source, body = piece.source, piece.body
     return (
-        PaintedFace(source, np.array(above.corners), np.array(above.is_side), body),
-        PaintedFace(source, np.array(below.corners), np.array(below.is_side), body),
+        PaintedFace(source, np.array(above.corners), tuple(above.is_side), body),
+        PaintedFace(source, np.array(below.corners), tuple(below.is_side), body),
     )
 
 

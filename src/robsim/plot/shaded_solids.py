@@ -82,11 +82,11 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         for face in group:
             fill, dark = self._facecolor3d[face.source], self._edges[face.source]
             bordered = self._has_border[face.source]
-            whole = bordered and face.is_side.all()
+            whole = bordered and all(face.is_side)
             parts.append((face.corners, fill, dark if whole else fill))
             if bordered and not whole:
                 ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
-                lines += [(side, dark, dark) for side in ends[face.is_side]]
+                lines += [(side, dark, dark) for side in ends[list(face.is_side)]]
         return parts + lines
 
 
@@ -108,13 +108,19 @@ def _pad_faces(faces: Sequence[Array]) -> Array:
 
     Without this, Matplotlib would pad faces of unequal size with uninitialised memory.
     """
-    most = max(len(face) for face in faces)
-    return np.stack([face[np.arange(most) * len(face) // most] for face in faces])
+    counts = np.array([len(face) for face in faces])
+    starts, most = np.cumsum(counts) - counts, int(counts.max())
+    corners: Array = np.concatenate(faces)[
+        starts[:, None] + np.arange(most) * counts[:, None] // most
+    ]
+    return corners
 
 
 def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
     """Return the colours (F, 3) of faces, each (n, 3), in the light of the lamp."""
-    a, b, c = np.stack([face[:3] for face in faces], axis=1)
+    counts = np.array([len(face) for face in faces])
+    points, starts = np.concatenate(faces), np.cumsum(counts) - counts
+    a, b, c = (points[starts + i] for i in range(3))
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
     cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
@@ -177,9 +183,8 @@ def _add_face_collection(
     """Add the faces of some solids, or their shadows on the ground."""
 
     def faces(now: Sequence[WireSolid]) -> Array:
-        return _pad_faces(
-            [_project_to_ground(face, ground) for i in indices for face in now[i].faces]
-        )
+        corners = _pad_faces([face for i in indices for face in now[i].faces])
+        return _project_to_ground(corners, ground)
 
     collection = Poly3DCollection(faces(wires), **look)
     _add_unclipped_collection(axes, collection)
