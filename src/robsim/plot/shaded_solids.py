@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgb
@@ -32,6 +32,15 @@ class MovableArtist:
 
     artist: Any
     move: Callable[[Sequence[WireSolid]], None]
+
+
+class _PaintedPart(NamedTuple):
+    """A face or a line in the order of the painter, with the index of its face."""
+
+    corners: Array
+    source: int
+    is_line: bool
+    is_lined: bool  # whether its edge is dark
 
 
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
@@ -67,26 +76,29 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         if not np.array_equal(viewer, self._viewer):
             self._viewer, self._groups = viewer, self._order.arrange(viewer)
         painted = [part for group in self._groups for part in self._paint_group(group)]
-        corners = np.concatenate([part for part, _, _ in painted])
-        x, y, depth = proj3d.proj_transform(*corners.T, self.axes.M)
-        counts = [len(part) for part, _, _ in painted]
+        parts = [part.corners for part in painted]
+        x, y, depth = proj3d.proj_transform(*np.concatenate(parts).T, self.axes.M)
+        counts = [len(corners) for corners in parts]
         self._paths = _build_closed_paths(np.column_stack([x, y]), counts)
-        self._facecolors2d = np.array([fill for _, fill, _ in painted])
-        self._edgecolors2d = np.array([edge for _, _, edge in painted])
+        sources = np.array([part.source for part in painted])
+        fills, dark = self._facecolor3d[sources], self._edges[sources]
+        is_line = np.array([part.is_line for part in painted])[:, None]
+        is_lined = np.array([part.is_lined for part in painted])[:, None]
+        self._facecolors2d = np.where(is_line, dark, fills)
+        self._edgecolors2d = np.where(is_lined, dark, fills)
         return float(np.min(depth))
 
-    def _paint_group(self, group: Sequence[PaintedFace]) -> list[tuple[Array, Any, Any]]:
-        """Return the corners and the colours of fill and edge of faces, and then of their sides."""
-        parts: list[tuple[Array, Any, Any]] = []
-        lines: list[tuple[Array, Any, Any]] = []
-        for face in group:
-            fill, dark = self._facecolor3d[face.source], self._edges[face.source]
-            bordered = self._has_border[face.source]
-            whole = bordered and all(face.is_side)
-            parts.append((face.corners, fill, dark if whole else fill))
+    def _paint_group(self, group: Sequence[PaintedFace]) -> list[_PaintedPart]:
+        """Return the faces of a group, and then their sides as lines."""
+        parts: list[_PaintedPart] = []
+        lines: list[_PaintedPart] = []
+        for source, corners, is_side, _ in group:
+            bordered = self._has_border[source]
+            whole = bordered and all(is_side)
+            parts.append(_PaintedPart(corners, source, False, whole))
             if bordered and not whole:
-                ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
-                lines += [(side, dark, dark) for side in ends[list(face.is_side)]]
+                ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+                lines += [_PaintedPart(each, source, True, True) for each in ends[list(is_side)]]
         return parts + lines
 
 
