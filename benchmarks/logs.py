@@ -1,4 +1,6 @@
-"""The cost of bags beside the least that their formats allow: rosbags alone, and bytes of mcap.
+"""The cost of bags and run files beside the least that their formats allow.
+
+Bags stand beside rosbags alone and the bytes of mcap, run files beside h5netcdf through xarray.
 
 Needs `pip install 'robsim[ros]' mcap`. Ratios are of seconds, the least of some turns each.
 """
@@ -8,6 +10,7 @@ import time
 from pathlib import Path
 
 import mcap.reader
+import numpy as np
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 import robsim as rs
@@ -18,13 +21,13 @@ TURNS = 3
 INSTANTS = 2500
 
 
-def least(call):
+def least(call, clock=time.perf_counter):
     """The least seconds of some turns."""
     found = []
     for _ in range(TURNS):
-        begin = time.perf_counter()
+        begin = clock()
         call()
-        found.append(time.perf_counter() - begin)
+        found.append(clock() - begin)
     return min(found)
 
 
@@ -53,8 +56,33 @@ def bytes_read(path):
             pass
 
 
+def measure_run_files(runs=300):
+    """Least seconds of CPU to save runs and one run, as a checked file and by xarray alone."""
+    experiment = rs.load_scenario(rs.examples.path("chapter_6_1"))
+    starts = np.repeat(np.atleast_2d(experiment.start), runs, axis=0)
+    each = {
+        f"save {runs} runs": experiment.with_(start=starts, hold=True).run(),
+        "save one run": experiment.run(),
+    }
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        file, plain = Path(folder) / "run.nc", Path(folder) / "plain.nc"
+        for name, run in each.items():
+            ours = least(lambda run=run: rs.save_run(run, file), time.process_time)
+            theirs = least(
+                lambda run=run: run.to_netcdf(plain, engine="h5netcdf"), time.process_time
+            )
+            found[name] = ours, theirs, file.stat().st_size / 1e6
+    return found
+
+
 def main():
-    """Print a table."""
+    """Print the tables."""
+    for name, (ours, theirs, size) in measure_run_files().items():
+        print(
+            f"{name:16}{size:6.1f} MB {ours:7.3f} s, {size / ours:5.0f} MB/s; "
+            f"xarray alone {theirs:7.3f} s, {size / theirs:5.0f} MB/s"
+        )
     experiment = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(dt=0.002)
     run = experiment.run(duration=0.002 * INSTANTS, hold=True)
     words = list(generate_messages(run, experiment, 0))

@@ -85,6 +85,21 @@ def test_any_tool_reads_a_sealed_file(run, path):
         assert data.equals(run) and data.attrs["title"] == "RobSim run"
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["q"][:], run.q)
+        assert file["q"].dims[0][0] == file["time"] and file["time"].is_scale
+        assert file["feature"].is_scale  # a dimension without a coordinate
+
+
+def test_other_tools_read_names_shared_with_dimensions_and_empty_variables(run, tmp_path):
+    odd = run.assign(
+        none=("nothing", np.zeros(0)),
+        mark=("third", np.arange(3.0)),  # no coordinate of the dimension mark
+        flag=("time", run.time.values > 0.1),
+        words=(("third", "axis"), np.array([["a", "é"]] * 3)),
+    )
+    path = rs.save_run(odd, tmp_path / "odd.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data.load().drop_encoding().identical(odd)
+    assert rs.open_run(path).identical(odd)
 
 
 def test_a_sealed_file_is_read_without_hdf5(run, path, monkeypatch):

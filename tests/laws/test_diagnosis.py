@@ -5,6 +5,9 @@ import pytest
 
 import robsim as rs
 from robsim import examples
+from robsim.analysis.loop_stability import measure_motions
+from robsim.analysis.resimulation import resimulate_run
+from robsim.analysis.state_history import WINDOW, select_instants
 from robsim.analysis.vector_fields import compute_target_pose
 from robsim.servo.camera_target import make_camera_target
 
@@ -50,6 +53,7 @@ def by_hand(run, scene, scale, gain):
                 "lyapunov_rate": e @ L @ qd,
                 "rank_interaction": np.linalg.matrix_rank(used),
                 "condition_interaction": sigma[0] / sigma[-1],
+                "smallest_interaction": sigma[-1],
                 "rank_task_jacobian": 6,
                 "condition_task_jacobian": sigma[0] / sigma[-1],
                 "smallest_task_jacobian": sigma[-1],
@@ -230,3 +234,40 @@ def test_the_contraction_has_the_adaptive_gain_of_each_instant():
     gains = (1.0 - contraction) / experiment.dt
     np.testing.assert_allclose(gains[[0, -1]], [0.57273, 2.99982], atol=1e-5)
     assert (np.diff(gains) > -1e-12).all()
+
+
+def test_the_states_of_all_instants_are_those_of_each_step():
+    case = rs.load_scenario(examples.path("adaptive_gain")).with_(duration=12.0)  # several windows
+    again, loop = resimulate_run(case.run()), case.loop()
+    steps = [
+        (loop.sequence.snapshot(chunk), loop.sequence.decision(chunk))
+        for _, chunk in loop.instants(np.arange(1))
+    ]
+    assert again.history.length == len(steps) > WINDOW
+    for t in (0, WINDOW - 1, WINDOW, len(steps) - 1):
+        state, decision = again.state(t), select_instants(again.history.decision, np.array([t]))
+        seen, alone = state.projections.popitem()[1], steps[t][0].projections.popitem()[1]
+        inputs, expected = decision.basis.state, steps[t][1].basis.state
+        for ours, theirs in (
+            (state.q, steps[t][0].q),
+            (state.command.error, steps[t][0].command.error),
+            (seen.pixels, alone.pixels),
+            (inputs.gain, expected.gain),
+            (inputs.task_jacobian_last, expected.task_jacobian_last),
+        ):
+            assert ours.shape == theirs.shape
+            assert ours.tobytes() == theirs.tobytes()
+
+
+def test_measures_of_motions_depend_on_the_rank_of_each_instant():
+    rng = np.random.default_rng(3)
+    P, L = rng.normal(size=(4, 3, 5)), rng.normal(size=(4, 5, 3))
+    P[2] = np.outer(P[2, :, 0], P[2, 0])  # rank 1
+    least, radius = measure_motions(P, L, np.full(4, 0.1))
+    for t in range(4):
+        U, sigma, _ = np.linalg.svd(P[t])
+        U = U[:, : int((sigma > 1e-9 * sigma[0]).sum())]
+        M = U.T @ P[t] @ L[t] @ U
+        assert least[t] == pytest.approx(np.linalg.eigvalsh((M + M.T) / 2).min(), rel=1e-12)
+        eigenvalues = np.linalg.eigvals(np.eye(len(M)) - 0.1 * M)
+        assert radius[t] == pytest.approx(np.abs(eigenvalues).max(), rel=1e-12)

@@ -39,7 +39,7 @@ def measure_detection(again: Resimulation) -> Variables:
     detectors = again.controller.detectors
     if not detectors:
         return {}
-    count = len(again.snapshots)
+    count = again.history.length
     instants = np.unique(np.linspace(0, count - 1, MOST_PICTURES).round().astype(np.int64))
     pairs = []
     for sight in (each for each in again.controller.sights if each.key in detectors):

@@ -131,7 +131,7 @@ def detect_again(
     camera = believed if change.eye.camera is sight.eye.camera else change.eye.camera
     deviations, visible = [], []
     for t in instants:
-        now, before = again.snapshots[t], again.snapshots[max(t - 1, 0)]
+        now, before = again.state(t), again.state(max(t - 1, 0))
         key = NoiseKey(loop.seed, loop.runs.astype(np.uint64), int(t))
         picture = pictures.take(now.q, (now.q - before.q) / loop.dt, key)
         view = now.projections[sight.key]

@@ -1,16 +1,19 @@
-"""A recorded run that is simulated again with every step stored."""
+"""A recorded run that is simulated again with the state of every step."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robsim.analysis.state_history import HistoryRecorder, RunHistory, select_instants
+from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, RankWarning
+from robsim.engine.chunk import ChunkProgress
 from robsim.engine.chunk_state import ChunkState
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
@@ -19,7 +22,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.log_commands import is_log_run
 from robsim.run.provenance import check_run, compute_whole_duration, read_run_settings
 from robsim.run.run_checks import check_instance
-from robsim.servo.command import Decision
+from robsim.servo.command import Decision, LawInput
 from robsim.servo.task_controller import TaskController
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
@@ -30,17 +33,14 @@ if TYPE_CHECKING:
 
 LONGEST = 50_000  # most control periods; each stores about 10 kB
 
-StepCallback = Callable[[ChunkState, Decision], None]  # of the state and the command of a step
-
 
 @dataclass(frozen=True, eq=False)
 class Resimulation:
-    """An experiment after its single run, with every snapshot and every decision."""
+    """An experiment after its single run, with the history of states and decisions."""
 
     case: Experiment
     loop: Loop
-    snapshots: list[ChunkState]  # one for every step
-    decisions: list[Decision]
+    history: RunHistory
     run: xr.Dataset
     outcome: Outcome
 
@@ -48,6 +48,36 @@ class Resimulation:
     def controller(self) -> TaskController:
         """The controller of the run."""
         return self.loop.controller
+
+    @property
+    def q(self) -> Array:
+        """The coordinates (nq, T) of all instants."""
+        return self.history.state.q
+
+    @property
+    def law_inputs(self) -> LawInput | None:
+        """The input of the law at all instants; None unless the run has a single servo task."""
+        basis = self.history.decision.basis
+        return basis if isinstance(basis, LawInput) else None
+
+    @cached_property
+    def first_state(self) -> ChunkState:
+        """The state at the first instant."""
+        return self.state(0)
+
+    @cached_property
+    def last_state(self) -> ChunkState:
+        """The state at the last instant."""
+        return self.state(-1)
+
+    @cached_property
+    def last_decision(self) -> Decision:
+        """The decision at the last instant."""
+        return select_instants(self.history.decision, np.array([-1]))
+
+    def state(self, instant: int) -> ChunkState:
+        """Return the state at an instant; a negative number counts from the end."""
+        return select_instants(self.history.state, np.array([instant]))
 
 
 def _restore_case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
@@ -102,19 +132,30 @@ def _check_imperfections(run: xr.Dataset, **imperfections: Sensing | Actuation) 
             )
 
 
-def simulate_single(case: Experiment, on_step: StepCallback | None = None) -> Loop:
+def simulate_single(case: Experiment) -> Loop:
     """Simulate an experiment with one start and return the loop at its end.
 
-    `on_step` is called after every step. Raises InputError or GoalError if the simulation is
-    impossible.
+    Raises InputError or GoalError if the simulation is impossible.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
-        loop = case.loop()
-    for _, chunk in loop.instants(np.arange(1)):
-        if on_step:
-            on_step(loop.sequence.snapshot(chunk), loop.sequence.decision(chunk))
+    loop = _make_loop(case)
+    loop.advance(ChunkProgress(np.arange(1)), lambda share: None)
     return loop
+
+
+def _simulate_history(case: Experiment) -> tuple[Loop, RunHistory]:
+    """Simulate an experiment with one start; return the loop at its end, and the history."""
+    loop = _make_loop(case)
+    recorder = HistoryRecorder(loop)
+    for _, chunk in loop.instants(np.arange(1)):
+        recorder.store(chunk)
+    return loop, recorder.history()
+
+
+def _make_loop(case: Experiment) -> Loop:
+    """Return the loop of an experiment, without the warnings that the original run gave."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RankWarning)
+        return case.loop()
 
 
 def resimulate_run(run: xr.Dataset, experiment: Experiment | None = None) -> Resimulation:
@@ -126,18 +167,11 @@ def resimulate_run(run: xr.Dataset, experiment: Experiment | None = None) -> Res
         raise InputError(
             f"this run took {periods} control periods; at most {LONGEST} can be simulated again"
         )
-    snapshots: list[ChunkState] = []
-    decisions: list[Decision] = []
-
-    def keep(snapshot: ChunkState, decision: Decision) -> None:
-        snapshots.append(snapshot)
-        decisions.append(decision)
-
-    loop = simulate_single(case, keep)
+    loop, history = _simulate_history(case)
     new_run = case.dataset(loop)
     if differing := find_difference(single, new_run):
         raise InputError(f"this run is not reproduced: {differing}")
-    return Resimulation(case, loop, snapshots, decisions, new_run, outcome)
+    return Resimulation(case, loop, history, new_run, outcome)
 
 
 def _restore_experiment(one: xr.Dataset) -> Experiment:

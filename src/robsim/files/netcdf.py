@@ -9,6 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import as_bool
@@ -112,34 +113,32 @@ def seal_run(run: xr.Dataset) -> BytesIO:
         check_run_content(run)
     entries = [run_index.IndexEntry.of(name, variable) for name, variable in run.variables.items()]
     content = BytesIO()
-    _write_netcdf(run, content)
-    entries = list(_locate_entries(entries, content))
+    entries = list(_write_netcdf(run, entries, content))
     run_index.check_entry_sizes(entries, content.getbuffer().nbytes)
     append_seal(content, run_index.write_index(entries, run))
     return content
 
 
-def _write_netcdf(run: xr.Dataset, content: BytesIO) -> None:
-    """Write NetCDF-4 in memory, because HDF5 crashes on a full disk."""
-    import h5netcdf
-    from xarray.backends import H5NetCDFStore
-
-    with h5netcdf.File(content, "w") as file:
-        run.drop_encoding().dump_to_store(H5NetCDFStore(file))
-
-
-def _locate_entries(
-    entries: list[run_index.IndexEntry], content: BytesIO
+def _write_netcdf(
+    run: xr.Dataset, entries: list[run_index.IndexEntry], content: BytesIO
 ) -> Iterator[run_index.IndexEntry]:
-    """Yield the entries with their offsets; ValueError if HDF5 stores them in another form."""
+    """Write NetCDF-4 in memory, because HDF5 crashes on a full disk; yield entries with offsets.
+
+    ValueError is raised if HDF5 stores a variable in another form.
+    """
     import h5py
 
-    with h5py.File(content, "r") as file:
+    from robsim.files.netcdf_layout import write_variables
+
+    with h5py.File(content, "w", track_order=True) as file:
+        versions = f"version=2,h5py={h5py.version.version},hdf5={h5py.version.hdf5_version}"
+        file.attrs["_NCProperties"] = np.bytes_(versions)
+        stored = write_variables(run, file)
         for entry in entries:
-            stored = file.get(f"_nc4_non_coord_{entry.name}", file.get(entry.name)).id
-            if entry.bytes not in (0, stored.get_storage_size()):
+            place = stored[entry.name].id
+            if entry.bytes not in (0, place.get_storage_size()):
                 raise ValueError(f"{entry.name}: not written in one piece")
-            yield replace(entry, offset=stored.get_offset() or 0)
+            yield replace(entry, offset=place.get_offset() or 0)
 
 
 def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -78,7 +79,12 @@ def generate_messages(
     times = start + np.round(run["time"].values * NANO).astype(np.int64)
     poses = compute_frame_poses(scene, arrays.q)
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
-    lenses = {camera: scene.camera(camera).camera for camera in arrays.marks}
+    infos = {
+        camera: make_camera_info(
+            make_message, scene.camera(camera).camera, _make_header(start, camera)
+        )
+        for camera in arrays.marks
+    }
     origin = experiment.origin
     for text in (origin["scenario"], origin.get("stored_data")):
         if text:
@@ -96,8 +102,8 @@ def generate_messages(
             time,
             make_transforms(make_message, moving_poses, time),
         )
-        for camera, lens in lenses.items():
-            info = make_camera_info(make_message, lens, _make_header(time, camera))
+        for camera, first in infos.items():
+            info = replace(first, header=_make_header(time, camera))
             yield TopicMessage(
                 topics.camera_topic(camera, "camera_info"), message_types.LENS, time, info
             )

@@ -10,20 +10,17 @@ structures").
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 
 MOST_LONE = 120  # faces of a solid that is not convex and yet is ordered exactly
-_Outline = list[tuple[list[float], bool]]  # corners, and whether a side of the face follows
 CLOSE = 1e-7  # distance of a corner in a plane, as a share of the size of the scene
 
 
-@dataclass(frozen=True)
-class PaintedFace:
+class PaintedFace(NamedTuple):
     """A face, or a part of it, to be painted.
 
     Attributes
@@ -32,7 +29,7 @@ class PaintedFace:
         Index of the face.
     corners : array of shape (n, 3)
         Corners in metres.
-    is_side : array of bool of shape (n,)
+    is_side : tuple of bool
         Whether the line from each corner to the next is a side of the face, not a cut.
     body : int
         Number of the solid.
@@ -40,8 +37,20 @@ class PaintedFace:
 
     source: int
     corners: Array
-    is_side: NDArray[np.bool_]
+    is_side: tuple[bool, ...]
     body: int
+
+
+class _Outline(NamedTuple):
+    """The outline of a part: corners, and whether a side of the face follows each of them."""
+
+    corners: list[list[float]]
+    is_side: list[bool]
+
+    def append(self, corner: list[float], is_side: bool) -> None:
+        """Append a corner."""
+        self.corners.append(corner)
+        self.is_side.append(is_side)
 
 
 class FaceOrder:
@@ -56,9 +65,16 @@ class FaceOrder:
         self._normals = _compute_area_vectors(faces)
         self._areas = np.linalg.norm(self._normals, axis=1)
         self._normals = self._normals / np.maximum(self._areas, 1e-300)[:, None]
-        first = np.array([face[0] for face in faces]).reshape(-1, 3)
-        self._offsets = (self._normals * first).sum(axis=1)
+        counts = np.array([len(face) for face in faces], dtype=np.int64)
+        starts = np.cumsum(counts) - counts
         points = np.concatenate([np.zeros((0, 3)), *faces])
+        self._offsets = (self._normals * points[starts]).sum(axis=1)
+        self._face_centres = np.empty((len(faces), 3))
+        for n in np.unique(counts):  # faces with equal numbers of corners at once
+            some = np.flatnonzero(counts == n)
+            corners = points[starts[some, None] + np.arange(n)]
+            self._face_centres[some] = corners.mean(axis=1)
+        self._sides = {n: (True,) * n for n in set(counts.tolist())}
         self._near = CLOSE * (float(np.ptp(points, axis=0).max()) if len(points) else 1.0)
         self._pieces: list[PaintedFace] = []
         self._is_convex: list[bool | None] = []  # of each solid; None for a lone face
@@ -77,10 +93,9 @@ class FaceOrder:
         alone = not convex and len(solid) <= MOST_LONE
         for i, face in enumerate(solid):
             body = len(self._is_convex) + (i if alone else 0)
-            sides = np.ones(len(face), dtype=bool)
-            self._pieces.append(PaintedFace(first + i, face, sides, body))
-        centres = [face.mean(axis=0) for face in solid]
-        self._centres += centres if alone else [np.mean(centres, axis=0)]
+            self._pieces.append(PaintedFace(first + i, face, self._sides[len(face)], body))
+        centres = self._face_centres[first : first + len(solid)]
+        self._centres += list(centres) if alone else [centres.mean(axis=0)]
         self._is_convex += [None] * len(solid) if alone else [convex]
 
     def _check_convex(self, solid: Sequence[Array], normals: Array) -> bool:
@@ -155,26 +170,31 @@ class FaceOrder:
         near = [pieces[i] for i in np.flatnonzero(in_front)]
         far = [pieces[i] for i in np.flatnonzero(behind)]
         for i in np.flatnonzero(~in_front & ~behind):
-            outside, inside = self._carve(pieces[i], normals, offsets)
+            own_heights = heights[starts[i] : starts[i] + len(pieces[i].corners)]
+            outside, inside = self._carve(pieces[i], own_heights, normals, offsets)
             near += outside
             far += inside
         return near, far
 
     def _carve(
-        self, piece: PaintedFace, normals: Array, offsets: Array
+        self, piece: PaintedFace, heights: Array, normals: Array, offsets: Array
     ) -> tuple[list[PaintedFace], list[PaintedFace]]:
-        """Return the parts of a piece in front of any plane, and the part behind all planes."""
+        """Return the parts of a piece in front of any plane, and the part behind all planes.
+
+        `heights` are the heights of the corners over the planes.
+        """
         outside: list[PaintedFace] = []
         while True:
-            heights = piece.corners @ normals.T - offsets
-            low, high = heights.min(axis=0), heights.max(axis=0)
-            best = int(np.argmax(high))
+            high = heights.max(axis=0)
+            best = int(high.argmax())
             if high[best] <= self._near:
                 return outside, [piece]
-            if low[best] >= -self._near:
+            levels = heights[:, best].tolist()
+            if min(levels) >= -self._near:
                 return [*outside, piece], []
-            above, piece = _cut_piece(piece, heights[:, best])
+            above, piece = _cut_piece(piece, levels)
             outside.append(above)
+            heights = piece.corners @ normals.T - offsets
 
 
 def _measure_nearness(points: Sequence[Array], viewer: Array) -> Array:
@@ -185,33 +205,32 @@ def _measure_nearness(points: Sequence[Array], viewer: Array) -> Array:
     return np.asarray(centres @ viewer[:3])
 
 
-def _cut_piece(piece: PaintedFace, heights: Array) -> tuple[PaintedFace, PaintedFace]:
+def _cut_piece(piece: PaintedFace, levels: list[float]) -> tuple[PaintedFace, PaintedFace]:
     """Return the parts of a convex piece above and below a plane that crosses it.
 
-    `heights` are the heights of the corners over the plane.
+    `levels` are the heights of the corners over the plane.
     """
-    parts: tuple[_Outline, _Outline] = ([], [])
-    corners, levels, flags = piece.corners.tolist(), heights.tolist(), piece.is_side.tolist()
-    for i, (corner, level) in enumerate(zip(corners, levels, strict=True)):
-        following, is_side = (i + 1) % len(corners), flags[i]
-        then = levels[following]
-        for part, sign in zip(parts, (1.0, -1.0), strict=True):
-            if sign * level >= 0:
-                part.append((corner, is_side and (sign * level > 0 or sign * then > 0)))
+    above, below = _Outline([], []), _Outline([], [])
+    corners = piece.corners.tolist()
+    following = zip(corners[1:] + corners[:1], levels[1:] + levels[:1], strict=True)
+    for corner, level, is_side, (end, then) in zip(
+        corners, levels, piece.is_side, following, strict=True
+    ):
+        if level >= 0:
+            above.append(corner, is_side and (level > 0 or then > 0))
+        if level <= 0:
+            below.append(corner, is_side and (level < 0 or then < 0))
         if level * then < 0:
             share = level / (level - then)
-            cut = [a + share * (b - a) for a, b in zip(corner, corners[following], strict=True)]
-            parts[0].append((cut, is_side and then > 0))
-            parts[1].append((cut, is_side and then < 0))
-    above, below = (
-        replace(
-            piece,
-            corners=np.array([corner for corner, _ in part]),
-            is_side=np.array([is_side for _, is_side in part]),
-        )
-        for part in parts
+            (x, y, z), (a, b, c) = corner, end
+            cut = [x + share * (a - x), y + share * (b - y), z + share * (c - z)]
+            above.append(cut, is_side and then > 0)
+            below.append(cut, is_side and then < 0)
+    source, body = piece.source, piece.body
+    return (
+        PaintedFace(source, np.array(above.corners), tuple(above.is_side), body),
+        PaintedFace(source, np.array(below.corners), tuple(below.is_side), body),
     )
-    return above, below
 
 
 def _compute_area_vectors(faces: Sequence[Array]) -> Array:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.path import Path
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
@@ -23,6 +23,7 @@ PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so tha
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, TRANSPARENT = 1, 4, 5, 6  # z-order of the artists
 _Look = dict[str, Any]  # properties of an artist
+_make_path: Any = Path._fast_from_codes_and_verts  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,15 @@ class MovableArtist:
 
     artist: Any
     move: Callable[[Sequence[WireSolid]], None]
+
+
+class _PaintedPart(NamedTuple):
+    """A face or a line in the order of the painter, with the index of its face."""
+
+    corners: Array
+    source: int
+    is_line: bool
+    is_lined: bool  # whether its edge is dark
 
 
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
@@ -49,14 +59,15 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         self._has_border = [wire.has_border[i] for wire, i in faces]
         dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
-        corners, fills = self._shade_solids(wires)
-        super().__init__(corners, facecolors=fills, linewidths=0.6, zorder=SHADED)
+        corners = _pad_faces([wire.faces[i] for wire, i in faces])
+        super().__init__(corners, linewidths=0.6, zorder=SHADED)
+        self.move(wires)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
         """Move the faces to new poses of the same solids, and shade them for these poses."""
-        corners, fills = self._shade_solids(wires)
-        self.set_verts(corners)
-        self.set_facecolor(fills)
+        self._order = FaceOrder([wire.faces for wire in wires], self._order)
+        self._viewer = np.zeros(4)
+        self.set_facecolor(shade_faces(self._pale, [face for each in wires for face in each.faces]))
 
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
@@ -65,34 +76,43 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         if not np.array_equal(viewer, self._viewer):
             self._viewer, self._groups = viewer, self._order.arrange(viewer)
         painted = [part for group in self._groups for part in self._paint_group(group)]
-        corners = np.concatenate([part for part, _, _ in painted])
-        x, y, depth = proj3d.proj_transform(*corners.T, self.axes.M)
-        ends = np.cumsum([len(part) for part, _, _ in painted])[:-1]
-        PolyCollection.set_verts(self, np.split(np.column_stack([x, y]), ends))
-        self._facecolors2d = np.array([fill for _, fill, _ in painted])
-        self._edgecolors2d = np.array([edge for _, _, edge in painted])
+        parts = [part.corners for part in painted]
+        x, y, depth = proj3d.proj_transform(*np.concatenate(parts).T, self.axes.M)
+        counts = [len(corners) for corners in parts]
+        self._paths = _build_closed_paths(np.column_stack([x, y]), counts)
+        sources = np.array([part.source for part in painted])
+        fills, dark = self._facecolor3d[sources], self._edges[sources]
+        is_line = np.array([part.is_line for part in painted])[:, None]
+        is_lined = np.array([part.is_lined for part in painted])[:, None]
+        self._facecolors2d = np.where(is_line, dark, fills)
+        self._edgecolors2d = np.where(is_lined, dark, fills)
         return float(np.min(depth))
 
-    def _paint_group(self, group: Sequence[PaintedFace]) -> list[tuple[Array, Any, Any]]:
-        """Return the corners and the colours of fill and edge of faces, and then of their sides."""
-        parts: list[tuple[Array, Any, Any]] = []
-        lines: list[tuple[Array, Any, Any]] = []
-        for face in group:
-            fill, dark = self._facecolor3d[face.source], self._edges[face.source]
-            bordered = self._has_border[face.source]
-            whole = bordered and face.is_side.all()
-            parts.append((face.corners, fill, dark if whole else fill))
+    def _paint_group(self, group: Sequence[PaintedFace]) -> list[_PaintedPart]:
+        """Return the faces of a group, and then their sides as lines."""
+        parts: list[_PaintedPart] = []
+        lines: list[_PaintedPart] = []
+        for source, corners, is_side, _ in group:
+            bordered = self._has_border[source]
+            whole = bordered and all(is_side)
+            parts.append(_PaintedPart(corners, source, False, whole))
             if bordered and not whole:
-                ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
-                lines += [(side, dark, dark) for side in ends[face.is_side]]
+                ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+                lines += [_PaintedPart(each, source, True, True) for each in ends[list(is_side)]]
         return parts + lines
 
-    def _shade_solids(self, wires: Sequence[WireSolid]) -> tuple[Array, Array]:
-        """Return the corners (F, n, 3) and the colours (F, 3) of all faces; order them anew."""
-        self._order = FaceOrder([wire.faces for wire in wires], self._order)
-        self._viewer = np.zeros(4)
-        faces = [face for wire in wires for face in wire.faces]
-        return _pad_faces(faces), shade_faces(self._pale, faces)
+
+def _build_closed_paths(corners: Array, counts: Sequence[int]) -> list[Path]:
+    """Return polygons with some numbers of consecutive corners (N, 2), without checks of each."""
+    ends = np.cumsum(counts)
+    closed = np.insert(corners, ends, corners[ends - counts], axis=0)
+    like = Path(closed[:3])
+    codes = {n: Path(np.zeros((n + 1, 2)), closed=True).codes for n in set(counts)}
+    paths, start = [], 0
+    for n in counts:
+        paths.append(_make_path(closed[start : start + n + 1], codes[n], like))
+        start += n + 1
+    return paths
 
 
 def _pad_faces(faces: Sequence[Array]) -> Array:
@@ -100,13 +120,19 @@ def _pad_faces(faces: Sequence[Array]) -> Array:
 
     Without this, Matplotlib would pad faces of unequal size with uninitialised memory.
     """
-    most = max(len(face) for face in faces)
-    return np.stack([face[np.arange(most) * len(face) // most] for face in faces])
+    counts = np.array([len(face) for face in faces])
+    starts, most = np.cumsum(counts) - counts, int(counts.max())
+    corners: Array = np.concatenate(faces)[
+        starts[:, None] + np.arange(most) * counts[:, None] // most
+    ]
+    return corners
 
 
 def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
     """Return the colours (F, 3) of faces, each (n, 3), in the light of the lamp."""
-    a, b, c = np.stack([face[:3] for face in faces], axis=1)
+    counts = np.array([len(face) for face in faces])
+    points, starts = np.concatenate(faces), np.cumsum(counts) - counts
+    a, b, c = (points[starts + i] for i in range(3))
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
     cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
@@ -169,9 +195,8 @@ def _add_face_collection(
     """Add the faces of some solids, or their shadows on the ground."""
 
     def faces(now: Sequence[WireSolid]) -> Array:
-        return _pad_faces(
-            [_project_to_ground(face, ground) for i in indices for face in now[i].faces]
-        )
+        corners = _pad_faces([face for i in indices for face in now[i].faces])
+        return _project_to_ground(corners, ground)
 
     collection = Poly3DCollection(faces(wires), **look)
     _add_unclipped_collection(axes, collection)

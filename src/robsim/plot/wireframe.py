@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -116,7 +117,9 @@ def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
     if part.to:
         T_end = pose(part.to)
         return replace(part.wire, segments=np.stack([T[:3, 3], T_end[:3, 3]])[None])
-    faces = tuple(transform_points(face, T) for face in part.wire.faces)
+    corners = transform_points(np.concatenate([np.empty((0, 3)), *part.wire.faces]), T)
+    ends = list(accumulate(map(len, part.wire.faces), initial=0))
+    faces = tuple(corners[i:j] for i, j in pairwise(ends))
     return replace(part.wire, segments=transform_points(part.wire.segments, T), faces=faces)
 
 

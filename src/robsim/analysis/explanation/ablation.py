@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from robsim.analysis.explanation.text_format import format_number
-from robsim.analysis.resimulation import StepCallback, simulate_single
+from robsim.analysis.resimulation import simulate_single
 from robsim.base.errors import InputError
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
@@ -62,13 +62,10 @@ class AblationTrial:
         return self.outcome is Outcome.CONVERGED
 
 
-def run_trial(case: Experiment, on_step: StepCallback | None = None) -> AblationTrial | None:
-    """Simulate a case and return its result; None if it cannot be simulated.
-
-    `on_step` is called after every step.
-    """
+def run_trial(case: Experiment) -> AblationTrial | None:
+    """Simulate a case and return its result; None if it cannot be simulated."""
     try:
-        loop = simulate_single(case, on_step)
+        loop = simulate_single(case)
     except InputError:
         return None
     seconds = float(loop.recorder.end_step[0]) * case.dt

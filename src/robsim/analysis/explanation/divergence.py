@@ -14,8 +14,8 @@ ROUNDING = 1e-9  # rounding of a contraction; a limit cycle has 1
 
 def report_loop_gain(analysis: RunAnalysis) -> Finding | None:
     """Report a gain that is too high for the control period."""
-    radius = analysis.diagnosis["contraction"].values
-    motion = analysis.diagnosis["stability_motion"].values
+    radius = analysis.measures["contraction"]
+    motion = analysis.measures["stability_motion"]
     product = analysis.gain * analysis.case.dt
     known = np.isfinite(radius)
     ideal = abs(1 - product)  # if Lhat = L
@@ -38,8 +38,8 @@ def report_loop_gain(analysis: RunAnalysis) -> Finding | None:
 
 def report_wrong_interaction(analysis: RunAnalysis) -> Finding | None:
     """Report an Lhat so far from L that some motions lead away from the goal."""
-    radius = analysis.diagnosis["contraction"].values
-    motion = analysis.diagnosis["stability_motion"].values
+    radius = analysis.measures["contraction"]
+    motion = analysis.measures["stability_motion"]
     known = np.isfinite(motion)
     if not known.any() or not (motion[known] < -1e-9).any():
         return None
@@ -56,10 +56,10 @@ def report_wrong_interaction(analysis: RunAnalysis) -> Finding | None:
 
 def report_growing_error(analysis: RunAnalysis) -> Finding | None:
     """Report an error that grew during the run."""
-    V = analysis.diagnosis["lyapunov"].values
+    V = analysis.measures["lyapunov"]
     if not np.isfinite(V).all() or V[-1] <= 1.05 * V[0]:
         return None
-    unit = analysis.diagnosis["lyapunov"].attrs["units"].removesuffix("^2")
+    unit = analysis.run["lyapunov"].attrs["units"].removesuffix("^2")
     unit = "1" if "see" in unit else unit  # several features
     first, last = (format_quantity(float(np.sqrt(2 * each)), unit) for each in (V[0], V[-1]))
     sentence = f"The error did not shrink: its norm grew from {first} to {last}."

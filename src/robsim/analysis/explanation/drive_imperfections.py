@@ -35,14 +35,14 @@ def list_drive_imperfections(analysis: RunAnalysis) -> Iterator[Ablation]:
 
 def measure_saturation(analysis: RunAnalysis, joints: DrivenJoints) -> Array:
     """Return the share of the run in which the torque of each joint (m,) was limited."""
-    last = len(analysis.snapshots)
+    last = analysis.history.length
     shares = analysis.run["saturation"].values[1:last, joints.velocities]
     return np.asarray(shares.mean(axis=0)) if len(shares) else np.zeros(len(joints.names))
 
 
 def measure_sticking(analysis: RunAnalysis, joints: DrivenJoints) -> Array:
     """Return the share of the run in which each joint (m,) rested against its command."""
-    last = len(analysis.snapshots)
+    last = analysis.history.length
     columns = analysis.controller.columns.tolist()
     commands = np.zeros((last, analysis.case.scene.nv))
     commands[:, columns] = analysis.run["qd"].values[:last]

@@ -121,7 +121,7 @@ def report_friction(analysis: RunAnalysis) -> Finding | None:
 
 def list_resting_joints(analysis: RunAnalysis, joints: DrivenJoints) -> list[str]:
     """Return the names of joints that rest under a torque and friction at the end of a run."""
-    last = len(analysis.snapshots) - 1
+    last = analysis.history.length - 1
     columns = joints.velocities
     v, torque = (analysis.run[name].values[last, columns] for name in ("qd_actual", "torque"))
     rests = (v == 0.0) & (torque != 0.0) & (joints.numbers("friction") > 0.0)

@@ -78,7 +78,7 @@ class GoalMotion:
 
 def report_goal_motion(analysis: RunAnalysis, instant: int) -> list[Finding]:
     """Report the parts of the way to the goal that the task does not make from an instant on."""
-    motion = split_goal_motion(analysis.controller, analysis.snapshots[instant].q)
+    motion = split_goal_motion(analysis.controller, analysis.state(instant).q)
     if motion is None:
         return []
     evidence = dict(zip(("off_m", "off_rad"), _measure(motion.whole).tolist(), strict=True))
@@ -88,7 +88,7 @@ def report_goal_motion(analysis: RunAnalysis, instant: int) -> list[Finding]:
 
 def report_sideways_goal(analysis: RunAnalysis) -> Finding | None:
     """Report a goal to the side of a vehicle at its start, where its wheels do not roll."""
-    motion = split_goal_motion(analysis.controller, analysis.snapshots[0].q)
+    motion = split_goal_motion(analysis.controller, analysis.first_state.q)
     if motion is None or not motion.is_part(motion.sideways):
         return None
     *_, clause = replace(motion, outside=0.0 * motion.outside).clauses()

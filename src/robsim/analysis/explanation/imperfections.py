@@ -58,7 +58,7 @@ def _list_acting_effects(part: str, analysis: RunAnalysis) -> Iterator[Ablation]
 def _make_run_facts(analysis: RunAnalysis) -> RunFacts:
     """Return the facts of a run that imperfections need for their statements."""
     case, run = analysis.case, analysis.run
-    qd = run["qd"].values[: max(len(analysis.snapshots) - 1, 1)]
+    qd = run["qd"].values[: max(analysis.history.length - 1, 1)]
     velocities = run["qd_actual"].values[: len(qd)] if "qd_actual" in run else qd
     task = analysis.gain, has_robust_weighting(case.task), analysis.controller.columns
     if analysis.outcome is not Outcome.TIME_LIMIT:
@@ -110,7 +110,7 @@ def list_own_motions(analysis: RunAnalysis) -> Iterator[Ablation]:
 def _largest_drift(analysis: RunAnalysis) -> float:
     """Return the largest rate of the error due to prescribed motions at the end, in 1/s."""
     case = analysis.case
-    truth = compute_true_error(case.task, case.scene, analysis.snapshots[-1].q)
+    truth = compute_true_error(case.task, case.scene, analysis.last_state.q)
     if truth is None:
         return float("nan")
     return float(np.abs(truth.rates[0] @ case.scene.drift(analysis.end)).max())

@@ -125,13 +125,13 @@ def report_joint_limit(analysis: RunAnalysis) -> Finding | None:
 
 def report_visibility(analysis: RunAnalysis) -> Finding | None:
     """Report the least number of marks in the image, and the condition number of L J."""
-    marks = analysis.diagnosis["marks_in_image"].values
+    marks = analysis.measures["marks_in_image"]
     every = analysis.controller.marks
     controller = analysis.controller
     excused = controller.optional_pairs - controller.pictured_pairs
     if not excused or marks.min() == every:
         return None
-    conditions = analysis.diagnosis["condition_task_jacobian"].values
+    conditions = analysis.measures["condition_task_jacobian"]
     worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan
     sentence = (
         f"Marks left the image or came into it: {marks[0]} of {every} were in it at the start, "
@@ -150,7 +150,7 @@ def report_own_motion(analysis: RunAnalysis) -> Finding | None:
 
 def report_near_border(analysis: RunAnalysis) -> Finding | None:
     """Report a mark that came close to the border of its image."""
-    margins = analysis.diagnosis["border_margin"].values
+    margins = analysis.measures["border_margin"]
     if analysis.controller.optional_pairs or not np.isfinite(margins).any():
         return None
     t = int(np.nanargmin(margins))

@@ -30,7 +30,7 @@ def _examine_pair(
     analysis: RunAnalysis, sight: CameraTarget, detector: MarkDetector
 ) -> Finding | None:
     """Return the finding on a camera and its target; None if every mark was found."""
-    instants = np.unique(np.linspace(0, len(analysis.snapshots) - 1, EXAMINED).astype(int))
+    instants = np.unique(np.linspace(0, analysis.history.length - 1, EXAMINED).astype(int))
     misses = _count_misses(analysis, sight, PictureChange("", sight.eye, {}), detector, instants)
     if not misses:
         return None
@@ -65,8 +65,8 @@ def _count_backs(analysis: RunAnalysis, sight: CameraTarget, instants: NDArray[n
         return 0
     marks = np.asarray(sight.target.marks)[:, :2]
     known = np.column_stack([marks, np.ones(len(marks))])
-    images = [analysis.snapshots[t].projections[sight.key].pixels[..., 0] for t in instants]
-    maps = [np.linalg.lstsq(known, each, rcond=None)[0][:2] for each in images]
+    pixels = analysis.history.state.projections[sight.key].pixels
+    maps = [np.linalg.lstsq(known, pixels[..., t], rcond=None)[0][:2] for t in instants]
     return int(sum(np.linalg.det(each) < 0 for each in maps))
 
 

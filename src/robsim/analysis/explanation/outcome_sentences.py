@@ -87,7 +87,7 @@ def _describe_behind_camera(analysis: RunAnalysis) -> str:
 
 def find_lost_mark(analysis: RunAnalysis, flag: Visibility) -> tuple[CameraTarget, int, np.ndarray]:
     """Return the camera-target pair and the mark that is lost at the end, and its pixel."""
-    projections = analysis.snapshots[-1].projections
+    projections = analysis.last_state.projections
     for sight in analysis.controller.sights:
         lost = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
         if lost.size:
@@ -106,12 +106,12 @@ def _describe_joint_limit(analysis: RunAnalysis) -> str:
 
 def find_passed_limit(analysis: RunAnalysis) -> tuple[str, str, float, str, float]:
     """Return the coordinate beyond a limit: its name, side, limit, unit and speed."""
-    scene, last = analysis.case.scene, analysis.snapshots[-1]
+    scene, last = analysis.case.scene, analysis.last_state
     q, limits = last.q[:, 0], scene.limits
     below, above = limits[:, 0] - q, q - limits[:, 1]
     i = int(np.maximum(below, above).argmax())
     high = bool(above[i] > below[i])
-    before = analysis.snapshots[max(len(analysis.snapshots) - 2, 0)].q[:, 0]
+    before = analysis.q[:, max(analysis.history.length - 2, 0)]
     speed = abs(float(q[i] - before[i])) / analysis.case.dt
     side = "upper" if high else "lower"
     name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
@@ -142,7 +142,7 @@ def _describe_not_finite(analysis: RunAnalysis) -> str:
 
 def name_not_finite(analysis: RunAnalysis) -> str:
     """Return the name of the quantity that is not finite at the end."""
-    last = analysis.snapshots[-1]
+    last = analysis.last_state
     if not np.isfinite(last.q).all():
         return "the state"
     if not np.isfinite(last.command.error).all():

@@ -53,9 +53,9 @@ def _report_unlike_goal(
             return
     start, end = (
         compute_correlation(
-            _draw_picture(analysis, sight, sight.eye, analysis.snapshots[t].q, t), shown
+            _draw_picture(analysis, sight, sight.eye, analysis.state(t).q, t), shown
         )
-        for t in (0, len(analysis.snapshots) - 1)
+        for t in (0, analysis.history.length - 1)
     )
     if end < ALIKE:
         yield Finding(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -18,7 +18,6 @@ from robsim.analysis.explanation.path_changes import find_path_changes, find_tri
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_length, format_number
 from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
@@ -290,13 +289,12 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
     Robust weights help if the run converges with them. If noise prevents convergence, they help if
     they halve the mean distance to the goal over the second half of the run, or reduce it further.
     """
-    q: list[Array] = []
     case = (
         counterfactuals.add_robust_weighting(analysis.case)
         if _has_outliers(analysis.case)
         else None
     )
-    trial = run_trial(case, lambda snapshot, _: q.append(snapshot.q)) if case is not None else None
+    trial = run_trial(case) if case is not None else None
     if case is None or trial is None:
         return
     others = any(leaf.weighting for leaf in list_servo_tasks(analysis.case.task))
@@ -304,8 +302,7 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
     if trial.converged:
         yield report_trial(analysis, "weighting", how, case, trial)
         return
-    before = _mean_goal_distance(analysis.loop, [snapshot.q for snapshot in analysis.snapshots])
-    after = _mean_goal_distance(trial.loop, q)
+    before, after = (_mean_goal_distance(each) for each in (analysis.loop, trial.loop))
     if trial.outcome is analysis.outcome and after < NEAR_SHARE * before:
         sentence = (
             f"{how} the mean distance to the goal in the second half of the run is "
@@ -322,8 +319,9 @@ def _has_outliers(case: Experiment) -> bool:
     return has_outliers and not has_robust_weighting(case.task)
 
 
-def _mean_goal_distance(loop: Loop, q: Sequence[Array]) -> float:
-    """Return the mean distance (m) to the goal over the second half of coordinates (nq, 1)."""
-    late = np.concatenate(q[len(q) // 2 :], axis=1)
+def _mean_goal_distance(loop: Loop) -> float:
+    """Return the mean distance (m) to the goal over the second half of a single run."""
+    q = loop.recorder.series.q[0, : int(loop.recorder.end_step[0]) + 1]
+    late = np.ascontiguousarray(q[len(q) // 2 :].T)
     start = np.repeat(loop.q0, late.shape[1], axis=0)
     return float(end_variables.measure_goal_offset(loop.controller, late, start)[1].mean())

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robsim.analysis.diagnosis import diagnose_resimulation
 from robsim.analysis.explanation.ablation import (
     AblationTrial,
     ExperimentChange,
@@ -17,7 +15,8 @@ from robsim.analysis.explanation.ablation import (
     run_trial,
 )
 from robsim.analysis.explanation.goal_search import NearestPose, find_nearest_pose
-from robsim.analysis.explanation.text_format import format_number, format_quantity
+from robsim.analysis.explanation.text_format import format_quantity
+from robsim.analysis.instant_measures import InstantMeasures
 from robsim.analysis.resimulation import Resimulation
 from robsim.analysis.task_tree import list_servo_tasks
 from robsim.analysis.vector_fields import compute_target_pose
@@ -31,9 +30,6 @@ from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.law import Law
 from robsim.servo.servo_controller import ServoController
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 @dataclass(frozen=True, eq=False)
 class RunAnalysis(Resimulation):
@@ -42,9 +38,9 @@ class RunAnalysis(Resimulation):
     trials: bool
 
     @cached_property
-    def diagnosis(self) -> xr.Dataset:
-        """The diagnosis at every instant."""
-        return diagnose_resimulation(self)
+    def measures(self) -> InstantMeasures:
+        """The measures of the diagnosis at every instant."""
+        return InstantMeasures(self)
 
     @property
     def servo(self) -> ServoController | None:
@@ -61,7 +57,7 @@ class RunAnalysis(Resimulation):
     @property
     def last(self) -> LawInput | None:
         """The basis of the last command; None unless the run has a single servo task."""
-        basis = self.decisions[-1].basis
+        basis = self.last_decision.basis
         return basis if isinstance(basis, LawInput) else None
 
     def last_basis_under(self, law: type[Law]) -> LawInput | None:
@@ -71,8 +67,8 @@ class RunAnalysis(Resimulation):
     @cached_property
     def errors(self) -> Array:
         """The largest measured error max|e| (T,) at each instant."""
-        sizes = [np.abs(one.command.error[:, 0]).max() for one in self.snapshots]
-        return np.array(sizes, dtype=np.float64)
+        sizes: Array = np.abs(self.history.state.command.error).max(axis=0)
+        return sizes
 
     @property
     def late_errors(self) -> Array:
@@ -82,8 +78,9 @@ class RunAnalysis(Resimulation):
     @cached_property
     def depths(self) -> Array:
         """The mean true depth (T,) of the marks in the first camera, in metres."""
-        depths = [float(one.projections[self.sight.key].depth.mean()) for one in self.snapshots]
-        return np.array(depths, dtype=np.float64)
+        depths = self.history.state.projections[self.sight.key].depth
+        means: Array = np.ascontiguousarray(depths.T).mean(axis=1)
+        return means
 
     @property
     def sight(self) -> CameraTarget:
@@ -99,7 +96,8 @@ class RunAnalysis(Resimulation):
     @cached_property
     def nearest(self) -> NearestPose | None:
         """The pose with the features nearest to a goal given as numbers; None for other goals."""
-        poses = [compute_target_pose(self.sight, self.snapshots[i].q)[0] for i in (0, -1)]
+        ends = (self.first_state.q, self.last_state.q)
+        poses = [compute_target_pose(self.sight, q)[0] for q in ends]
         return None if self.servo is None else find_nearest_pose(self.servo, poses, self.depths[0])
 
     @cached_property
@@ -114,7 +112,7 @@ class RunAnalysis(Resimulation):
     @property
     def end(self) -> float:
         """The duration of the run in seconds."""
-        return (len(self.snapshots) - 1) * self.case.dt
+        return (self.history.length - 1) * self.case.dt
 
     @property
     def tolerance(self) -> float:
@@ -123,7 +121,7 @@ class RunAnalysis(Resimulation):
 
     def value(self, name: str, t: int = -1) -> float:
         """Return one number of the diagnosis, by default at the end."""
-        return float(self.diagnosis[name].values[t])
+        return float(self.measures[name][t])
 
     def trial(self, change: ExperimentChange) -> AblationTrial | None:
         """Simulate the case with a change and enough time; return None without trials."""
@@ -158,12 +156,6 @@ class RunAnalysis(Resimulation):
     def size(self, error: float) -> str:
         """Return an error as text with its unit."""
         return format_quantity(error, self.controller.units[0])
-
-    def with_unit(self, name: str, t: int = -1) -> str:
-        """Return one number of the diagnosis with its unit, by default at the end."""
-        unit = self.diagnosis[name].attrs["units"]
-        value = format_number(self.value(name, t))
-        return value if unit in ("1", "1/s") or "see" in unit else f"{value} {unit}"
 
     @cached_property
     def decay(self) -> float:

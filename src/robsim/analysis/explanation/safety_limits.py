@@ -46,7 +46,7 @@ def _make_limit_removal(field: str) -> ExperimentChange:
 
 def _commanded_velocities(analysis: RunAnalysis) -> Array:
     """Return the commanded velocities (T, n) in each period."""
-    periods = max(len(analysis.snapshots) - 1, 1)
+    periods = max(analysis.history.length - 1, 1)
     commands: Array = analysis.run["qd"].values[:periods, analysis.controller.columns]
     return commands
 

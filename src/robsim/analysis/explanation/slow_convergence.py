@@ -51,7 +51,7 @@ def report_standing_error(analysis: RunAnalysis) -> Finding | None:
 
 def report_steering(analysis: RunAnalysis) -> Finding | None:
     """Report a car that is to turn without driving, or beyond its steering limit."""
-    last, tree = analysis.snapshots[-1], analysis.case.scene.tree
+    last, tree = analysis.last_state, analysis.case.scene.tree
     for row, velocity, steering in tree.cars:
         name = analysis.case.scene.coordinate_names[row]
         speed, turn = (float(rate) for rate in last.qd[velocity : velocity + 2, 0])

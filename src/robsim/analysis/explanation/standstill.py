@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from robsim.analysis.diagnosis import law_matrix
 from robsim.analysis.explanation.active_constraints import list_holding_constraints
 from robsim.analysis.explanation.findings import Finding
 from robsim.analysis.explanation.run_analysis import RunAnalysis
 from robsim.analysis.explanation.text_format import format_list, format_number
+from robsim.analysis.loop_stability import law_matrices
 from robsim.analysis.true_error import compute_true_error
 from robsim.analysis.vector_fields import STEP, VectorField
 from robsim.base.arrays import Array
@@ -26,7 +26,7 @@ def report_null_space(analysis: RunAnalysis) -> Finding | None:
         return None
     k, rank = len(last.error), int(analysis.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))
-    speed = float(np.linalg.norm(law_matrix(JointLaw(), last.state) @ last.state.error_last))
+    speed = float(np.linalg.norm(law_matrices(JointLaw(), last.state)[0] @ last.state.error_last))
     curvature = smallest_curvature(analysis)
     kind = "a local minimum of V" if curvature > -1e-9 else "an equilibrium of the law"
     sentence = (
@@ -48,7 +48,7 @@ def smallest_curvature(analysis: RunAnalysis) -> float:
     gradient (L J)' e. The result is NaN if V is unknown.
     """
     columns = analysis.controller.columns
-    n, q = columns.size, analysis.snapshots[-1].q
+    n, q = columns.size, analysis.last_state.q
     steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
     states = VectorField(analysis.controller).displace(np.repeat(q, 2 * n, axis=1), steps)
     truth = compute_true_error(analysis.case.task, analysis.case.scene, states)
@@ -96,7 +96,7 @@ def report_ascent(analysis: RunAnalysis) -> Finding | None:
     last = analysis.last_basis_under(CameraLaw)
     if last is None:
         return None
-    steepest = np.nanmax(analysis.diagnosis["lyapunov_rate"].values)
+    steepest = np.nanmax(analysis.measures["lyapunov_rate"])
     rank = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0]))
     if rank >= 6 or not steepest > 0:
         return None
@@ -119,7 +119,7 @@ def report_own_law(analysis: RunAnalysis) -> Finding | None:
 
 def report_lost_direction(analysis: RunAnalysis) -> Finding | None:
     """Report the motion that the features or the joints lost in a singularity."""
-    decision, names = analysis.decisions[-1], analysis.case.scene.velocity_names
+    decision, names = analysis.last_decision, analysis.case.scene.velocity_names
     controller = analysis.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     if not np.isfinite(task_jacobian).all():

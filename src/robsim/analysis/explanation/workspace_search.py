@@ -84,7 +84,7 @@ def find_nearest_state(analysis: RunAnalysis) -> NearestState | None:
 
 def _ends(analysis: RunAnalysis) -> Array:
     """Return the coordinates (nq, 2) at the start and at the end of the run."""
-    return np.concatenate([analysis.snapshots[0].q, analysis.snapshots[-1].q], axis=1)
+    return np.ascontiguousarray(analysis.q[:, [0, -1]])
 
 
 def _sample_coordinates(analysis: RunAnalysis) -> Array:
