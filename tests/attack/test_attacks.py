@@ -18,7 +18,7 @@ CASES = {  # of each class
 # classes with a part of the cases tried by default, and the others by `full`
 LONG = {
     **{"api_calls": 12, "checkpoints": 10, "study_stores": 4},
-    **{"studio_requests": 14, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
+    **{"studio_requests": 21, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
 }
 
 
