@@ -1,9 +1,10 @@
 """All in one table, before and after: `python -m benchmarks` from the root of the repository.
 
-The rows before are in before.json, measured by the same functions on the same machine. `--peer`
-names a Python that has any of pin, roboticstoolbox-python, EAIK, machinevision-toolbox-python and
-jax: each is measured in this run, too. `--cold` adds a first start with an empty kernel cache,
-and `--tests` the default tests.
+The rows before are in before.json, measured by the same functions on the same machine: `--write
+FILE` writes such a file, with PYTHONPATH at the sources of the earlier commit. `--peer` names a
+Python that has any of pin, roboticstoolbox-python, EAIK, machinevision-toolbox-python and jax: each
+is measured in this run, too; so is rosbags if it is installed here. `--cold` adds a first start
+with an empty kernel cache, and `--tests` the default tests.
 """
 
 import argparse
@@ -29,6 +30,7 @@ import schemes  # noqa: E402
 import speed  # noqa: E402
 import startup  # noqa: E402
 import varied  # noqa: E402
+import waits  # noqa: E402
 
 import robsim as rs  # noqa: E402
 
@@ -115,10 +117,40 @@ def main():
     parser.add_argument("--peer", help="a Python that has other programs")
     parser.add_argument("--cold", action="store_true", help="a first start, too")
     parser.add_argument("--tests", action="store_true", help="the default tests, too")
+    parser.add_argument("--write", type=Path, help="a file for the rows, instead of the tables")
     told = parser.parse_args()
     warnings.simplefilter("ignore")
-    before = json.loads(schemes.BEFORE.read_text(encoding="utf-8"))
     found = schemes.measured() | calls() | starts(told.cold) | (tests() if told.tests else {})
+    waited = waits.measured()
+    if told.write:
+        told.write.write_text(json.dumps(found | waited, indent=1) + "\n", encoding="utf-8")
+        return
+    before = json.loads(schemes.BEFORE.read_text(encoding="utf-8"))
+    print_rows(before, found)
+    waits.main(before, waited)
+    bags()
+    print()
+    varied.main()
+    pictures.main(told.cold)
+    detection.main()
+    print(f"\n{'us':28}{'ours':>10}{'theirs':>10}{'factor':>8}")
+    for what, ours, who, theirs in peers(told.peer) if told.peer else ():
+        print(f"{what:28}{1e6 * ours:10.2f}{1e6 * theirs:10.2f}{theirs / ours:8.1f}  {who}")
+
+
+def bags():
+    """Print bags beside rosbags and mcap, if these are installed."""
+    try:
+        import logs
+    except ImportError as reason:
+        print(f"a peer is left out: {reason}", file=sys.stderr)
+    else:
+        print()
+        logs.main()
+
+
+def print_rows(before, found):
+    """Print the rows of schemes, calls and starts, before and now."""
     print(f"\n{'us (per run and step)':22}" + "".join(f"{size:>27}" for size in schemes.SIZES))
     print(f"{'':22}" + f"{'before':>10}{'now':>9}{'factor':>8}" * len(schemes.SIZES))
     for name, now in found.items():
@@ -127,13 +159,6 @@ def main():
             old = before.get(name, {}).get(size, np.nan)
             row += f"{old:10.2f}{now[size]:9.2f}{old / now[size]:8.1f}"
         print(f"{name:22}{row}", flush=True)
-    print()
-    varied.main()
-    pictures.main(told.cold)
-    detection.main()
-    print(f"\n{'us':28}{'ours':>10}{'theirs':>10}{'factor':>8}")
-    for what, ours, who, theirs in peers(told.peer) if told.peer else ():
-        print(f"{what:28}{1e6 * ours:10.2f}{1e6 * theirs:10.2f}{theirs / ours:8.1f}  {who}")
 
 
 if __name__ == "__main__":

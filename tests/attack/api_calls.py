@@ -12,7 +12,6 @@ import robsim as rs
 from robsim import classic
 
 NAME = "api calls"
-CASES = 800
 DOORS = ("classic", "examples", "robots", "testing", "trajectory", "units")  # with functions of own
 BUILT = ("declare", "plot")  # specs of fields, and figures
 INNER = (  # of the kernels' layout, or of files: not for users

@@ -18,7 +18,6 @@ from robsim.container import pack_container, unpack_container
 from robsim.kernels.machine import cache_files
 
 NAME = "cache_files"
-CASES = 1
 PATIENCE = 120.0  # seconds: damaged kernels are compiled anew
 
 SIMULATE = """

@@ -15,7 +15,7 @@ from robsim.container import pack_container, unpack_container
 from robsim.engine.loop import Loop
 from robsim.run import checkpoint
 
-NAME, CASES, PATIENCE = "checkpoints", 60, 60.0
+NAME, PATIENCE = "checkpoints", 60.0
 ODD = [0, 1, -1, 7, 8, 2.5, 10**9, 10**15, 2**62, 10**30, -(2**31), 0.5, True, None, "x", [], {}]
 NUMBERS = [0.0, 1.0, -1.0, 5e-324, 1e-300, 7.5, 1e18, -1e18, 1e308, np.inf, -np.inf, np.nan]
 

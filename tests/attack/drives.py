@@ -8,7 +8,7 @@ from attack.harness import Wrong
 
 import robsim as rs
 
-NAME, CASES, STEPS = "drives", 20, 40
+NAME, STEPS = "drives", 40
 DT, ACCELERATION, SPEED = 0.02, 1.5, 0.8
 
 

@@ -14,7 +14,7 @@ from attack.harness import Lost, Wrong
 
 import robsim as rs
 
-NAME, CASES = "full disks", 2
+NAME = "full disks"
 PATIENCE = 90.0
 BEFORE = b"what was here before"
 TARGETS = {  # the names that are written, and the code or the arguments that write them

@@ -1,9 +1,9 @@
 """Attacks: seeded cases of one class, each tried in a process that it cannot leave.
 
-A class is a module beside this one with `NAME`, `CASES` (how many are tried by default), and
-`case(seed)`: it draws one input from the seed, gives it to RobSim, and returns whether it was taken
-(`True`) or refused by a `RobSimError` or by the exit status 2 (`False`). Whatever else it raises is
-a foreign error; `Lost` and `Wrong` name the lost data, or the wrong result.
+A class is a module beside this one with `NAME` and `case(seed)`; `test_attacks` has the number of
+its cases. `case` draws one input from the seed, gives it to RobSim, and returns whether it was
+taken (`True`) or refused by a `RobSimError` or by the exit status 2 (`False`). Whatever else it
+raises is a foreign error; `Lost` and `Wrong` name the lost data, or the wrong result.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from matplotlib import pyplot
 
 import robsim as rs
 
-NAME, CASES, PATIENCE = "run files", 20, 60.0
+NAME, PATIENCE = "run files", 60.0
 MAGIC = b"\n[RobSim seal 1]\n"
 TAIL = 8 + 32 + len(MAGIC)  # bytes: the length of the index, the checksum
 SECRET = "that of another file"

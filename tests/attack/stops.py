@@ -17,7 +17,6 @@ import robsim as rs
 from robsim.base import interrupt
 
 NAME = "stops"
-CASES = 3
 PATIENCE = 90.0  # seconds
 EXIT = 20.0  # seconds after the last signal
 STATUS = {128 + s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}

@@ -17,7 +17,7 @@ from websockets.frames import Frame, Opcode
 from robsim.studio.web import server_limits
 from robsim.studio.web.server import Server
 
-NAME, CASES, PATIENCE = "studio", 8, 60.0
+NAME, PATIENCE = "studio", 60.0
 RATE, SIZE = 30.0, 100_000  # of broadcast messages: messages a second, bytes
 WARM, GROWTH = 10, 30e6  # cases until all is loaded; bytes that all after them may add
 REFUSED = {400, 403, 404, 405, 408, 414, 426, 431, 503}

@@ -18,7 +18,7 @@ from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.web.page_messages import BadMessage, parse_page_message
 from robsim.studio.workbench import Workbench
 
-NAME, CASES, PATIENCE = "studio requests", 42, 900.0
+NAME, PATIENCE = "studio requests", 900.0
 LARGEST, REQUESTS, PAUSES = 65_536, 40, 8  # bytes; requests of a case; shares of steps
 ODD = [None, True, "", "x" * 3000, "nonsense", -1, 0, 1e308, -1e308, 2**53, 1e-320, 0.5]
 ODD += [[], {}, [[]], [None, None], {"": None}, {"task.gain": [1]}, ["task.gain"], "\ud83e", "0/0"]

@@ -10,7 +10,7 @@ from attack.harness import Wrong
 
 import robsim as rs
 
-NAME, CASES = "study_stores", 60
+NAME = "study_stores"
 ROWS, CHUNKS = "rows-*", "trajectories.zarr/*/c/**/[0-9]"
 
 

@@ -10,7 +10,7 @@ from attack.harness import Lost, Wrong
 
 import robsim as rs
 
-NAME, CASES, PATIENCE = "together", 1, 90.0
+NAME, PATIENCE = "together", 90.0
 READY = (
     "import sys, robsim.cli, robsim.run.experiment\n"
     "print(flush=True)\nsys.stdin.readline()\nrobsim.cli.main()"

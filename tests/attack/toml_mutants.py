@@ -19,7 +19,7 @@ from robsim.base import errors
 from robsim.errors import InputError
 from robsim.run.experiment_text import ExperimentTable, get_table_keys
 
-NAME, CASES = "toml_mutants", 150
+NAME = "toml_mutants"
 LONGEST = 2.0  # seconds of the processor for any refusal
 RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and read again
 TABLES = {*get_table_keys(ExperimentTable), "schema"}

@@ -20,7 +20,7 @@ from robsim import Robot, robots
 from robsim.errors import FileWarning, InputError
 from robsim.robot.urdf.urdf_link import TOKEN_INERTIA
 
-NAME, CASES = "urdf_mutants", 180
+NAME = "urdf_mutants"
 CORPUS = Path(__file__).parents[1] / "inputs" / "urdf"
 LONGEST = 2.0  # seconds of the processor for any refusal
 NUMBERS = ["0", "-0.0", "1", "-1", "3.14", "1e9", "-1e9", "1e10", "1e18", "1e308", "-1e308"]

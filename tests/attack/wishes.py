@@ -12,7 +12,7 @@ from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import _REQUESTS, Session
 from robsim.studio.workbench import Workbench
 
-NAME, CASES = "wishes", 15
+NAME = "wishes"
 FILES = ("adaptive_gain", "calibration_errors", "eye_in_hand", "unicycle_docking", "visp_tutorial")
 ODD = [
     *(None, True, False, 0, -1, 1, 0.0, -0.0, 1e-300, 1e300, -1e9, 2**63, 2**64, 10**30),

@@ -71,7 +71,7 @@ def cases():
         "varied": NOISY.vary({"task.gain": np.linspace(0.3, 0.7, 9)}),
         "a law in Python": batch.with_(task=rs.IBVS(VISP.task.goal, law=Remembering())),
         "a law that looks ahead": batch.with_(
-            task=rs.IBVS(VISP.task.goal, law=rs.laws.RolloutLaw(schemes=[rs.PBVS()]))
+            task=rs.IBVS(VISP.task.goal, law=rs.laws.RolloutLaw(schemes=[rs.PBVS()])), duration=16.0
         ),
         "pictures": watch_dots().with_(start=STARTS[:5]),
         "mission": rs.Experiment.from_text(MISSION),
@@ -287,7 +287,7 @@ def test_an_experiment_without_a_text_has_no_checkpoint_and_is_refused_at_once()
 
 def test_where_no_checkpoint_can_be_written_that_is_reported_once_and_the_run_goes_on(monkeypatch):
     Path("file").touch()
-    long = NOISY.with_(duration=8_000.0, record="summary")
+    long = NOISY.with_(duration=4_000.0, record="summary")
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")

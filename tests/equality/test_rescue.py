@@ -7,12 +7,12 @@ from robsim import examples
 from robsim.engine.chunk import ChunkProgress
 
 
-def experiment(ahead):
+def experiment(ahead, duration):
     """A plate that is believed to be somewhere else, behind the camera where `ahead` is below 0."""
     visp = rs.load_scenario(examples.path("visp_tutorial"))
     belief = visp.scene.believe(place=rs.Pose.at(0.05, 0, ahead))
     starts = visp.start + np.array([[0, 0, 0], [0.02, 0, 0.1], [0, 0.03, 0]]) @ np.eye(3, 7)
-    return visp.with_(task=rs.PBVS(visp.task.goal, belief=belief), start=starts, duration=6.0)
+    return visp.with_(task=rs.PBVS(visp.task.goal, belief=belief), start=starts, duration=duration)
 
 
 def record_loop(experiment, fast=True, chunk=3):
@@ -29,14 +29,14 @@ def test_a_pose_that_needs_no_python_is_found_by_stages_alone(monkeypatch):
     def refuse(*given):
         raise AssertionError("nothing is lost here")
 
-    near = experiment(0.1)
+    near = experiment(0.1, 6.0)
     slow = record_loop(near, fast=False)
     monkeypatch.setattr("robsim.features.feature_rows.refit_lost_poses", refuse)
     np.testing.assert_array_equal(record_loop(near), slow)
 
 
 def test_steps_that_are_taken_again_have_the_bits_of_steps_one_by_one():
-    far = experiment(-3.0)
+    far = experiment(-3.0, 1.6)
     slow = record_loop(far, fast=False)
     np.testing.assert_array_equal(record_loop(far), slow)
     np.testing.assert_array_equal(record_loop(far, chunk=1), slow)

@@ -140,16 +140,13 @@ WRONG = {
 def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
     with pytest.warns(rs.errors.FitWarning) as record:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
+    if wrong == "two views that are one":
+        assert "worst in view 3 " in found.misfit
     text, worst = str(record[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
     rms = float(re.match(r"the marks are ([\d.]+) px off \(rms\)", text)[1])
     assert rms > 3.0 and abs(rms / found.rms - 1.0) < 0.01
     assert f"worst in view {worst} (" in text and record[0].filename == __file__
     assert str(found).splitlines()[1] == text == found.misfit and text in found._repr_html_()
-
-
-def test_views_that_are_mixed_up_are_the_worst(views):
-    with pytest.warns(rs.errors.FitWarning, match="worst in view 3 "):
-        rs.calibrate(mixed_up(views), ALSO)
 
 
 def test_noise_that_is_given_is_no_misfit(bench, views):
@@ -192,13 +189,12 @@ POSE_FAULTS = {
 }
 
 
-@pytest.mark.parametrize("fault", POSE_FAULTS)
-def test_wrong_poses_of_a_hand_are_named(views, fault):
-    make, cause = POSE_FAULTS[fault]
+def test_wrong_poses_of_a_hand_are_named(views):
     given = free_camera(views)
     assert rs.calibrate(given, ALSO).misfit == ""
-    with pytest.warns(rs.errors.FitWarning, match=cause):
-        rs.calibrate(make(given), ALSO)
+    for make, cause in POSE_FAULTS.values():
+        with pytest.warns(rs.errors.FitWarning, match=cause):
+            rs.calibrate(make(given), ALSO)
 
 
 def test_views_without_a_fit_are_explained(views):

@@ -25,10 +25,17 @@ def run():
     return rs.load_scenario(rs.examples.path("visp_tutorial")).run(duration=0.4)
 
 
+@pytest.fixture(scope="module")
+def saved(run, tmp_path_factory):
+    return rs.save_run(run, tmp_path_factory.mktemp("run") / "run.nc").read_bytes()
+
+
 @pytest.fixture
-def path(run, tmp_path, monkeypatch):
+def path(saved, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return rs.save_run(run, Path("run.nc"))
+    path = Path("run.nc")
+    path.write_bytes(saved)
+    return path
 
 
 def parts(path):

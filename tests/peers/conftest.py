@@ -5,6 +5,7 @@ If one of them is not installed, no test that needs it is collected, and pytest 
 it fails if these tests alone were selected.
 """
 
+import functools
 import importlib.util
 from importlib import metadata
 
@@ -203,14 +204,20 @@ OBJECTS = "random_urdfs"  # of pybullet: a thousand things, one link each
 def pytest_generate_tests(metafunc):
     """`written`: each robot that the formats can express. `published`: the files of packages."""
     if "written" in metafunc.fixturenames:
-        library = [rs.robots.load(name) for name in rs.robots.names()]
-        every = [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
-        metafunc.parametrize("written", every, ids=lambda robot: robot.name)
+        metafunc.parametrize("written", expressible_robots(), ids=lambda robot: robot.name)
     if "published" in metafunc.fixturenames:
         files = published_files()
         metafunc.parametrize("published", files.values(), ids=files)
 
 
+@functools.cache
+def expressible_robots():
+    """The robots of the library that the formats can express, a gripper, and one of all joints."""
+    library = [rs.robots.load(name) for name in rs.robots.names()]
+    return [*(robot for robot in library if expressible(robot)), gripper(), mixture()]
+
+
+@functools.cache
 def published_files():
     """The path of each file, by a name for it: its package, two folders above it, its own name."""
     found = {}

@@ -238,8 +238,9 @@ def test_no_signature_shows_specs_or_meanings():
 
 def typed_constructors():
     """Yield the classes with an `__init__` for type checkers, and its syntax tree."""
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for kind in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+    for path in (path for path, text in texts.items() if "    if TYPE_CHECKING:" in text):
+        for kind in ast.walk(ast.parse(texts[path])):
             for part in kind.body if isinstance(kind, ast.ClassDef) else ():
                 typed = isinstance(part, ast.If) and ast.unparse(part.test) == "TYPE_CHECKING"
                 for each in part.body if typed else ():
