@@ -31,7 +31,8 @@ _NAMES = {
 }
 
 
-_RESULTS = {"float64": "out[{}]", "int64": "int(out[{}])", "bool": "out[{}] != 0.0"}
+_RESULTS = {"float64": "_out[{}]", "int64": "int(_out[{}])", "bool": "_out[{}] != 0.0"}
+_PLAIN = {np.dtype(each): np.dtype(each) for each in DTYPES}  # the objects that machine code knows
 
 
 class CFunction:
@@ -39,7 +40,7 @@ class CFunction:
 
     def __init__(self, function: Callable[..., Any], declaration: str, number: int) -> None:
         self.function = function
-        declaration, _, results = declaration.partition("->")
+        declaration, _, results = map(str.strip, declaration.partition("->"))
         self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
         self.results = [each.strip() for each in results.split(",") if results]
         self.writes_results = self.results not in ([], ["bool"])
@@ -71,23 +72,24 @@ class CFunction:
         ]
         extra = [ctypes.c_int64] if self.writes_results else []
         code = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *leaves, *extra)(address)
-        namespace: dict[str, Any] = {"code": code, "Error": ctypes.ArgumentError}
-        namespace |= {"numbers": ctypes.c_double * len(self.results), "at": ctypes.addressof}
+        namespace: dict[str, Any] = {"_code": code, "_Error": ctypes.ArgumentError}
+        namespace |= {"_numbers": ctypes.c_double * len(self.results), "_at": ctypes.addressof}
         exec(self._caller(), namespace)
-        return namespace["call"]  # type: ignore[no-any-return]
+        return namespace[self.function.__name__]  # type: ignore[no-any-return]
 
     def _caller(self) -> str:
-        """Return the code of the Python function."""
+        """Return the code of the Python function. Its own names begin with an underscore."""
         passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
-        lines = [f"def call({', '.join(self.types.names)}):"]
+        lines = [f"def {self.function.__name__}({', '.join(self.types.names)}):"]
         lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
         if self.writes_results:
-            lines += [" out = numbers()"]
-            passed += ["at(out)"]
-        lines += [" try:", f"  status = code({', '.join(passed)})"]
-        lines += [" except Error: return NotImplemented", " if status == 1: return NotImplemented"]
+            lines += [" _out = _numbers()"]
+            passed += ["_at(_out)"]
+        lines += [" try:", f"  _status = _code({', '.join(passed)})"]
+        lines += [" except _Error: return NotImplemented"]
+        lines += [" if _status == 1: return NotImplemented"]
         if self.results == ["bool"]:
-            lines += [" return status == 2"]
+            lines += [" return _status == 2"]
         elif self.results:
             found = [_RESULTS[each].format(i) for i, each in enumerate(self.results)]
             lines += [f" return {', '.join(found)}"]
@@ -152,11 +154,11 @@ def _convert(value: Any, copies: list[tuple[Any, Any]]) -> Any:
     if isinstance(value, tuple):
         parts = [_convert(each, copies) for each in value]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.ndim:
         plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
         copies += [] if np.may_share_memory(plain, value) else [(value, plain)]
-        return plain
-    return value.item() if isinstance(value, np.generic) else value
+        return plain.view(_PLAIN.get(plain.dtype, plain.dtype))  # an unpickled one has its own
+    return value.item() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _describe_argument(value: Any) -> str:
