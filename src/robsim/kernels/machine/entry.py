@@ -31,7 +31,7 @@ _NAMES = {
 }
 
 
-_RESULTS = {"float64": "out[{}]", "int64": "int(out[{}])", "bool": "out[{}] != 0.0"}
+_RESULTS = {"float64": "out_[{}]", "int64": "int(out_[{}])", "bool": "out_[{}] != 0.0"}
 
 
 class CFunction:
@@ -71,23 +71,25 @@ class CFunction:
         ]
         extra = [ctypes.c_int64] if self.writes_results else []
         code = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *leaves, *extra)(address)
-        namespace: dict[str, Any] = {"code": code, "Error": ctypes.ArgumentError}
-        namespace |= {"numbers": ctypes.c_double * len(self.results), "at": ctypes.addressof}
+        numbers = ctypes.c_double * len(self.results)
+        namespace: dict[str, Any] = {"code_": code, "numbers_": numbers}
+        namespace |= {"address_of_": ctypes.addressof, "Misfit_": ctypes.ArgumentError}
         exec(self._caller(), namespace)
         return namespace["call"]  # type: ignore[no-any-return]
 
     def _caller(self) -> str:
-        """Return the code of the Python function."""
+        """Return the code of the Python function; its own names end with an underscore."""
         passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
         lines = [f"def call({', '.join(self.types.names)}):"]
         lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
         if self.writes_results:
-            lines += [" out = numbers()"]
-            passed += ["at(out)"]
-        lines += [" try:", f"  status = code({', '.join(passed)})"]
-        lines += [" except Error: return NotImplemented", " if status == 1: return NotImplemented"]
+            lines += [" out_ = numbers_()"]
+            passed += ["address_of_(out_)"]
+        lines += [" try:", f"  status_ = code_({', '.join(passed)})"]
+        lines += [" except Misfit_: return NotImplemented"]
+        lines += [" if status_ == 1: return NotImplemented"]
         if self.results == ["bool"]:
-            lines += [" return status == 2"]
+            lines += [" return status_ == 2"]
         elif self.results:
             found = [_RESULTS[each].format(i) for i, each in enumerate(self.results)]
             lines += [f" return {', '.join(found)}"]
