@@ -1,7 +1,7 @@
-"""A wheel with compiled kernels, built in one folder and used in another.
+"""A wheel with machine code: the same bits without Numba, on each processor level.
 
-It takes minutes, and needs the tools `build` and `hatchling`:
-pytest -n 0 -m wheel tests/surface/test_wheel.py
+It takes minutes. ROBSIM_WHEEL names the wheel; otherwise uv builds one, in an environment of its
+own with the oldest Numba: pytest -n 0 -m wheel tests/surface/test_wheel.py
 """
 
 import json
@@ -13,35 +13,46 @@ from pathlib import Path
 
 import pytest
 
+from robsim.kernels.machine import code_archive, processor_levels
+
 pytestmark = pytest.mark.wheel
 ROOT = Path(__file__).parents[2]
-DEMO = """
+MOST_BYTES = 1_600_000  # of machine code in the wheel
+RUN = """
 import hashlib, json, sys
-import robsim
-from robsim import cli
-sys.argv = ["robsim", "demo", "--no-figures", "--force", "-o", "demo"]
-cli.main()
-from robsim.kernels.machine import prebuilt
-from robsim.kernels.machine.compile_notice import NOTICE
-q = hashlib.sha256(robsim.open_run("demo/run.nc").q.values.tobytes()).hexdigest()
-print(json.dumps([robsim.__file__, prebuilt.LEVEL, NOTICE.compiled, q]))
+import robsim as rs
+run = rs.load_scenario(rs.examples.path("eye_in_hand")).run()
+digest = hashlib.sha256(run.q.values.tobytes()).hexdigest()
+print(json.dumps([digest, "numba" in sys.modules]))
 """
-ONE_KERNEL = """
+WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None\n"
+OWN_STAGE = """
 import numpy as np
-from robsim.kernels.formulas import interaction
-from robsim.kernels.machine import compile_notice
-compile_notice.PATIENCE = 0.0
-interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
+from robsim.kernels.formulas.lane_math import cos_sin
+from robsim.kernels.linear_algebra.svd import rotate
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.program import Program, evaluate_stages
+from robsim.kernels.machine.stages import stage
+from robsim.kernels.images.pixel_noise import add_pixel_noise
+from robsim.kernels.bodies.integration import integrate_joints
+
+
+@stage
+def turn(w, step, angle="", out="2"):
+    c, s = cos_sin(get(w, angle))
+    put(w, out, c)
+    put(w, out + 1, s)
 """
-FILE_OF_ONE = "formulas/interaction.py"
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
+    if named := os.environ.get("ROBSIM_WHEEL"):
+        return Path(named)
     folder = tmp_path_factory.mktemp("dist")
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "-o", folder, ROOT]
-    subprocess.run(build, check=True, env={**os.environ, "ROBSIM_PREBUILT": "1"})
-    (path,) = folder.iterdir()
+    build = ["uv", "build", "--quiet", "--wheel", "--out-dir", folder, ROOT]
+    subprocess.run(build, check=True, env={**os.environ, "ROBSIM_MACHINE_CODE": "1"})
+    (path,) = folder.glob("*.whl")
     return path
 
 
@@ -53,94 +64,96 @@ def installed(wheel, tmp_path):
     return tmp_path / "elsewhere" / "robsim"
 
 
-def python(installed, code, **more):
-    """Run code with the package that is installed there; return its output and its messages."""
+def start(installed, *command, **more):
+    """Run Python with the installed package; return its output and its messages."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
-    environment |= {
-        "PYTHONPATH": str(installed.parent),
-        "ROBSIM_CACHE_DIR": str(installed.parents[1] / "cache"),
-        **more,
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        check=True,
-        capture_output=True,
-        text=True,
-        env=environment,
-        cwd=installed.parents[1],
+    environment |= {"PYTHONPATH": str(installed.parent), **more}
+    environment.setdefault("ROBSIM_CACHE_DIR", str(installed.parents[1] / "cache"))
+    environment["ROBSIM_CACHE_DIR"] = str(installed.parents[1] / "cache")
+    process = subprocess.run(
+        [sys.executable, *command], capture_output=True, text=True, env=environment, check=False
     )
-    return done.stdout, done.stderr
+    assert process.returncode == 0, process.stderr
+    return process.stdout, process.stderr
 
 
-def demo(installed, **more):
-    """Run the demo: the level that served, the compiled kernels, and a digest of its motion."""
-    out, err = python(installed, DEMO, **more)
-    file, *rest = json.loads(out.splitlines()[-1])
-    assert Path(file).parent == installed and "converged" in out
-    return *rest, err
+def run_scenario(installed, first="", **more):
+    """Return the digest of a motion, whether Numba was imported, and the messages."""
+    out, err = start(installed, "-c", first + RUN, **more)
+    return *json.loads(out), err
 
 
-def list_cache_files(installed):
-    return list((installed.parents[1] / "cache").rglob("*.nbc"))
+def archives(installed):
+    return installed / "kernels" / code_archive.FOLDER.name
 
 
-def levels(installed):
-    return sorted((installed / "kernels/_prebuilt").glob("*/"))
+def change_archives(installed, change):
+    """Rewrite all archives, changed."""
+    for path in archives(installed).iterdir():
+        archive = code_archive.unpack_archive(path.read_bytes())
+        change(archive)
+        path.write_bytes(code_archive.pack_archive(archive))
 
 
-def test_the_wheel_is_for_this_platform_and_holds_levels(wheel, installed):
-    version = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    assert wheel.name.split("-")[2:4] == [version, version] and not wheel.name.endswith("any.whl")
-    assert levels(installed)
-    assert all(len(list(level.glob("*.nbc"))) > 100 for level in levels(installed))
+def test_the_wheel_is_pure_and_small(wheel, installed):
+    assert wheel.name.endswith("-py3-none-any.whl")
+    files = {path.stem: path.stat().st_size for path in archives(installed).iterdir()}
+    assert files.keys() == {code_archive.BITCODE, *processor_levels.LEVELS}
+    assert sum(files.values()) < MOST_BYTES
 
 
-def test_the_demo_runs_without_compiling_whatever_the_processor_is_called(installed):
-    best, compiled, motion, err = demo(installed)
-    assert (compiled, err) == ([], "") and best
-    assert demo(installed, NUMBA_CPU_NAME="nehalem")[:3] == (best, [], motion)
-    assert not list_cache_files(installed)
+def test_all_scenarios_have_the_same_bits_without_numba(installed):
+    script = ROOT / "tests" / "bit_digests.py"
+    levels = ["bitcode", *processor_levels.find_levels()]
+    found = [json.loads(start(installed, script, level)[0]) for level in [*levels, "numba"]]
+    assert len(found) > 1 and len(found[0]) > 60
+    for level, each in zip(levels, found, strict=False):
+        assert each == found[-1], level
 
 
-def test_warm_has_nothing_to_do(installed):
-    code = "import sys; from robsim import cli; sys.argv = ['robsim', 'warm']\n"
-    out, _ = python(installed, code + "if __name__ == '__main__': cli.main()")
-    assert out.startswith("nothing to do: the kernels of the package serve here")
-    assert not list_cache_files(installed)
+def test_nothing_is_written_where_the_level_is_known(installed):
+    assert processor_levels.find_levels()
+    _, used_numba, messages = run_scenario(installed, WITHOUT_NUMBA)
+    assert (used_numba, messages) == (False, "")
+    assert not list((installed.parents[1] / "cache").rglob("*"))
 
 
-def test_each_level_and_the_compiler_give_the_same_bits(installed):
-    found = []
-    for level in [*reversed(levels(installed)), None]:
-        used, compiled, motion, _ = demo(installed)
-        assert used == (level.name if level else "") and bool(compiled) == (level is None)
-        found.append(motion)
-        if level:
-            level.rename(installed / level.name)
-    assert len(found) > 1 and len(set(found)) == 1
+def test_warm_has_nothing_to_do_and_translates_bitcode_once(installed):
+    out, _ = start(installed, "-m", "robsim", "warm")
+    assert out.startswith("nothing to do: the package has machine code for this processor")
+    for level in processor_levels.LEVELS:
+        (archives(installed) / f"{level}.lzma").unlink()
+    first, _ = start(installed, "-m", "robsim", "warm")
+    assert first.startswith("compiled 2")
+    size = sum(path.stat().st_size for path in (installed.parents[1] / "cache").rglob("*.nbc"))
+    assert size < 3_000_000
+    again, _ = start(installed, "-m", "robsim", "warm")
+    assert again.startswith("nothing to do")
+    assert run_scenario(installed, WITHOUT_NUMBA)[1:] == (False, "")
 
 
-def test_truncated_files_are_compiled_anew(installed):
-    _, _, motion, _ = demo(installed)
-    for path in (installed / "kernels/_prebuilt").rglob("outcome_rules.*.nbc"):
-        path.write_bytes(path.read_bytes()[:-100])
-    _, compiled, again, _ = demo(installed)
-    assert again == motion and compiled
-    assert {name.partition(".")[0] for name in compiled} == {"outcome_rules"}
-
-
-def test_a_wheel_of_other_sources_or_versions_is_reported_in_one_line(installed):
-    made_with = installed / "kernels/_prebuilt/versions.txt"
-    versions, kernels = made_with.read_text().splitlines()
-    edited = installed / "kernels" / FILE_OF_ONE
-    edited.write_text(edited.read_text() + "\n")
-    for i, (text, reason) in enumerate(
-        (
-            (f"{versions}\n{kernels}\n", "are of other sources"),
-            (f"Numba 0.1, llvmlite 0.2, Python 3.3\n{kernels}\n", "Python 3.3, this is Numba"),
-        )
-    ):
-        made_with.write_text(text)
-        out, err = python(installed, ONE_KERNEL, ROBSIM_CACHE_DIR=str(installed / f"cache{i}"))
-        assert out == "" and err.count("\n") == 1
-        assert err.startswith("robsim: compiling kernels, once") and reason in err
+@pytest.mark.parametrize("fault", ["sources", "damage", "newer bitcode", "unknown symbol", "none"])
+def test_code_that_does_not_fit_is_left_to_numba(installed, fault):
+    expected, _, _ = run_scenario(installed)
+    if fault == "sources":
+        edited = installed / "kernels" / "formulas" / "interaction.py"
+        edited.write_text(edited.read_text() + "\n")
+    elif fault == "damage":
+        for path in archives(installed).iterdir():
+            path.write_bytes(path.read_bytes()[:-1] + b"?")
+    elif fault == "none":
+        for path in archives(installed).iterdir():
+            path.unlink()
+    else:
+        for level in processor_levels.LEVELS:  # bitcode alone
+            (archives(installed) / f"{level}.lzma").unlink()
+        if fault == "newer bitcode":
+            change_archives(installed, lambda archive: setattr(archive, "llvm", 999))
+        else:
+            change_archives(
+                installed,
+                lambda archive: [n.append("no_such_symbol") for n in archive.needs.values()],
+            )
+    found, used_numba, messages = run_scenario(installed)
+    assert (found, used_numba) == (expected, True)
+    assert "no_such_symbol" not in messages and "LLVM ERROR" not in messages

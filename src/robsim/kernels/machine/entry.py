@@ -31,7 +31,7 @@ _NAMES = {
 }
 
 
-_RESULTS = {"float64": "_out[{}]", "int64": "int(_out[{}])", "bool": "_out[{}] != 0.0"}
+_RESULTS = {"float64": "out_[{}]", "int64": "int(out_[{}])", "bool": "out_[{}] != 0.0"}
 _PLAIN = {np.dtype(each): np.dtype(each) for each in DTYPES}  # the objects that machine code knows
 
 
@@ -72,24 +72,25 @@ class CFunction:
         ]
         extra = [ctypes.c_int64] if self.writes_results else []
         code = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *leaves, *extra)(address)
-        namespace: dict[str, Any] = {"_code": code, "_Error": ctypes.ArgumentError}
-        namespace |= {"_numbers": ctypes.c_double * len(self.results), "_at": ctypes.addressof}
+        numbers = ctypes.c_double * len(self.results)
+        namespace: dict[str, Any] = {"code_": code, "numbers_": numbers}
+        namespace |= {"address_of_": ctypes.addressof, "Misfit_": ctypes.ArgumentError}
         exec(self._caller(), namespace)
         return namespace[self.function.__name__]  # type: ignore[no-any-return]
 
     def _caller(self) -> str:
-        """Return the code of the Python function. Its own names begin with an underscore."""
+        """Return the code of the Python function; its own names end with an underscore."""
         passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
         lines = [f"def {self.function.__name__}({', '.join(self.types.names)}):"]
         lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
         if self.writes_results:
-            lines += [" _out = _numbers()"]
-            passed += ["_at(_out)"]
-        lines += [" try:", f"  _status = _code({', '.join(passed)})"]
-        lines += [" except _Error: return NotImplemented"]
-        lines += [" if _status == 1: return NotImplemented"]
+            lines += [" out_ = numbers_()"]
+            passed += ["address_of_(out_)"]
+        lines += [" try:", f"  status_ = code_({', '.join(passed)})"]
+        lines += [" except Misfit_: return NotImplemented"]
+        lines += [" if status_ == 1: return NotImplemented"]
         if self.results == ["bool"]:
-            lines += [" return _status == 2"]
+            lines += [" return status_ == 2"]
         elif self.results:
             found = [_RESULTS[each].format(i) for i, each in enumerate(self.results)]
             lines += [f" return {', '.join(found)}"]
