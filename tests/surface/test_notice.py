@@ -10,12 +10,13 @@ import pytest
 from numba.core.event import Event, EventStatus
 
 from robsim.kernels.formulas import adaptive_gain, interaction
-from robsim.kernels.machine import cache_files, compile_notice, stderr_messages
+from robsim.kernels.machine import cache_files, code_archive, stderr_messages
+from robsim.kernels.machine.compiler import compile_notice
 
 CODE = """
 import numpy as np
 from robsim.kernels.formulas import interaction
-from robsim.kernels.machine import compile_notice
+from robsim.kernels.machine.compiler import compile_notice
 compile_notice.PATIENCE = 0.0
 for _ in range(2):
     interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
@@ -23,7 +24,8 @@ for _ in range(2):
 
 
 def event(kernel, status):
-    return Event("numba:compile", status, {"dispatcher": kernel})
+    dispatcher = getattr(kernel, "dispatcher", kernel)
+    return Event("numba:compile", status, {"dispatcher": dispatcher})
 
 
 def start(teller, kernel):
@@ -86,6 +88,16 @@ def test_a_terminal_shows_the_present_kernel_and_keeps_the_first_line_only(telle
     assert last[1].strip() == "" and last[2] == ""
 
 
+def test_code_of_the_package_that_does_not_fit_is_the_reason(teller, capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(code_archive, "FOLDER", tmp_path)  # without an archive of these sources
+    start(teller, interaction.points_interaction)
+    wait(teller)
+    end(teller, interaction.points_interaction)
+    why = "the machine code of the package is damaged or of other sources"
+    line = f"robsim: compiling kernels, once: they are kept in {cache_files.CACHE} ({why})\n"
+    assert capsys.readouterr() == ("", line)
+
+
 @pytest.mark.parametrize("variable", ["ROBSIM_QUIET", "PYTEST_CURRENT_TEST"])
 def test_it_can_be_silenced_and_is_silent_in_tests(capsys, monkeypatch, variable):
     teller = compile_notice.CompileNotice()
@@ -128,7 +140,7 @@ def test_a_lost_kernel_is_reported_once_with_its_reason(teller, capsys, monkeypa
     monkeypatch.setattr(cache_files, "CACHE", tmp_path)
     monkeypatch.setattr(cache_files, "save_code", full)
     for _ in range(2):
-        interaction.points_interaction._cache.save_overload(made.signature.args, made)
+        interaction.points_interaction.dispatcher._cache.save_overload(made.signature.args, made)
     assert capsys.readouterr().err == (
         f"robsim: compiling kernels, in each process anew: {tmp_path} cannot be written "
         "(No space left on device)\n"

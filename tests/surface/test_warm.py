@@ -8,7 +8,10 @@ import robsim as rs
 from robsim import cli
 from robsim.cli import warm_command, warm_workload
 from robsim.declare import families
-from robsim.kernels.machine import cache_files, prebuilt
+from robsim.kernels.machine import cache_files
+from robsim.kernels.machine.code_archive import CodeArchive
+from robsim.kernels.machine.machine_code import PACKAGE_CODE
+from robsim.kernels.machine.sources import digest_of_all
 
 
 def test_the_list_has_every_example_feature_and_module():
@@ -59,6 +62,15 @@ def called(monkeypatch, capsys):
     return call
 
 
+@pytest.fixture
+def package(monkeypatch):
+    """The code of the package, of which a test says what there is."""
+    monkeypatch.setattr(PACKAGE_CODE, "objects", None)
+    monkeypatch.setattr(PACKAGE_CODE, "bitcode", None)
+    return PACKAGE_CODE
+
+
+@pytest.mark.usefixtures("package")
 def test_it_reports_the_compiled_kernels_their_folder_and_that_nothing_is_left(monkeypatch, called):
     monkeypatch.setattr(
         warm_command, "_run_workload", lambda jobs: ({"a", "b"}, ["example car: it broke"])
@@ -68,8 +80,23 @@ def test_it_reports_the_compiled_kernels_their_folder_and_that_nothing_is_left(m
     assert err == "warning: example car: it broke\n"
     monkeypatch.setattr(warm_command, "_run_workload", lambda jobs: (set(), []))
     assert called().out.startswith("nothing to do: ")
-    monkeypatch.setattr(prebuilt, "LEVEL", "x86-64-v3")
-    assert "the kernels of the package serve here (x86-64-v3)" in called().out
+
+
+def test_machine_code_of_the_package_leaves_nothing_to_do(monkeypatch, called, package):
+    monkeypatch.setattr(warm_command, "_run_workload", lambda jobs: pytest.fail("it ran"))
+    archive = CodeArchive(digest_of_all(), 15, {"robsim.a": b"BC"}, {"robsim.a": []})
+    monkeypatch.setattr(package, "objects", archive)
+    assert called().out.startswith(
+        "nothing to do: the package has machine code for this processor; "
+    )
+
+
+def test_bitcode_of_the_package_is_translated_in_processes(monkeypatch, called, package):
+    monkeypatch.setattr(warm_command, "_run_workload", lambda jobs: pytest.fail("it ran"))
+    monkeypatch.setattr(warm_command, "_translate_bitcode", lambda jobs: {"a", "b", "c"[:jobs]})
+    archive = CodeArchive(digest_of_all(), 15, {"robsim.a": b"BC"}, {"robsim.a": []})
+    monkeypatch.setattr(package, "bitcode", archive)
+    assert called().out.startswith("compiled 3 kernels in 0 s; stored: ")
 
 
 @pytest.mark.full  # as a process of its own is started
