@@ -24,7 +24,7 @@ from robsim.kernels.features import line_features
 from robsim.kernels.machine import cache_files
 x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
 line_features.segments(x, s)
-stats = line_features.segments.stats
+stats = line_features.segments.dispatcher.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
 print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(cache_files.CACHE)]))
 """
@@ -35,7 +35,7 @@ import numpy as np
 from robsim.kernels.linear_algebra import pseudoinverse
 x, rank = np.empty((2, 1)), np.empty(1, np.int64)
 pseudoinverse.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
-hits = sum(pseudoinverse.least_squares.stats.cache_hits.values())
+hits = sum(pseudoinverse.least_squares.dispatcher.stats.cache_hits.values())
 print(json.dumps([pseudoinverse.__file__, x[:, 0].round(14).tolist(), int(rank[0]), hits]))
 """
 OWN = """
@@ -47,14 +47,18 @@ from robsim.kernels.machine import cache_files
 x = np.ones(2)
 scaling.scale(x)
 scaling.twice(x)
-hits = [sum(each.stats.cache_hits.values()) for each in (scaling.scale, scaling.twice)]
+scaling.shift(x)
+stats = [each.dispatcher.stats for each in (scaling.scale, scaling.twice)]
+hits = [sum(each.cache_hits.values()) for each in stats]
+from robsim.kernels.machine.compiler.compile_notice import NOTICE
+hits.append(1 - NOTICE.compiled.count("scaling.shift"))
 print(json.dumps([scaling.__file__, x.tolist(), hits]))
 """
 FILES = {
     "__init__": "",
     "factor": "FACTOR = 3.0\n",
     "applied": """
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.kernel import kernel
 def applied(function):
     @kernel
     def apply(x):
@@ -62,13 +66,14 @@ def applied(function):
     return apply
 """,
     "doubled": """
-from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.kernel import part
 @part
 def doubled(x):
     return 2.0 * x
 """,
     "scaling": """
-from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.entry import entry
+from robsim.kernels.machine.kernel import kernel
 from .applied import applied
 from .doubled import doubled
 from . import factor
@@ -76,6 +81,9 @@ from . import factor
 def scale(x):
     x[1] *= factor.FACTOR
 twice = applied(doubled)
+@entry("float64[::1]")
+def shift(x):
+    x[1] += doubled(factor.FACTOR)
 """,
 }
 REACH = """
@@ -187,20 +195,28 @@ def test_kernels_of_a_user_are_kept_until_something_of_theirs_is_edited(copy):
     mine.mkdir()
     for name, text in FILES.items():
         (mine / f"{name}.py").write_text(text, encoding="utf-8")
-    assert start(copy, cache, OWN) == [[2.0, 3.0], [0, 0]]
-    assert start(copy, cache, OWN) == [[2.0, 3.0], [1, 1]]
+    assert start(copy, cache, OWN) == [[2.0, 9.0], [0, 0, 0]]
+    assert start(copy, cache, OWN) == [[2.0, 9.0], [1, 1, 1]]
     edit(mine / "factor.py", "3.0", "5.0")  # a constant
-    assert start(copy, cache, OWN) == [[2.0, 5.0], [0, 1]]
+    assert start(copy, cache, OWN) == [[2.0, 15.0], [0, 1, 0]]
     edit(mine / "doubled.py", "2.0", "7.0")  # a free variable of `apply`, which does not import it
-    assert start(copy, cache, OWN) == [[7.0, 5.0], [0, 0]]
-    assert start(copy, cache, OWN) == [[7.0, 5.0], [1, 1]]
+    assert start(copy, cache, OWN) == [[7.0, 40.0], [0, 0, 0]]
+    assert start(copy, cache, OWN) == [[7.0, 40.0], [1, 1, 1]]
+
+
+@pytest.mark.parametrize("module", ["lane_operations", "routines", "array_pointers", "fixed_size"])
+def test_the_definitions_of_intrinsics_are_sources_of_each_kernel(module):
+    """They are imported late, by name."""
+    for kernel in ("robsim.kernels.formulas.se3", "robsim.kernels.linear_algebra.svd"):
+        reached = sources.import_closure(kernel)
+        assert f"robsim.kernels.machine.compiler.{module}" in reached
 
 
 def kernels_in(path):
-    """The number of kernels and stages that a file defines."""
+    """The number of entries, kernels and stages that a file defines."""
     found = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     named = (ast.unparse(each) for n in found for each in getattr(n, "decorator_list", ()))
-    return sum(name in {"kernel", "stage"} for name in named)
+    return sum(name.partition("(")[0] in {"entry", "kernel", "stage"} for name in named)
 
 
 def test_an_edit_of_a_file_compiles_twelve_kernels_anew_in_the_median(copy):

@@ -17,7 +17,12 @@ LATE = (
 )
 ROOT = Path(robsim.__file__).parent
 KERNELS = sorted((ROOT / "kernels").rglob("*.py"))
-COMPILER = {"llvmlite", "numba", "numpy"}  # of the files that depend on how Numba compiles
+MACHINE = ROOT / "kernels" / "machine"
+COMPILERS = {"llvmlite", "numba"}
+COMPILING = [  # the files that generate or load machine code
+    *(MACHINE / "compiler").glob("*.py"),
+    *(MACHINE / f"{name}.py" for name in ("code_engine", "llvm_modules")),
+]
 
 
 @cache
@@ -78,25 +83,86 @@ def test_a_users_kind_meets_the_shipped_ones_whatever_was_imported():
     loaded_by(code)
 
 
-def imports(path):
-    """The modules that a file imports, wherever the statement stands."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def module_name(path):
+    return ".".join(path.relative_to(ROOT.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+def read_imports(path, *, late=True):
+    """The modules that a file imports, wherever the statement stands, or as it is imported."""
+    waiting = [ast.parse(path.read_text(encoding="utf-8"))]
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path.name}: a relative import"
-            yield node.module
+            yield from (node.module, *(f"{node.module}.{name.name}" for name in node.names))
+        elif late or not is_late(node):
+            waiting += ast.iter_child_nodes(node)
 
 
-@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
-def test_kernels_import_math_numpy_numba_and_kernels_only(path):
-    machine = "machine" in path.parts
-    allowed = (
-        COMPILER | sys.stdlib_module_names if machine else {"math", "numpy", "numba", "typing"}
-    )
-    names = {name for name in imports(path) if not f"{name}.".startswith("robsim.kernels.")}
-    others = {name for name in names if name.split(".")[0] not in allowed}
-    assert others <= ({"robsim.container"} if machine else set())
+def is_late(node):
+    """Whether a statement does not run when its module is imported."""
+    is_function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    return is_function or (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+
+
+def foreign_packages(names):
+    """The packages of modules, without ours of kernels."""
+    return {n.split(".")[0] for n in names if not f"{n}.".startswith("robsim.kernels.")}
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in KERNELS if MACHINE not in path.parents], ids=module_name
+)
+def test_kernels_import_math_numpy_typing_and_kernels_only(path):
+    assert foreign_packages(read_imports(path)) <= {"math", "numpy", "typing"}
+
+
+@pytest.mark.parametrize("path", list(MACHINE.rglob("*.py")), ids=lambda path: path.stem)
+def test_the_machine_imports_a_compiler_where_code_is_generated_or_late(path):
+    names = set(read_imports(path))
+    ours = {n for n in names if n.startswith("robsim.") and not n.startswith("robsim.kernels")}
+    assert all(name.startswith("robsim.container") for name in ours)
+    others = foreign_packages(names) - sys.stdlib_module_names
+    assert others <= {"numpy", "robsim"} | COMPILERS
+    if path not in COMPILING:
+        early = set(read_imports(path, late=False))
+        assert not COMPILERS & foreign_packages(early)
+        assert not early & {module_name(each) for each in COMPILING if each.stem != "__init__"}
+
+
+ALL = """
+import importlib, pkgutil, robsim
+for each in pkgutil.walk_packages(robsim.__path__, "robsim."):
+    if each.name not in {compiling} and not each.name.endswith("__main__"):
+        importlib.import_module(each.name)
+"""
+SCENARIO = """
+import robsim as rs
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name in ("numba", "llvmlite"):
+            frame, callers = sys._getframe(), set()
+            while frame := frame.f_back:
+                callers.add((frame.f_globals["__name__"], frame.f_code.co_name))
+            found[name] = ("robsim.kernels.machine.machine_code", "find_address") in callers
+found = {}
+sys.meta_path.insert(0, Finder())
+experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
+experiment.loop()
+assert all(found.values()), found
+"""
+
+
+def test_no_module_but_those_that_compile_imports_a_compiler():
+    (loaded,) = loaded_by(ALL.format(compiling={module_name(path) for path in COMPILING}))
+    assert "robsim" in loaded and not COMPILERS & loaded
+
+
+def test_only_the_search_for_machine_code_imports_a_compiler():
+    """A scenario is read and its loop built, which calls kernels."""
+    loaded_by(SCENARIO)
 
 
 def test_kernels_work_without_the_rest_of_us():
@@ -104,8 +170,7 @@ def test_kernels_work_without_the_rest_of_us():
     code = "import sys, types; from pathlib import Path; import importlib.util as u\n"
     code += f"root = types.ModuleType('robsim'); root.__path__ = [{str(ROOT)!r}]\n"
     code += "sys.modules['robsim'] = root\n"
-    names = (".".join(path.relative_to(ROOT).with_suffix("").parts) for path in KERNELS)
-    code += "".join(f"import robsim.{name}\n" for name in names if not name.endswith("__init__"))
+    code += "".join(f"import {module_name(path)}\n" for path in KERNELS)
     code += "ours = {m for m in sys.modules if m.startswith('robsim.')} - {'robsim.container'}\n"
     code += "assert all(m.startswith('robsim.kernels') for m in ours), ours"
     (loaded,), (numba,) = loaded_by(code), loaded_by("import numba")
