@@ -16,6 +16,8 @@ import robsim as rs
 from robsim.base import interrupt
 from robsim.engine.loop import BURST, Loop
 from robsim.files import examples
+from robsim.kernels.machine.compiler import dispatchers  # noqa: F401  it listens to Numba
+from robsim.kernels.machine.machine_code import PackageCode
 
 SIGNALS = list(interrupt.SIGNALS)
 LONG = rs.load_scenario(examples.path("visp_tutorial")).with_(
@@ -187,6 +189,22 @@ def test_a_kernel_that_another_thread_compiles_leaves_the_handlers_alone():
     thread.start()
     thread.join()
     assert function.signatures == [(types.int64,)]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_waits_until_the_code_of_the_package_is_loaded():
+    class Archive:
+        @property
+        def parts(self):
+            signal.raise_signal(signal.SIGINT)
+            came.append(1)
+            return {}
+
+    came, code = [], PackageCode()
+    code.objects = code.bitcode = Archive()
+    with pytest.raises(KeyboardInterrupt):
+        code.find("robsim.a")
+    assert came == [1, 1]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
