@@ -5,36 +5,44 @@ import os
 import time
 
 import pytest
+from llvmlite import binding
 from numba import types
 
 from robsim.kernels.formulas import adaptive_gain, interaction
-from robsim.kernels.machine import cache, cache_files, prebuilt
+from robsim.kernels.machine import cache_files, processor_levels
+from robsim.kernels.machine.compiler import cache
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
-ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
+ALL = processor_levels.LEVELS["x86-64-v4"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The folder of the files, which is not there yet."""
+    monkeypatch.setattr(cache_files, "CACHE", tmp_path / "kernels")
+    return tmp_path / "kernels"
 
 
 def saved(folder, key=KEY):
     """The file of something saved."""
-    cache_files.save_code(folder, "loop.stride-7", key, {"code": b"machine", "number": 3})
+    cache_files.save_code("loop.stride-7", key, {"code": b"machine", "number": 3})
     (path,) = folder.iterdir()
     return path
 
 
-def test_saved_code_is_loaded_and_only_for_its_key(tmp_path):
-    path = saved(tmp_path)
-    assert cache_files.load_code(tmp_path, "loop.stride-7", KEY) == {
-        "code": b"machine",
-        "number": 3,
-    }
+def test_saved_code_is_loaded_and_only_for_its_key(folder):
+    path = saved(folder)
+    found = {"code": b"machine", "number": 3}
+    assert cache_files.load_code("loop.stride-7", KEY) == found
+    assert {path.name} <= cache_files.SAVED
     for other in (
         ((types.float32,), *KEY[1:]),
         (KEY[0], ("x86_64", "cpu", ""), []),
         (*KEY[:2], [1]),
     ):
-        assert cache_files.load_code(tmp_path, "loop.stride-7", other) is None
-    assert cache_files.load_code(tmp_path, "loop.stride-8", KEY) is None
-    assert path.stat().st_mode & 0o777 == 0o666 & ~mask(tmp_path)  # others may read it
+        assert cache_files.load_code("loop.stride-7", other) is None
+    assert cache_files.load_code("loop.stride-8", KEY) is None
+    assert path.stat().st_mode & 0o777 == 0o666 & ~mask(folder)  # others may read it
 
 
 def mask(folder):
@@ -44,64 +52,83 @@ def mask(folder):
 
 
 @pytest.mark.parametrize("left", [0, 1, 31, 32, 33, -1])
-def test_a_truncated_file_is_refused(tmp_path, left):
-    path = saved(tmp_path)
+def test_a_truncated_file_is_refused(folder, left):
+    path = saved(folder)
     path.write_bytes(path.read_bytes()[:left])
     with pytest.raises(ValueError, match=r"cut short|was changed"):
-        cache_files.load_code(tmp_path, "loop.stride-7", KEY)
-    saved_again = saved(tmp_path)
-    assert (
-        saved_again == path and cache_files.load_code(tmp_path, "loop.stride-7", KEY)["number"] == 3
-    )
+        cache_files.load_code("loop.stride-7", KEY)
+    saved_again = saved(folder)
+    assert saved_again == path and cache_files.load_code("loop.stride-7", KEY)["number"] == 3
 
 
-def test_a_file_in_which_one_bit_is_wrong_is_refused(tmp_path):
-    path = saved(tmp_path)
+def test_a_file_in_which_one_bit_is_wrong_is_refused(folder):
+    path = saved(folder)
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"cut short|was changed"):
-        cache_files.load_code(tmp_path, "loop.stride-7", KEY)
+        cache_files.load_code("loop.stride-7", KEY)
 
 
-def test_the_file_of_another_key_or_kernel_under_the_same_name_is_refused(tmp_path):
+def test_the_file_of_another_key_or_kernel_under_the_same_name_is_refused(folder):
     """All stages have one signature, so that their files would else stand for each other."""
-    path = saved(tmp_path)
+    path = saved(folder)
     other = (KEY[0], ("arm64", "cpu", ""), [])
     for name, key in (("loop.stride-7", other), ("loop.settle-9", KEY)):
-        path = path.rename(tmp_path / cache_files.code_file_name(name, key))
+        path = path.rename(folder / cache_files.code_file_name(name, key))
         with pytest.raises(ValueError, match="belongs to another kernel"):
-            cache_files.load_code(tmp_path, name, key)
+            cache_files.load_code(name, key)
 
 
-def test_a_folder_that_cannot_be_is_an_error_and_leaves_nothing(tmp_path):
-    (tmp_path / "file").touch()
+def test_a_folder_that_cannot_be_is_an_error_and_leaves_nothing(folder, tmp_path):
+    folder.touch()
     with pytest.raises(OSError):
-        cache_files.save_code(tmp_path / "file", "loop.stride-7", KEY, 1)
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+        cache_files.save_code("loop.stride-7", KEY, 1)
+    cache_files.write_object("loop.stride", KEY, b"machine")  # a later process translates it again
+    assert cache_files.load_code("loop.stride-7", KEY) is None
+    assert cache_files.read_object("loop.stride", KEY) is None
+    assert [path.name for path in tmp_path.iterdir()] == ["kernels"]
 
 
-def test_a_damaged_file_of_the_user_goes_and_one_of_the_package_stays(tmp_path, monkeypatch):
-    path = saved(tmp_path / "own")
-    cache_files.drop_code(tmp_path / "own", "loop.stride-7", KEY)
-    assert path.exists()
-    monkeypatch.setattr(cache_files, "CACHE", tmp_path / "own")
-    cache_files.drop_code(tmp_path / "own", "loop.stride-7", KEY)
+def test_a_damaged_file_goes(folder):
+    path = saved(folder)
+    cache_files.drop_code("loop.stride-7", KEY)
     assert not path.exists()
-    cache_files.drop_code(tmp_path / "own", "loop.stride-7", KEY)  # another process was faster
+    cache_files.drop_code("loop.stride-7", KEY)  # another process was faster
 
 
-def test_a_full_disk_leaves_no_draft(tmp_path, monkeypatch):
+def test_translated_bitcode_comes_back_and_only_for_its_key(folder):
+    cache_files.write_object("loop.stride", KEY, b"machine")
+    assert cache_files.read_object("loop.stride", KEY) == b"machine"
+    assert cache_files.read_object("loop.stride", (*KEY[:2], [1])) is None
+    assert cache_files.read_object("loop.settle", KEY) is None
+    (path,) = folder.iterdir()
+    assert {path.name} <= cache_files.SAVED
+    path.rename(folder / cache_files.code_file_name("loop.settle", KEY))
+    assert cache_files.read_object("loop.settle", KEY) is None  # of another function
+
+
+@pytest.mark.parametrize("left", [0, 1, 31, 32, 33, -1])
+def test_truncated_bitcode_is_translated_again(folder, left):
+    cache_files.write_object("loop.stride", KEY, b"machine")
+    (path,) = folder.iterdir()
+    path.write_bytes(path.read_bytes()[:left])
+    assert cache_files.read_object("loop.stride", KEY) is None
+    cache_files.write_object("loop.stride", KEY, b"machine")
+    assert cache_files.read_object("loop.stride", KEY) == b"machine"
+
+
+def test_a_full_disk_leaves_no_draft(folder, monkeypatch):
     def full(self, content):
         self.touch()
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(cache_files, "CACHE", tmp_path)
     monkeypatch.setattr(cache_files.Path, "write_bytes", full)
     assert not cache_files.is_cache_writable()
     with pytest.raises(OSError, match="No space"):
-        cache_files.save_code(tmp_path, "loop.stride-7", KEY, 1)
-    assert list(tmp_path.iterdir()) == []
+        cache_files.save_code("loop.stride-7", KEY, 1)
+    cache_files.write_object("loop.stride", KEY, b"machine")
+    assert list(folder.iterdir()) == []
 
 
 OLD, YOUNG = 31 * cache.DAY, 29 * cache.DAY
@@ -181,35 +208,27 @@ def test_free_variables_of_a_kernel_count_by_their_values():
     ],
 )
 def test_the_features_of_a_processor_give_its_levels(monkeypatch, have, levels):
-    monkeypatch.setattr(prebuilt.platform, "machine", lambda: "AMD64")
-    monkeypatch.setattr(
-        prebuilt.llvm,
-        "get_host_cpu_features",
-        lambda: dict.fromkeys(ALL, False) | dict.fromkeys(have, True),
-    )
-    assert prebuilt.levels() == levels
+    features = dict.fromkeys(ALL, False) | dict.fromkeys(have, True)
+    monkeypatch.setattr(processor_levels.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(processor_levels.sys, "platform", "linux")
+    monkeypatch.setattr(binding, "get_host_cpu_features", lambda: features)
+    assert processor_levels.find_levels() == levels
 
 
-def test_an_arm_processor_has_one_level_and_others_have_none(monkeypatch):
-    for machine, levels in {"arm64": ["generic"], "riscv64": []}.items():
-        monkeypatch.setattr(prebuilt.platform, "machine", lambda machine=machine: machine)
-        assert prebuilt.levels() == levels
+def test_an_llvm_that_reports_no_features_has_no_level(monkeypatch):
+    def fail():
+        raise RuntimeError("unsupported")
+
+    monkeypatch.setattr(processor_levels.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(processor_levels.sys, "platform", "linux")
+    monkeypatch.setattr(binding, "get_host_cpu_features", fail)
+    assert processor_levels.find_levels() == []
 
 
-def test_kernels_of_other_versions_are_reported(monkeypatch, tmp_path):
-    monkeypatch.setattr(prebuilt, "ROOT", tmp_path)
-    monkeypatch.setattr(prebuilt, "FOLDER", None)
-    assert prebuilt.explain_mismatch() == ""  # nothing came
-    made = tmp_path / prebuilt.MADE_WITH
-    made.write_text(f"Numba 0.1, llvmlite 0.2, Python 3.3\n{cache_files.KERNEL_HASH}\n")
-    assert prebuilt._find_prebuilt_folder() == (None, "")
-    assert prebuilt.explain_mismatch() == (
-        "the precompiled kernels are for Numba 0.1, llvmlite 0.2, Python 3.3, "
-        f"this is {cache_files.VERSIONS}"
-    )
-    made.write_text(f"{cache_files.VERSIONS}\n0123456789abcdef\n")
-    assert "other sources" in prebuilt.explain_mismatch()
-    made.write_text(f"{cache_files.VERSIONS}\n{cache_files.KERNEL_HASH}\n")
-    assert "other processors" in prebuilt.explain_mismatch()
-    monkeypatch.setattr(prebuilt, "FOLDER", tmp_path)
-    assert prebuilt.explain_mismatch() == ""
+@pytest.mark.parametrize(
+    "system", [("linux", "aarch64"), ("linux", "riscv64"), ("darwin", "x86_64"), ("win32", "AMD64")]
+)
+def test_other_systems_and_processors_have_bitcode_only(monkeypatch, system):
+    monkeypatch.setattr(processor_levels.sys, "platform", system[0])
+    monkeypatch.setattr(processor_levels.platform, "machine", lambda: system[1])
+    assert processor_levels.find_levels() == []

@@ -32,6 +32,7 @@ _NAMES = {
 
 
 _RESULTS = {"float64": "out_[{}]", "int64": "int(out_[{}])", "bool": "out_[{}] != 0.0"}
+_PLAIN = {np.dtype(each): np.dtype(each) for each in DTYPES}  # the objects that machine code knows
 
 
 class CFunction:
@@ -39,7 +40,7 @@ class CFunction:
 
     def __init__(self, function: Callable[..., Any], declaration: str, number: int) -> None:
         self.function = function
-        declaration, _, results = declaration.partition("->")
+        declaration, _, results = map(str.strip, declaration.partition("->"))
         self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
         self.results = [each.strip() for each in results.split(",") if results]
         self.writes_results = self.results not in ([], ["bool"])
@@ -75,12 +76,12 @@ class CFunction:
         namespace: dict[str, Any] = {"code_": code, "numbers_": numbers}
         namespace |= {"address_of_": ctypes.addressof, "Misfit_": ctypes.ArgumentError}
         exec(self._caller(), namespace)
-        return namespace["call"]  # type: ignore[no-any-return]
+        return namespace[self.function.__name__]  # type: ignore[no-any-return]
 
     def _caller(self) -> str:
         """Return the code of the Python function; its own names end with an underscore."""
         passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
-        lines = [f"def call({', '.join(self.types.names)}):"]
+        lines = [f"def {self.function.__name__}({', '.join(self.types.names)}):"]
         lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
         if self.writes_results:
             lines += [" out_ = numbers_()"]
@@ -154,11 +155,11 @@ def _convert(value: Any, copies: list[tuple[Any, Any]]) -> Any:
     if isinstance(value, tuple):
         parts = [_convert(each, copies) for each in value]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.ndim:
         plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
         copies += [] if np.may_share_memory(plain, value) else [(value, plain)]
-        return plain
-    return value.item() if isinstance(value, np.generic) else value
+        return plain.view(_PLAIN.get(plain.dtype, plain.dtype))  # an unpickled one has its own
+    return value.item() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _describe_argument(value: Any) -> str:

@@ -1,15 +1,12 @@
 """Functions that generate machine code. Only kernels can call them.
 
-Their definitions belong to Numba's side of the machine layer. They are found when Numba compiles
+Their definitions belong to Numba's side of the machine layer. They are imported when Numba compiles
 the first kernel that calls them, so the import of a kernel's module does not import Numba.
 """
 
 from collections.abc import Callable
 from functools import cached_property
-from importlib import import_module
 from typing import Any
-
-_COMPILER = "robsim.kernels.machine.compiler"
 
 
 class Intrinsic:
@@ -21,7 +18,16 @@ class Intrinsic:
     @cached_property
     def function(self) -> Any:
         """The function that Numba knows."""
-        found = getattr(import_module(f"{_COMPILER}.{self.module}"), self.name)
+        from robsim.kernels.machine import compiler
+        from robsim.kernels.machine.compiler import (  # noqa: F401  late: Numba
+            array_pointers,
+            fixed_size,
+            lane_operations,
+            linked_calls,
+            routines,
+        )
+
+        found = getattr(getattr(compiler, self.module), self.name)
         return found(*self.arguments) if self.arguments else found
 
     def __repr__(self) -> str:
