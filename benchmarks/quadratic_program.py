@@ -11,10 +11,10 @@ import time
 import daqp
 import numpy as np
 import numpy.typing as npt
-from robsim.kernels.machine.jit import kernel
 
 from robsim.kernels.control.quadratic_layout import count_quadratic_rows
 from robsim.kernels.control.quadratic_program import SOLVED, solve_arrays
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH
 
 COUNT, TURNS, FAR = 2000, 15, 1e30

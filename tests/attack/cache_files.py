@@ -24,9 +24,9 @@ SIMULATE = """
 import json
 from robsim.kernels.machine import cache_files
 names, load = set(), cache_files.load_code
-def noted(folder, name, key):
+def noted(name, key):
     names.add(cache_files.code_file_name(name, key))
-    return load(folder, name, key)
+    return load(name, key)
 cache_files.load_code = noted
 import robsim as rs
 scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
@@ -43,7 +43,7 @@ def simulated(folder, limit=None):
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "ROBSIM_CACHE_DIR": str(folder)},
+        env={**os.environ, "ROBSIM_CACHE_DIR": str(folder), "ROBSIM_USE_NUMBA": "1"},
         preexec_fn=limit,
     )
     if done.returncode or done.stderr:

@@ -17,6 +17,7 @@ import pytest
 import robsim as rs
 from robsim import examples
 from robsim.base import environment
+from robsim.errors import InputError
 from robsim.kernels.machine import cache_files
 
 try:
@@ -655,7 +656,7 @@ def test_output_to_a_full_device_is_reported_before_anything_is_simulated(here):
 )
 def test_a_variable_that_stops_numba_is_named(variable, value, expected, monkeypatch):
     monkeypatch.setenv(variable, value)
-    with pytest.raises(rs.errors.InputError, match=f"{variable}: {expected}"):
+    with pytest.raises(InputError, match=f"{variable}: {expected}"):
         environment.check_numba_variables()
 
 

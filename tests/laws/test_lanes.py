@@ -6,6 +6,7 @@ from numba import njit
 
 from robsim.kernels.formulas.lane_math import cos_sin
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
+from robsim.kernels.machine.compiler import dispatchers  # noqa: F401  Numba learns of lanes
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 
 ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])

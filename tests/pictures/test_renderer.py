@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 from ray_casting import cast_picture, find_psnr
-from robsim.kernels.machine.jit import kernel
 
 import robsim as rs
+from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.raster.edge_coverage import divide_square
 from robsim.rendering.rendered_face import list_shape_faces, list_target_faces
 from robsim.rendering.renderer import Renderer

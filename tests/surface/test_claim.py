@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from robsim.kernels.machine.compile_lock import CompileLock
+from robsim.kernels.machine.compiler.compile_lock import CompileLock
 
 COUNTED = """
 from robsim.kernels.machine import cache_files

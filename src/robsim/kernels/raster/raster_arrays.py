@@ -16,7 +16,7 @@ PICTURES = "Pictures(uint16[::1], int64[:, :, ::1], int64[::1])"
 PINHOLE_PLANE = "ImagePlane(float64[:, ::1], float64[:, ::1], None, None, None)"
 LENS_PLANE = (
     "ImagePlane(float64[:, ::1], float64[:, ::1], "
-    "float32[:, :, ::1], float32[:, ::1], float32[:, ::1])"
+    "float32[:, :, ::1], float64[:, ::1], float64[:, ::1])"
 )
 PLACED_FACES = (
     "PlacedFaces(float64[:, ::1], float64[:, :, ::1], int64[:, ::1], float64[::1], float64[:, ::1])"
