@@ -30,9 +30,9 @@ if LEVEL not in ("", "numba"):
 def digest(*arrays):
     """Return a digest of arrays."""
     found = hashlib.sha256()
-    for each in map(np.asarray, arrays):
-        if each.dtype.kind == "f":
-            each = np.where(np.isnan(each), np.nan, each)
+    for array in map(np.asarray, arrays):
+        is_real = array.dtype.kind == "f"
+        each = np.where(np.isnan(array), np.nan, array) if is_real else array
         found.update(str((each.dtype, each.shape)).encode())
         found.update(each.tobytes() if each.dtype.kind in "biuf" else str(each.tolist()).encode())
     return found.hexdigest()[:16]
@@ -70,12 +70,12 @@ def digests_of_uses():
         digest(rs.robots.puma560().closed_ik(rs.robots.puma560().fk(np.full(6, 0.3))).q),
     )
     eye = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    for change in ("task.kind=pbvs", "task.features=moments", 'task.weighting=["tukey"]'):
+    for change in ("task.kind=pbvs", "task.features=point_moments", 'task.weighting=["tukey"]'):
         run = rs.load_scenario(rs.examples.path("eye_in_hand"), [change]).run()
         yield change, digest_of_run(run)
-    batch = eye.at("start", rs.starts.around(eye, 9)) if hasattr(rs.starts, "around") else None
-    if batch is not None:
-        yield "batch", digest_of_run(batch.run())
+    starts = eye.scene.home + np.linspace(-0.05, 0.05, 9)[:, None]
+    batch = rs.simulate(eye.scene, eye.task, starts, dt=eye.dt, duration=2.0, sensing=eye.sensing)
+    yield "batch", digest_of_run(batch)
 
 
 if __name__ == "__main__":

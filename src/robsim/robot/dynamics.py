@@ -365,10 +365,10 @@ class Dynamics(Kinematics):
             and (a is _ABSENT or (_is_dense(a) and a.shape == prepared.v_shape))
         ):
             out = np.empty(prepared.shape)
+            flat = out if out.ndim == 1 else out.reshape(-1)
             if v is _ABSENT:
-                usual = prepared.fill(prepared.fill_positions, 1, q, out)
+                usual = prepared.fill(prepared.fill_positions, 1, q, flat)
             else:
-                flat = out if out.ndim else out.reshape(-1)
                 usual = prepared.fill(
                     prepared.fill_dynamics, 1, q, v, _NONE if a is _ABSENT else a, flat
                 )

@@ -4,7 +4,7 @@ The stages of a program compute one block of runs at a time, so the cost of a co
 depend on their number. The arrays of users are flat.
 """
 
-from robsim.kernels.machine.array_views import as_vector, reals, wholes
+from robsim.kernels.machine.array_views import reals, wholes
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.intrinsics import routine
 from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put
@@ -90,13 +90,10 @@ def fill_dynamics(code, runs, q, v, a, out):
 
 @entry("int64, int64, float64[::1], float64[::1] -> bool")
 def fill_positions(code, runs, q, out):
-    """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone.
-
-    The array `out` is flat, or has the shape of the quantity for a single run.
-    """
+    """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone."""
     numbers = wholes(code, wholes(code, 1)[0])
     block = reals(numbers[1], WIDTH * numbers[2])
-    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], as_vector(out))
+    return _fill_runs(numbers, block, runs, q, q[:0], q[:0], out)
 
 
 @entry(

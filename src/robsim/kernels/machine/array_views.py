@@ -46,12 +46,6 @@ def pointer_of(array):
 
 
 @part
-def as_vector(array):
-    """Return a float64 array in C order as an array of one axis."""
-    return carray(pointer_of(array), (array.size,))
-
-
-@part
 def as_bytes(array):
     """Return a uint8 array in C order as an array of one axis."""
     return carray(_to_byte(array.ctypes.data), (array.size,))
