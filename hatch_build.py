@@ -35,7 +35,8 @@ class MachineCode(BuildHookInterface):
         self.folder = Path(tempfile.mkdtemp(prefix="robsim-"))
         root = Path(self.root)
         command = [sys.executable, str(root / "tools/machine_code/build.py"), str(self.folder)]
-        environment = {**os.environ, "PYTHONPATH": str(root / "src"), "PYTHONHASHSEED": "0"}
+        plain = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+        environment = {**plain, "PYTHONPATH": str(root / "src"), "PYTHONHASHSEED": "0"}
         environment |= {"ROBSIM_USE_NUMBA": "1", "ROBSIM_QUIET": "1"}
         subprocess.run(command, check=True, env=environment)
         for file in self.folder.iterdir():

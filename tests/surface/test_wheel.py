@@ -28,13 +28,11 @@ print(json.dumps([digest, "numba" in sys.modules]))
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None\n"
 OWN_STAGE = """
 import numpy as np
+import sys
 from robsim.kernels.formulas.lane_math import cos_sin
-from robsim.kernels.linear_algebra.svd import rotate
 from robsim.kernels.machine.lanes import get, put
-from robsim.kernels.machine.program import Program, evaluate_stages
+from robsim.kernels.machine.program import evaluate_stages
 from robsim.kernels.machine.stages import stage
-from robsim.kernels.images.pixel_noise import add_pixel_noise
-from robsim.kernels.bodies.integration import integrate_joints
 
 
 @stage
@@ -42,6 +40,16 @@ def turn(w, step, angle="", out="2"):
     c, s = cos_sin(get(w, angle))
     put(w, out, c)
     put(w, out + 1, s)
+
+
+def add(program, angle):
+    return [program.result(turn, "out", 2, angle=angle)]
+
+
+(found,) = evaluate_stages(add, [np.array([0.0, np.pi / 2, np.pi / 6])])
+import robsim as rs
+rs.load_scenario(rs.examples.path("eye_in_hand")).run().outcome
+print(np.abs(found - [[1, 0, np.sqrt(0.75)], [0, 1, 0.5]]).max() < 1e-15, "numba" in sys.modules)
 """
 
 
@@ -68,7 +76,6 @@ def start(installed, *command, **more):
     """Run Python with the installed package; return its output and its messages."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
     environment |= {"PYTHONPATH": str(installed.parent), **more}
-    environment.setdefault("ROBSIM_CACHE_DIR", str(installed.parents[1] / "cache"))
     environment["ROBSIM_CACHE_DIR"] = str(installed.parents[1] / "cache")
     process = subprocess.run(
         [sys.executable, *command], capture_output=True, text=True, env=environment, check=False
@@ -157,3 +164,9 @@ def test_code_that_does_not_fit_is_left_to_numba(installed, fault):
     found, used_numba, messages = run_scenario(installed)
     assert (found, used_numba) == (expected, True)
     assert "no_such_symbol" not in messages and "LLVM ERROR" not in messages
+
+
+def test_a_stage_of_a_user_runs_beside_shipped_ones(installed, tmp_path):
+    script = tmp_path / "own_stage.py"
+    script.write_text(OWN_STAGE)
+    assert start(installed, script)[0] == "True True\n"

@@ -4,7 +4,7 @@ It needs Numba 0.61 and llvmlite 0.44, whose LLVM 15 writes bitcode that all lat
 another system than Linux on x86-64 it writes the bitcode alone. Two builds write the same bytes.
 """
 
-import os
+import platform
 import re
 import sys
 from pathlib import Path
@@ -31,7 +31,7 @@ def build_archives(folder):
     bitcode = {symbol: make_bitcode(plain.make(symbol)) for symbol in texts.functions}
     needs = {symbol: list_needs(code) for symbol, code in bitcode.items()}
     _write(folder, BITCODE, bitcode, needs)
-    if (sys.platform, os.uname().machine) == OBJECTS_FOR:
+    if (sys.platform, platform.machine().lower()) == OBJECTS_FOR:
         for level in LEVELS:
             objects = {symbol: make_object(code, level) for symbol, code in bitcode.items()}
             _write(folder, level, objects, needs)

@@ -61,7 +61,11 @@ class PlainModules:
         known = self._definitions(code.library)
         needed = _reach(known, code.name)
         body = "\n".join(_clean(name, *known[name]) for name in sorted(needed))
-        defined = sorted(name for name in needed if known[name][0] != "declare")
+        defined = sorted(
+            name
+            for name in needed
+            if known[name][0] != "declare" and not name.startswith("numba.dynamic.globals")
+        )
         short = {name: f"f{i}" for i, name in enumerate(defined)} | _RENAMED
         text = f"{HEAD}{body}\n{_wrapper(symbol, code)}"
         return NAME.sub(lambda found: "@" + short.get(found[1].strip('"'), found[1]), text)
@@ -101,8 +105,8 @@ def _clean(name, kind, text):
     """Return a definition that only its own module sees, in the syntax of any LLVM."""
     if name.startswith(".const.picklebuf."):  # an exception: only its status counts
         return f'@"{name}" = internal constant {_EXCEPTION} zeroinitializer'
-    if name.startswith("numba.dynamic.globals"):  # a Python object, which nothing uses
-        return f'@"{name}" = internal constant i8* null'
+    if name.startswith("numba.dynamic.globals"):  # of this process; a use of it stops the build
+        return f'@"{name}" = external global i8*'
     if kind == "define":
         text = re.sub(r"^define (linkonce_odr |internal )?", "define internal ", text, count=1)
     text = text.replace(" common global", " internal global")
@@ -123,7 +127,7 @@ def _wrapper(symbol, code):
     ]
     if code.returns_status:
         lines += ["  %failed = icmp sgt i32 %status, 0", f"  %v = load {result}, {result}* %r"]
-        lines += ["  %w = select i1 %failed, i64 1, i64 %v", "  ret i64 %w", "}"]
+        lines += ["  %w = select i1 %failed, i64 0, i64 %v", "  ret i64 %w", "}"]
     else:
         lines += ["  %failed = icmp sgt i32 %status, 0"]
         lines += ["  br i1 %failed, label %bad, label %good", "bad:"]

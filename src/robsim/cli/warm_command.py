@@ -33,12 +33,12 @@ def compile_kernels(jobs: int | None) -> None:
     from robsim.kernels.machine import cache_files
     from robsim.kernels.machine.machine_code import PACKAGE_CODE
 
-    if not cache_files.is_cache_writable():
+    if not PACKAGE_CODE.objects and not cache_files.is_cache_writable():
         raise FileError(f"cannot write {cache_files.CACHE}, the folder for kernels")
     began = time.perf_counter()
     if PACKAGE_CODE.objects:
         compiled, failed = set[str](), list[str]()
-    elif PACKAGE_CODE.bitcode:
+    elif PACKAGE_CODE.is_bitcode_readable:
         compiled, failed = _translate_bitcode(jobs or count_processors()), []
     else:
         compiled, failed = _run_workload(jobs or count_processors())

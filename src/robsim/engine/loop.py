@@ -25,7 +25,6 @@ from robsim.engine.outcome import Outcome
 from robsim.engine.plant import Plant, has_actuation_dynamics
 from robsim.engine.recorder import Record, Recorder
 from robsim.engine.termination_checks import TerminationChecks
-from robsim.kernels.machine.machine_code import check_failures
 from robsim.kernels.machine.program import CompiledStages, Program, PythonStage
 from robsim.kernels.machine.stages import advance_blocks
 from robsim.servo.command import Decision
@@ -296,7 +295,6 @@ class Steps:
         before = chunk.numbers.copy() if self._rescue_rows else chunk.numbers
         arguments = compiled.addresses, compiled.at, compiled.numbers, self.motion
         advance_blocks(*arguments, chunk.flat, int(self.alive), step, until)  # positional: faster
-        check_failures()
         if not any(chunk.numbers[:, row].any() for row in self._rescue_rows):
             return True
         chunk.numbers[:] = before

@@ -14,7 +14,6 @@ from robsim.kernels.bodies.integration import assemble_velocities
 from robsim.kernels.control import rollout
 from robsim.kernels.images import projection
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.kernels.machine.machine_code import check_failures
 from robsim.kernels.machine.program import Blocks, CompiledStages, Program, PythonStage
 from robsim.kernels.machine.stages import advance_blocks
 from robsim.robot.fk_stages import FKStages
@@ -133,7 +132,6 @@ class Prediction:
         if self._compiled is not None:
             parts = self._compiled.addresses, self._compiled.at, self._compiled.numbers
             advance_blocks(*parts, 0, future.flat, int(self.alive), step, until)
-            check_failures()
             if not any(future.numbers[:, row].any() for row in self.program.rescues):
                 return
             future.numbers[:] = before

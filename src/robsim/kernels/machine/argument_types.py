@@ -118,22 +118,23 @@ class ArgumentTypes:
     def wrapper(self, results: Sequence[str]) -> str:
         """Return the code of a function of the leaves that calls the kernel `body`.
 
-        It returns 1 without a call if an argument does not fit. A single truth value is returned
-        as 0 or 2. Other results are written as float64 numbers to the address `out`.
+        It returns a status: 1 without a call if an argument does not fit, 2 for a result that is
+        true, and 3 otherwise. It is 0 after a failure. Other results than a single truth value are
+        written as float64 numbers to the address `out`.
         """
         names = ["types", *(each.name for each in self.leaves)]
         tests = [each.test for each in self.leaves if each.axes]
         call = f"body({', '.join(self.values)})"
         lines = [f"    if not {test}:\n        return 1" for test in tests]
         if results == ["bool"]:
-            lines += [f"    return 2 if {call} else 0"]
+            lines += [f"    return 2 if {call} else 3"]
         else:
             names += ["out"] if results else []
             lines += [f"    found = {call}" if results else f"    {call}"]
             one = len(results) == 1
             for i in range(len(results)):
                 lines += [f"    put_result(out, {i}, {'found' if one else f'found[{i}]'})"]
-            lines += ["    return 0"]
+            lines += ["    return 3"]
         return "\n".join([f"def wrapper({', '.join(names)}):", *lines])
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 
 from llvmlite import binding as llvm
 
 from robsim.kernels.machine import cache_files, llvm_modules
 from robsim.kernels.machine.code_archive import CodeArchive
 
-# Room for arrays inside of stages: a head of which Numba's code reads the count and the address.
+# Allocation of arrays in stages. The header has the count of references and the address of the
+# numbers where Numba's code reads them.
 _RUNTIME = """
 target triple = "TRIPLE"
 target datalayout = "LAYOUT"
@@ -41,9 +43,9 @@ define void @robsim.release(i8* %m) {
   call void @free(i8* %m)
   ret void
 }
-@robsim.status = global i32 0
+@robsim.failures = global i32 0
 define void @robsim.fail(i32 %status) {
-  store i32 %status, i32* @robsim.status
+  %before = atomicrmw add i32* @robsim.failures, i32 1 monotonic
   ret void
 }
 """
@@ -55,8 +57,8 @@ class CodeEngine:
 
     Attributes
     ----------
-    status : ctypes.c_int
-        Nonzero after a stage has failed.
+    failures : ctypes.c_int
+        Number of stages that have failed.
     """
 
     def __init__(self) -> None:
@@ -66,13 +68,23 @@ class CodeEngine:
         runtime = llvm_modules.parse_module(_RUNTIME.encode(), self.machine)
         self._engine = llvm.create_mcjit_compiler(runtime, self.machine)
         self._engine.finalize_object()
-        self.status = ctypes.c_int.from_address(
-            self._engine.get_global_value_address("robsim.status")
+        self.failures = ctypes.c_int.from_address(
+            self._engine.get_global_value_address("robsim.failures")
         )
 
-    def knows(self, symbol: str) -> bool:
+    def has_address(self, symbol: str) -> bool:
         """Return whether a symbol has an address; LLVM ends the process if it has none."""
         return symbol in _OWN or bool(llvm.address_of_symbol(symbol))
+
+    @staticmethod
+    def can_read(archive: CodeArchive) -> bool:
+        """Return whether this LLVM is not earlier than the one that wrote an archive."""
+        return archive.llvm <= llvm_modules.LLVM_VERSION[0]
+
+    @staticmethod
+    def add_symbol(symbol: str, address: int) -> None:
+        """Register the address of a function, for code that calls it by its symbol."""
+        llvm.add_symbol(symbol, address)
 
     def load(self, symbol: str, archive: CodeArchive, is_bitcode: bool) -> int:
         """Load the code of a function; return its address, or 0 if this LLVM cannot read it."""
@@ -87,13 +99,17 @@ class CodeEngine:
 
     def translate(self, symbol: str, archive: CodeArchive) -> bytes | None:
         """Return the machine code of bitcode, from the user's cache if it is there."""
-        if archive.llvm > llvm_modules.LLVM_VERSION[0]:
+        if not self.can_read(archive):
             return None
         name = symbol.removeprefix("robsim.robsim.kernels.")
-        key = (archive.kernels, llvm_modules.LLVM_VERSION, llvm_modules.TRIPLE, *self.processor)
+        digest = hashlib.sha256(archive.parts[symbol]).hexdigest()
+        key = (digest, llvm_modules.LLVM_VERSION, llvm_modules.TRIPLE, *self.processor)
         code = cache_files.read_object(name, key)
         if code is None:
-            module = llvm_modules.parse_module(archive.parts[symbol], self.machine)
+            try:
+                module = llvm_modules.parse_module(archive.parts[symbol], self.machine)
+            except RuntimeError:  # an LLVM that cannot read the old bitcode
+                return None
             llvm_modules.optimise(module, self.machine)
             code = self.machine.emit_object(module)
             cache_files.write_object(name, key, code)

@@ -19,7 +19,7 @@ from robsim.kernels.machine.array_objects import axis_size, data_address, is_arr
 from robsim.kernels.machine.array_views import carray, cast_address_to
 from robsim.kernels.machine.intrinsics import Intrinsic
 from robsim.kernels.machine.kernel import Kernel, name_like, part
-from robsim.kernels.machine.machine_code import find_address
+from robsim.kernels.machine.machine_code import PACKAGE_CODE, find_address
 
 _TYPES = describe_array_types()
 _ADDRESS = int(_TYPES.ctypes.data)
@@ -43,6 +43,7 @@ class CFunction:
         declaration, _, results = map(str.strip, declaration.partition("->"))
         self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
         self.results = [each.strip() for each in results.split(",") if results]
+        self.performs_stages = "addresses" in self.types.names or "code" in self.types.names
         self.writes_results = self.results not in ([], ["bool"])
         mark = f".{number}" if number else ""
         self.symbol = f"robsim.{function.__module__}.{function.__qualname__}{mark}"
@@ -75,20 +76,33 @@ class CFunction:
         numbers = ctypes.c_double * len(self.results)
         namespace: dict[str, Any] = {"code_": code, "numbers_": numbers}
         namespace |= {"address_of_": ctypes.addressof, "Misfit_": ctypes.ArgumentError}
+        namespace |= {"refuse_": self._refuse, "package_": PACKAGE_CODE}
         exec(self._caller(), namespace)
         return namespace[self.function.__name__]  # type: ignore[no-any-return]
+
+    def _refuse(self, status: int) -> Any:
+        """Return NotImplemented for arguments that do not fit; raise MemoryError for a failure."""
+        if status:
+            return NotImplemented
+        raise MemoryError(
+            f"kernel '{self.function.__name__}' failed: too little memory for its arrays"
+        )
 
     def _caller(self) -> str:
         """Return the code of the Python function; its own names end with an underscore."""
         passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
         lines = [f"def {self.function.__name__}({', '.join(self.types.names)}):"]
         lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
+        if self.performs_stages:
+            lines += [" failures_ = package_.failures", " before_ = failures_.value"]
         if self.writes_results:
             lines += [" out_ = numbers_()"]
             passed += ["address_of_(out_)"]
         lines += [" try:", f"  status_ = code_({', '.join(passed)})"]
         lines += [" except Misfit_: return NotImplemented"]
-        lines += [" if status_ == 1: return NotImplemented"]
+        lines += [" if status_ < 2: return refuse_(status_)"]
+        if self.performs_stages:
+            lines += [" if failures_.value != before_: return refuse_(0)"]
         if self.results == ["bool"]:
             lines += [" return status_ == 2"]
         elif self.results:
@@ -125,15 +139,15 @@ class Entry(Kernel):
     def _try_variants(self, arguments: tuple[Any, ...]) -> Any:
         """Perform the kernel for arguments that do not fit as they are.
 
-        Arrays in another order are copied, and afterwards the copies are written back.
+        Arrays in another order are copied, and afterwards the changed copies are written back.
         """
-        copies: list[tuple[Any, Any]] = []
+        copies: list[tuple[Any, Any, bytes]] = []
         plain = tuple(_convert(each, copies) for each in arguments)
         for each in self.variants:
             found = each.call(*plain)
             if found is not NotImplemented:
-                for original, copy in copies:
-                    if original.flags.writeable:
+                for original, copy, before in copies:
+                    if copy.tobytes() != before:
                         original[...] = copy
                 return found
         expected = " or ".join(each.types.declaration for each in self.variants)
@@ -150,14 +164,14 @@ def entry(*declarations: str, inline: str = "never") -> Callable[[Callable[..., 
     return lambda function: Entry(function, declarations, inline)
 
 
-def _convert(value: Any, copies: list[tuple[Any, Any]]) -> Any:
+def _convert(value: Any, copies: list[tuple[Any, Any, bytes]]) -> Any:
     """Return an argument as C takes it, and add the arrays that were copied to `copies`."""
     if isinstance(value, tuple):
         parts = [_convert(each, copies) for each in value]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     if isinstance(value, np.ndarray) and value.ndim:
         plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
-        copies += [] if np.may_share_memory(plain, value) else [(value, plain)]
+        copies += [] if np.may_share_memory(plain, value) else [(value, plain, plain.tobytes())]
         return plain.view(_PLAIN.get(plain.dtype, plain.dtype))  # an unpickled one has its own
     return value.item() if isinstance(value, np.ndarray | np.generic) else value
 

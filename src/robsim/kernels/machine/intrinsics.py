@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Intrinsic:
-    """A function of Numba's side: `name` of a module, or what `name(*arguments)` returns there."""
+    """A function of Numba's side: `name` of a module, or the result of `name(*arguments)`."""
 
     def __init__(self, module: str, name: str, *arguments: Any) -> None:
         self.module, self.name, self.arguments = module, name, arguments

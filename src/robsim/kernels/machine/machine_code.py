@@ -7,6 +7,7 @@ last case only.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import threading
 from collections.abc import Callable
@@ -40,27 +41,31 @@ def find_address(
     return address
 
 
-def check_failures() -> None:
-    """Raise MemoryError if a stage has failed, as only a lack of memory makes one fail."""
-    status = PACKAGE_CODE.status
-    if status is not None and status.value:
-        status.value = 0
-        raise MemoryError("a compiled stage could not allocate its arrays")
-
-
 def link_symbol(symbol: str) -> None:
-    """Let LLVM know the address of a linked stage by its symbol."""
+    """Register the address of a linked stage with LLVM."""
     from llvmlite import binding
 
     binding.add_symbol(symbol, LINKED[symbol].address)
 
 
 class PackageCode:
-    """The code of the package, loaded function by function."""
+    """The code of the package, loaded function by function.
+
+    Attributes
+    ----------
+    failures : ctypes.c_int
+        Number of stages that have failed.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
-        self.status: Any = None  # ctypes.c_int, nonzero after a stage has failed
+        self._addresses: dict[str, int] = {}
+        self.failures = ctypes.c_int(0)
+        if hasattr(os, "register_at_fork"):  # a child would wait for a lock that nobody releases
+            release = self._lock.release
+            os.register_at_fork(
+                before=self._lock.acquire, after_in_parent=release, after_in_child=release
+            )
 
     @cached_property
     def objects(self) -> CodeArchive | None:
@@ -73,24 +78,34 @@ class PackageCode:
         """The code for other processors."""
         return self._read(code_archive.BITCODE)
 
+    @property
+    def is_bitcode_readable(self) -> bool:
+        """Whether the package has bitcode of an LLVM that is not later than the one here."""
+        return bool(self.bitcode) and self.engine.can_read(self.bitcode)
+
     @cached_property
     def engine(self) -> CodeEngine:
         """The engine that holds the loaded code."""
         from robsim.kernels.machine.code_engine import CodeEngine  # late: llvmlite
 
         engine = CodeEngine()
-        self.status = engine.status
+        self.failures = engine.failures
         return engine
 
     def find(self, symbol: str) -> int:
         """Return the address of a function, or 0 if the package has no code that fits."""
         with self._lock, DEFERRED_INTERRUPT:
-            for archive in ("objects", "bitcode"):
-                found: CodeArchive | None = getattr(self, archive)
-                if found and symbol in found.parts and self._links(found.needs[symbol]):
-                    address = self.engine.load(symbol, found, archive == "bitcode")
-                    if address:
-                        return address
+            if symbol not in self._addresses:
+                self._addresses[symbol] = self._load(symbol)
+            return self._addresses[symbol]
+
+    def _load(self, symbol: str) -> int:
+        for archive in ("objects", "bitcode"):
+            found: CodeArchive | None = getattr(self, archive)
+            if found and symbol in found.parts and self._links(found.needs[symbol]):
+                address = self.engine.load(symbol, found, archive == "bitcode")
+                if address:
+                    return address
         return 0
 
     def translate(self, symbols: list[str]) -> None:
@@ -100,17 +115,26 @@ class PackageCode:
                 self.engine.translate(symbol, self.bitcode)
 
     def _links(self, needs: list[str]) -> bool:
-        """Link the stages that a function calls; return whether all its symbols are known."""
-        for symbol in needs:
-            if symbol in LINKED:
-                link_symbol(symbol)
-            elif not self.engine.knows(symbol):
-                return False
-        return True
+        """Link the stages that a function calls; return whether all its symbols are known.
+
+        A stage without code in the package is not compiled here: Numba's compiler has a lock of
+        its own, under which another thread may ask for the code of the package.
+        """
+        return all(
+            self._link_stage(symbol) if symbol in LINKED else self.engine.has_address(symbol)
+            for symbol in needs
+        )
+
+    def _link_stage(self, symbol: str) -> bool:
+        address = self.find(symbol)
+        if address:
+            self.engine.add_symbol(symbol, address)
+        return bool(address)
 
     @staticmethod
     def _read(name: str) -> CodeArchive | None:
-        is_numba_asked = any(os.environ.get(each) for each in (USES_NUMBA, "NUMBA_BOUNDSCHECK"))
+        variables = USES_NUMBA, "NUMBA_BOUNDSCHECK"
+        is_numba_asked = any(os.environ.get(each, "0") not in ("", "0") for each in variables)
         return None if is_numba_asked else code_archive.read_archive(name, digest_of_all())
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from robsim.kernels.machine import stages as kernels
 from robsim.kernels.machine.block_rows import Address, BlockRows, block_rows_at
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.machine_code import check_failures
 from robsim.kernels.machine.stages import CompiledStage
 
 Array = NDArray[np.float64]
@@ -136,7 +135,6 @@ class CompiledStages:
     def __call__(self, blocks: Blocks, step: int) -> None:
         """Perform the stages on all blocks."""
         kernels.perform_stages(self.addresses, self.at, self.numbers, blocks.flat, step)
-        check_failures()
 
 
 class Program:
@@ -331,7 +329,6 @@ class ProgramFunction:
         own = _allocate_aligned(1, self.program.size).reshape(-1)
         own[:] = block
         kernels.evaluate_block(*stages, own, self.first, x, self.output, out)
-        check_failures()
         return out
 
     def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:

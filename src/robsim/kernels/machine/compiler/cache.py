@@ -17,6 +17,7 @@ from numba.core.compiler import CompileResult
 
 from robsim.kernels.machine import cache_files, sources, stderr_messages
 from robsim.kernels.machine.compiler.compile_lock import CompileLock
+from robsim.kernels.machine.intrinsics import Intrinsic
 from robsim.kernels.machine.kernel import Kernel
 from robsim.kernels.machine.machine_code import LINKED, link_symbol
 
@@ -110,6 +111,8 @@ class KernelCache:
 
 def _describe_value(value: Any) -> str:
     """Return a text for the value of a free variable. It names a kernel without its address."""
+    if isinstance(value, Intrinsic):
+        return f"{value!r} {[*map(_describe_value, value.arguments)]}"
     own = getattr(value.dispatcher if isinstance(value, Kernel) else value, "_cache", None)
     return f"{own.name} {own.sources} {own.free}" if isinstance(own, KernelCache) else repr(value)
 
