@@ -10,8 +10,8 @@ from typing import Any
 class Kernel:
     """A function of numbers and arrays that other kernels call.
 
-    It runs without the GIL, divides as IEEE 754 says, and uses no fast-math. A call from Python compiles it
-    for the types of the arguments.
+    It runs without the GIL, divides as IEEE 754 says, and uses no fast-math. A call from Python
+    compiles it for the types of the arguments.
 
     Attributes
     ----------

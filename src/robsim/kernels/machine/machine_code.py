@@ -81,7 +81,7 @@ class PackageCode:
     @property
     def is_bitcode_readable(self) -> bool:
         """Whether the package has bitcode of an LLVM that is not later than the one here."""
-        return bool(self.bitcode) and self.engine.can_read(self.bitcode)
+        return self.bitcode is not None and self.engine.can_read(self.bitcode)
 
     @cached_property
     def engine(self) -> CodeEngine:
