@@ -214,7 +214,7 @@ def test_a_checkpoint_that_does_not_serve_is_refused_by_its_reason(monkeypatch):
 def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):
     """The processor is another; here the bits are the same, as the machine code is."""
     stop_after(NOISY, 3, monkeypatch)
-    monkeypatch.setattr(checkpoint.llvm, "get_host_cpu_name", lambda: "abacus")
+    monkeypatch.setattr(checkpoint, "find_processor_name", lambda: "x86 abacus")
     with pytest.warns(
         rs.errors.FileWarning, match=r"point: the processor was .*, and here is .* abacus"
     ):

@@ -232,7 +232,7 @@ def test_an_edit_of_a_file_compiles_twelve_kernels_anew_in_the_median(copy):
     )
     changed = json.loads(done.stdout)
     assert all(module in changed[module] for module in paths)
-    again = [sum(count[name] for name in each) for each in changed.values()]
+    again = [sum(count.get(name, 0) for name in each) for each in changed.values()]
     assert sum(count.values()) > 240 and statistics.median(again) <= 12
 
 
@@ -253,7 +253,8 @@ def test_the_imports_of_a_kernel_file_are_those_that_python_reads():
             elif isinstance(each, ast.Import):
                 expected |= {name.name for name in each.names}
         assert sources.imported_modules(module) == expected & sources.SOURCES.keys(), module
-        assert "import_module" not in path.read_text(encoding="utf-8")
+        is_by_name = "import_module" in path.read_text(encoding="utf-8")
+        assert is_by_name == (module == "robsim.kernels.machine.intrinsics")
 
 
 def test_a_function_without_a_file_is_not_kept():

@@ -7,7 +7,6 @@ and a checkpoint that does not fit its experiment is rejected.
 from __future__ import annotations
 
 import os
-import platform
 import time
 import warnings
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from robsim.base.file_content import open_regular_file
 from robsim.container import ArrayBlock, ContainerError, pack_container, unpack_container
 from robsim.engine.chunk import Chunk, ChunkProgress
 from robsim.kernels.machine.cache_files import KERNEL_HASH, VERSIONS
+from robsim.kernels.machine.processor_levels import find_processor_name
 from robsim.kernels.machine.program import Program
 
 if TYPE_CHECKING:
@@ -136,12 +136,10 @@ def _convert_misfit_errors(path: Path) -> Iterator[None]:
 
 
 def _get_software_versions() -> dict[str, str]:
-    from llvmlite import binding as llvm  # late: it loads LLVM
-
     return {
         "RobSim": f"{__version__}, kernels {KERNEL_HASH}",
         "software": f"{VERSIONS}, NumPy {np.__version__}",
-        MACHINE: f"{platform.machine()} {llvm.get_host_cpu_name()}",
+        MACHINE: find_processor_name(),
     }
 
 

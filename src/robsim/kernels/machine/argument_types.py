@@ -16,13 +16,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
-
-import numpy as np
 
 DTYPES = (*("bool", "uint8", "uint16", "uint32", "uint64", "int32", "int64"), "float32", "float64")
 NUMBERS = ("int64", "uint64", "float64", "bool")
-OBJECT_HEAD = object.__basicsize__  # bytes before NumPy's fields; the last 8 point to the type
 
 
 @dataclass
@@ -136,13 +132,3 @@ class ArgumentTypes:
                 lines += [f"    put_result(out, {i}, {'found' if one else f'found[{i}]'})"]
             lines += ["    return 3"]
         return "\n".join([f"def wrapper({', '.join(names)}):", *lines])
-
-
-def describe_array_types() -> Any:
-    """Return the numbers by which machine code knows arrays.
-
-    They are the size of the head of an object, and the addresses of the type of arrays and of the
-    element types.
-    """
-    found = [OBJECT_HEAD, id(np.ndarray), *(id(np.dtype(each)) for each in DTYPES)]
-    return np.array(found, dtype=np.int64)

@@ -3,14 +3,30 @@
 After the head of an object follow (see `PyArrayObject_fields` in NumPy's C interface) the address
 of the numbers, the number of axes, the addresses of the shape and of the strides, the base, the
 address of the element type, and flags. `types` is the address of the numbers of
-`argument_types.describe_array_types`.
+`describe_array_types`.
 """
 
+from typing import Any
+
+import numpy as np
+
+from robsim.kernels.machine.argument_types import DTYPES
 from robsim.kernels.machine.intrinsics import Intrinsic, routine
 
 _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 0, 8, 16, 40, 48  # bytes after the head
 _ORDERED = 0x101  # flags of an array in C order whose numbers are aligned
 _word_at = Intrinsic("array_pointers", "load_word")
+OBJECT_HEAD = object.__basicsize__  # bytes before NumPy's fields; the last 8 point to the type
+
+
+def describe_array_types() -> Any:
+    """Return the numbers by which machine code knows arrays.
+
+    They are the size of the head of an object, and the addresses of the type of arrays and of the
+    element types.
+    """
+    found = [OBJECT_HEAD, id(np.ndarray), *(id(np.dtype(each)) for each in DTYPES)]
+    return np.array(found, dtype=np.int64)
 
 
 @routine

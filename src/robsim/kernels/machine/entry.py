@@ -14,8 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.kernels.machine.argument_types import DTYPES, ArgumentTypes, describe_array_types
-from robsim.kernels.machine.array_objects import axis_size, data_address, is_array
+from robsim.kernels.machine.argument_types import DTYPES, ArgumentTypes
+from robsim.kernels.machine.array_objects import (
+    axis_size,
+    data_address,
+    describe_array_types,
+    is_array,
+)
 from robsim.kernels.machine.array_views import carray, cast_address_to
 from robsim.kernels.machine.intrinsics import Intrinsic
 from robsim.kernels.machine.kernel import Kernel, name_like, part

@@ -6,7 +6,15 @@ the first kernel that calls them, so the import of a kernel's module does not im
 
 from collections.abc import Callable
 from functools import cached_property
+from importlib import import_module
 from typing import Any
+
+from robsim.kernels.machine.sources import COMPILER
+
+
+def import_compiler(module: str) -> Any:
+    """Return a module of Numba's side, imported late; `sources` counts them for every kernel."""
+    return import_module(f"{COMPILER}.{module}")
 
 
 class Intrinsic:
@@ -18,16 +26,7 @@ class Intrinsic:
     @cached_property
     def function(self) -> Any:
         """The function that Numba knows."""
-        from robsim.kernels.machine import compiler
-        from robsim.kernels.machine.compiler import (  # noqa: F401  late: Numba
-            array_pointers,
-            fixed_size,
-            lane_operations,
-            linked_calls,
-            routines,
-        )
-
-        found = getattr(getattr(compiler, self.module), self.name)
+        found = getattr(import_compiler(self.module), self.name)
         return found(*self.arguments) if self.arguments else found
 
     def __repr__(self) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from typing import Any
 
+from robsim.kernels.machine.intrinsics import import_compiler
+
 
 class Kernel:
     """A function of numbers and arrays that other kernels call.
@@ -28,9 +30,8 @@ class Kernel:
     @cached_property
     def dispatcher(self) -> Any:
         """Numba's dispatcher, which holds the machine code for each list of argument types."""
-        from robsim.kernels.machine.compiler.dispatchers import make_dispatcher  # late: Numba
-
-        return make_dispatcher(self.py_func, self.targetoptions["inline"])
+        make = import_compiler("dispatchers").make_dispatcher
+        return make(self.py_func, self.targetoptions["inline"])
 
     def __call__(self, *arguments: Any) -> Any:
         """Perform the kernel."""

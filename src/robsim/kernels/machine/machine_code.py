@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from robsim.kernels.machine import cache_files, code_archive, processor_levels
 from robsim.kernels.machine.code_archive import CodeArchive
 from robsim.kernels.machine.deferred_interrupt import DEFERRED_INTERRUPT
+from robsim.kernels.machine.intrinsics import import_compiler
 from robsim.kernels.machine.sources import digest_of_all
 
 if TYPE_CHECKING:
@@ -35,9 +36,7 @@ def find_address(
     """
     address = PACKAGE_CODE.find(symbol)
     if not address:
-        from robsim.kernels.machine.compiler.dispatchers import compile_c_function  # late: Numba
-
-        address = compile_c_function(make(), kinds)
+        address = import_compiler("dispatchers").compile_c_function(make(), kinds)
     return address
 
 

@@ -1,4 +1,4 @@
-"""Levels of processors for which the package has machine code."""
+"""The processor, and the levels of processors for which the package has machine code."""
 
 import platform
 import sys
@@ -15,6 +15,13 @@ def find_levels() -> list[str]:
         return []
     have = _list_features()
     return [level for level, needs in LEVELS.items() if needs <= have]
+
+
+def find_processor_name() -> str:
+    """Return the name that LLVM gives to this processor, after the kind of machine."""
+    from llvmlite import binding  # late: it loads LLVM
+
+    return f"{platform.machine()} {binding.get_host_cpu_name()}"
 
 
 def _list_features() -> set[str]:

@@ -8,6 +8,7 @@ from importlib.util import resolve_name
 from pathlib import Path
 
 PACKAGE = "robsim.kernels"
+COMPILER = f"{PACKAGE}.machine.compiler"  # the modules that generate code by Numba
 _ROOT = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+)?import\s+(\([^)]*\)|[^\n]*)", re.MULTILINE)
 _NAME = re.compile(r"[\w.]+")
@@ -39,8 +40,11 @@ def digest_of(module: str) -> str:
 
 
 def import_closure(module: str) -> set[str]:
-    """Return a module and all modules with a source that it imports directly or indirectly."""
-    reached, waiting = set(), {module}
+    """Return a module and all modules with a source that it imports directly or indirectly.
+
+    Kernels import the modules of Numba's side by name, so these count for each module.
+    """
+    reached, waiting = set(), {module, *(each for each in SOURCES if each.startswith(COMPILER))}
     while waiting:
         reached |= waiting
         waiting = {name for each in waiting for name in imported_modules(each)} - reached
