@@ -10,6 +10,7 @@ import robsim as rs
 from robsim.kernels.formulas import se3
 from robsim.kernels.formulas.image_moments import moment_powers
 from robsim.kernels.formulas.random import fill_normal_pairs
+from robsim.kernels.image_features.picture_sums import reduce_pictures
 from robsim.kernels.machine.argument_types import DTYPES, NUMBERS, ArgumentTypes
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import kernel
@@ -237,6 +238,15 @@ def test_a_named_tuple_with_none_has_code_of_its_own():
         weigh(Pair(x, 3), 1)
     got = "(float64[:], int), int"
     assert str(error.value) == f"kernel 'weigh' takes {PLAIN} or {WEIGHED}; got {got}"
+
+
+def test_variants_with_the_same_c_types_have_different_code():
+    pictures, found = np.arange(48.0).reshape(1, 6, 8), []
+    for dtype in (np.uint8, np.float32, np.uint8):
+        found.append(np.empty((1, 3, 4), np.float32))
+        reduce_pictures(pictures.astype(dtype), 2, found[-1])
+    expected = pictures.reshape(1, 3, 2, 4, 2).mean(axis=(2, 4))
+    np.testing.assert_array_equal(found, [expected] * 3)
 
 
 def test_a_picture_with_and_without_distortion_is_drawn_by_its_variant(monkeypatch):

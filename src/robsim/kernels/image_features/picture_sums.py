@@ -120,13 +120,15 @@ def measure_contrasts(pictures, border, contrasts):
         contrasts[b] = np.sqrt(max(float(count * square - total * total), 0.0)) / count
 
 
-@entry("uint8[:, :, ::1], int64, float32[:, :, ::1]")
+@entry(
+    "uint8[:, :, ::1], int64, float32[:, :, ::1]", "float32[:, :, ::1], int64, float32[:, :, ::1]"
+)
 def reduce_pictures(pictures, size, images):
     """Compute the means images (B, h, w) of blocks of size x size pixels of pictures.
 
     Parameters
     ----------
-    pictures : array of uint8, shape (B, at least h size, at least w size)
+    pictures : array of uint8 or float32, shape (B, at least h size, at least w size)
         Grey values.
     size : int
         Width of a block in pixels; 1 copies the grey values.

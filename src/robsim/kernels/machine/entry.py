@@ -50,7 +50,7 @@ class CFunction:
         self.results = [each.strip() for each in results.split(",") if results]
         self.performs_stages = "addresses" in self.types.names or "code" in self.types.names
         self.writes_results = self.results not in ([], ["bool"])
-        mark = f".{number}" if number else ""
+        mark = self.mark = f".{number}" if number else ""
         self.symbol = f"robsim.{function.__module__}.{function.__qualname__}{mark}"
 
     @property
@@ -64,7 +64,9 @@ class CFunction:
         function = self.function
         namespace = {**function.__globals__, **_NAMES, "body": part(function)}
         exec(self.types.wrapper(self.results), namespace)
-        return name_like(function, namespace["wrapper"])  # type: ignore[no-any-return]
+        wrapper = name_like(function, namespace["wrapper"])
+        wrapper.__qualname__ += self.mark  # the name in the cache: variants may have the same kinds
+        return wrapper  # type: ignore[no-any-return]
 
     @cached_property
     def call(self) -> Callable[..., Any]:
