@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from robsim.kernels.machine.program import CompiledStages, Program, PythonStage
 from robsim.kernels.machine.stages import advance_blocks
 from robsim.servo.command import Decision
 from robsim.servo.safety.guard import SafetyGuard
-from robsim.servo.task_controller import TaskController
+from robsim.servo.task_controller import LAST_STEPS, TaskController
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 BURST = 64  # largest number of compiled steps between two checks for a stop
 LOOK = 0.05  # approximate seconds between these checks
 MOST_PIXELS = 30_000_000  # of the pictures that are in memory at once in a thread
-LAST_STEPS = "_last_steps"  # attribute of a controller
 FIRST = 4096  # runs times steps of the first burst, to measure its duration
 
 
@@ -200,13 +199,15 @@ def find_steps(loop: Loop) -> Steps:
     settings = loop.dt, loop.steps, loop.seed, loop.hold, loop.limited, loop.first_run
     key = *settings, loop.q0.tobytes()
     steps: Steps
-    last_key, last_parts, steps = vars(loop.controller).get(LAST_STEPS, (None, (), None))
+    kept = vars(loop.controller)
+    last: Any = kept.get(LAST_STEPS) or (None, (), None)
+    last_key, last_parts, steps = last
     others = (loop.numbers, loop.guard, loop.driven)
     alone = len(loop.q0) == 1 and not loop.endings and all(each is None for each in others)
     if not alone or key != last_key or any(map(operator.is_not, parts, last_parts)):
         steps = Steps(loop)
-        if alone and steps.is_stateless and all(map(is_immutable, parts)):
-            vars(loop.controller)[LAST_STEPS] = key, parts, steps
+        if LAST_STEPS in kept and alone and steps.is_stateless and all(map(is_immutable, parts)):
+            kept[LAST_STEPS] = key, parts, steps
     return steps
 
 
@@ -258,9 +259,7 @@ class Steps:
 
     def record_to(self, recorder: Recorder) -> Steps:
         """Return these stages, followed by the stages that record runs."""
-        own, program = copy(self), copy(self.program)
-        for name in ("calls", "same", "run_rows", "wholes", "referenced_arrays"):
-            setattr(program, name, list(getattr(program, name)))
+        own, program = copy(self), self.program.copy()
         rows = self.row, self.alive, self.recorded_rows
         recorder.keep(program, *rows)
         recorder.end(program, *rows, self.judge.outcome_rows)

@@ -33,6 +33,8 @@ def write_variables(run: xr.Dataset, file: Any) -> dict[str, Any]:
             scales[dim] = file.create_dataset(dim, (size,), ">f4", track_order=True)
             _make_scale(scales[dim], EMPTY_SCALE.format(size), numbers[dim])
     for name, variable in variables.items():
+        if str(name).startswith(OTHER):
+            raise ValueError(f"{name}: names of NetCDF-4 begin so")
         stored[name] = _write_variable(file, OTHER * (name in scales) + name, variable)
         if name in sizes and name not in scales:
             scales[name] = stored[name]
@@ -99,6 +101,8 @@ def _write_attributes(to: Any, attributes: Mapping[Any, Any]) -> None:
             continue
         values = np.atleast_1d(value)
         if values.dtype.kind in "OUT":
+            if not all(isinstance(each, str) for each in np.ravel(np.asarray(value, dtype=object))):
+                raise TypeError(f"attribute {key}: expected numbers or texts, got {value!r}")
             to.attrs.create(key, values.astype(object), dtype=h5py.string_dtype())
         else:
             to.attrs.create(key, values)

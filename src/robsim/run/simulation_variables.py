@@ -24,6 +24,10 @@ from robsim.world.scene import Scene
 VARIED = {"long_name": "number that differs from run to run, see Experiment.vary"}
 Makers = dict[str, Callable[[], Array]]
 
+# Others are computed from these later, and a user may edit in place what was read.
+SOURCES = {"q", "qd", "qd_actual", "s", "s_goal", "pixels", "pixels_goal", "pixels_end"}
+SOURCES |= {"q0", "q_end", "outcome"}
+
 
 class SimulationVariables:
     """Variables and coordinates of a simulation, each computed at most once.
@@ -70,6 +74,8 @@ class SimulationVariables:
         if name not in self.made:
             with np.errstate(over="ignore", invalid="ignore"):  # runs may end with NaN or infinity
                 data = self.makers[name]()
+            if name in SOURCES:
+                data = data.copy()
             if name in self.varied:
                 dims, attributes = ("run", *(f"{name}.{i}" for i in range(1, data.ndim))), VARIED
             else:

@@ -19,6 +19,8 @@ from robsim.servo.laws.command_quantity import CommandQuantity
 from robsim.vision.detectors.mark_detector import MarkDetector
 from robsim.world.scene import Scene
 
+LAST_STEPS = "_last_steps"  # attribute of a controller that may keep the stages of its last run
+
 
 @dataclass(frozen=True, eq=False)
 class TaskController(ABC):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Sequence
+from copy import copy
 from itertools import accumulate, chain, groupby
 from typing import Any, NamedTuple, cast
 
@@ -167,6 +168,13 @@ class Program:
         self.run_rows: list[tuple[int, Array]] = []
         self.wholes: list[BlockRows] = []
         self.referenced_arrays: list[Any] = []
+
+    def copy(self) -> Program:
+        """Return a program to which stages can be added without a change of this one."""
+        other = copy(self)
+        lists = {name: list(each) for name, each in vars(self).items() if isinstance(each, list)}
+        vars(other).update(lists)
+        return other
 
     def rows(self, *shape: int) -> BlockRows:
         """Return new rows of a shape, a single row by default."""

@@ -37,7 +37,7 @@ from robsim.servo.servo_controller import (
     get_rcond,
 )
 from robsim.servo.shaping.command_fields import CommandFields, VelocityIndices
-from robsim.servo.task_controller import TaskController
+from robsim.servo.task_controller import LAST_STEPS, TaskController
 from robsim.servo.tasks.belief_spec import BeliefSpec
 from robsim.servo.tasks.feature_binder import (
     BlockTargets,
@@ -300,6 +300,7 @@ class ServoTask(CommandFields):
             last = self._build_controller(scene, self.columns(scene))
             if scene.tree.compiled and self.holds_still:
                 vars(self)["_last_controller"] = last
+                vars(last)[LAST_STEPS] = None  # it may keep its stages
         return last
 
     def _build_controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
