@@ -111,3 +111,9 @@ def test_a_process_ends_with_idle_threads():
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
     )
     assert done.stdout == "0.4\n"
+
+
+def test_many_threads_end_with_their_simulation(monkeypatch):
+    monkeypatch.setattr(thread_pool, "count_processors", lambda: 1)
+    run_batch(threads=6)
+    assert count_threads() == 0

@@ -8,6 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from threading import RLock
 
+from robsim.base.processors import count_processors
+
+KEPT = 2  # largest number of threads for each processor that wait for the next simulation
 MOST = 1 << 20  # threads; a thread starts only if no other is idle, so a nested call never waits
 
 
@@ -24,8 +27,11 @@ class ThreadPool:
         self._users = 0
 
     @contextmanager
-    def borrow(self) -> Iterator[ThreadPoolExecutor]:
-        """Yield the executor, whose threads live at least until the end of the block."""
+    def borrow(self, threads: int) -> Iterator[ThreadPoolExecutor]:
+        """Yield the executor for a number of threads, which live until the end of the block.
+
+        Many threads end with the block, so that one simulation does not keep them for the process.
+        """
         with self._lock:
             self._users += 1
             executor = self._executor = self._executor or ThreadPoolExecutor(MOST, "robsim")
@@ -34,6 +40,8 @@ class ThreadPool:
         finally:
             with self._lock:
                 self._users -= 1
+            if threads > KEPT * count_processors():
+                self.end_idle_threads()
 
     def end_idle_threads(self) -> None:
         """End all threads, unless a simulation uses them."""

@@ -98,7 +98,7 @@ def _advance_in_threads(
         if loop.paused and checkpoints:
             checkpoints.save()
         loop.paused = False
-        with thread_pool.SHARED.borrow() as pool:
+        with thread_pool.SHARED.borrow(min(threads, len(chunks))) as pool:
             _run_round(loop, pool, threads, chunks, progress, checkpoints)
 
 
