@@ -23,7 +23,7 @@ import hashlib, json, sys
 import robsim as rs
 run = rs.load_scenario(rs.examples.path("eye_in_hand")).run()
 digest = hashlib.sha256(run.q.values.tobytes()).hexdigest()
-print(json.dumps([digest, "numba" in sys.modules]))
+print(json.dumps([digest, sys.modules.get("numba") is not None]))
 """
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None\n"
 OWN_STAGE = """
@@ -36,7 +36,7 @@ from robsim.kernels.machine.stages import stage
 
 
 @stage
-def turn(w, step, angle="", out="2"):
+def turn(w, step, angle="1", out="2"):
     c, s = cos_sin(get(w, angle))
     put(w, out, c)
     put(w, out + 1, s)
@@ -46,7 +46,7 @@ def add(program, angle):
     return [program.result(turn, "out", 2, angle=angle)]
 
 
-(found,) = evaluate_stages(add, [np.array([0.0, np.pi / 2, np.pi / 6])])
+(found,) = evaluate_stages(add, [np.array([[0.0, np.pi / 2, np.pi / 6]])])
 import robsim as rs
 rs.load_scenario(rs.examples.path("eye_in_hand")).run().outcome
 print(np.abs(found - [[1, 0, np.sqrt(0.75)], [0, 1, 0.5]]).max() < 1e-15, "numba" in sys.modules)

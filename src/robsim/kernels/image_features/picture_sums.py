@@ -101,7 +101,7 @@ def subtract_pictures(image, goal, border, out):
         out[i] = 0.0
 
 
-@entry("uint8[:, :, ::1], int64, float64[::1]")
+@entry("uint8[:, :, ::1], int64, float64[::1]", "float32[:, :, ::1], int64, float64[::1]")
 def measure_contrasts(pictures, border, contrasts):
     """Compute the standard deviations contrasts (B,) of the pixels inside a border.
 
