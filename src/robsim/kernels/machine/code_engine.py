@@ -81,11 +81,6 @@ class CodeEngine:
         """Return whether this LLVM is not earlier than the one that wrote an archive."""
         return archive.llvm <= llvm_modules.LLVM_VERSION[0]
 
-    @staticmethod
-    def add_symbol(symbol: str, address: int) -> None:
-        """Register the address of a function, for code that calls it by its symbol."""
-        llvm.add_symbol(symbol, address)
-
     def load(self, symbol: str, archive: CodeArchive, is_bitcode: bool) -> int:
         """Load the code of a function; return its address, or 0 if this LLVM cannot read it."""
         code: bytes | None = archive.parts[symbol]

@@ -42,9 +42,13 @@ def find_address(
 
 def link_symbol(symbol: str) -> None:
     """Register the address of a linked stage with LLVM."""
-    from llvmlite import binding
+    _add_symbol(symbol, LINKED[symbol].address)
 
-    binding.add_symbol(symbol, LINKED[symbol].address)
+
+def _add_symbol(symbol: str, address: int) -> None:
+    from llvmlite import binding  # late: it loads LLVM
+
+    binding.add_symbol(symbol, address)
 
 
 class PackageCode:
@@ -127,7 +131,7 @@ class PackageCode:
     def _link_stage(self, symbol: str) -> bool:
         address = self.find(symbol)
         if address:
-            self.engine.add_symbol(symbol, address)
+            _add_symbol(symbol, address)
         return bool(address)
 
     @staticmethod
