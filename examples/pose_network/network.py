@@ -77,7 +77,8 @@ class PoseNetwork:
         rolled, inside = roll_picture(picture, angle)
         features = self.extract(rolled)
         goal = RolledGoal(angle, features, inside, np.zeros(6))
-        return goal._replace(offset=self.compare(goal, features))
+        # A copy, as BLAS rounds a matrix times its own transpose in another way than two matrices.
+        return goal._replace(offset=self.compare(goal, features.copy()))
 
     def measure_pose(self, goal, picture):
         """Return the pose (6,) of the camera of a picture (h, w) relative to the goal.
