@@ -1,8 +1,8 @@
 """The cache files of machine code. Their names contain a hash of all inputs of the compilation.
 
-A file is a container of the code, the name of the kernel, and the key of its compilation. Files
-are renamed into place as a whole, so any number of processes may write to the folder. Files of old
-sources and versions stay until a cleanup deletes them.
+A file is a container of the compressed code, the name of the kernel, and a digest of the key of
+its compilation. Files are renamed into place as a whole, so any number of processes may write to
+the folder. Files of old sources and versions stay until a cleanup deletes them.
 """
 
 import hashlib
@@ -10,6 +10,7 @@ import os
 import pickle
 import sys
 import uuid
+import zlib
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -62,18 +63,16 @@ def code_file_name(name: str, key: tuple[Any, ...]) -> str:
 
 def read_object(name: str, key: tuple[Any, ...]) -> bytes | None:
     """Return saved machine code of bitcode; None if it is absent or damaged."""
-    file = CACHE / code_file_name(name, key)
     try:
-        header, (code,) = unpack_container(BytesIO(file.read_bytes()))
+        return _read_code(name, key)
     except (OSError, ValueError):
         return None
-    return code.tobytes() if header == [name, str(key)] else None
 
 
 def write_object(name: str, key: tuple[Any, ...], code: bytes) -> None:
     """Save machine code of bitcode, if the folder is writable."""
     with suppress(OSError):
-        _write_container(name, key, np.frombuffer(code, np.uint8))
+        _write_code(name, key, code)
 
 
 def load_code(name: str, key: tuple[Any, ...]) -> Any:
@@ -82,30 +81,40 @@ def load_code(name: str, key: tuple[Any, ...]) -> Any:
     Any exception means that the file is damaged or belongs to another kernel.
     """
     try:
-        content = (CACHE / code_file_name(name, key)).read_bytes()
+        code = _read_code(name, key)
     except OSError:
         return None
-    header, (code,) = unpack_container(BytesIO(content))
-    if header != [name, str(key)]:
-        raise ValueError("the file belongs to another kernel")
-    return pickle.loads(code.data)
+    return pickle.loads(code)
 
 
 def save_code(name: str, key: tuple[Any, ...], data: Any) -> None:
     """Write a file as a whole. Raise OSError if the folder is not writable."""
     from numba.core.serialize import dumps  # late: only Numba's code is pickled
 
-    _write_container(name, key, np.frombuffer(dumps(data), np.uint8))
+    _write_code(name, key, dumps(data))
 
 
-def _write_container(name: str, key: tuple[Any, ...], code: Any) -> None:
-    with pack_container([name, str(key)], [code]).getbuffer() as content:
+def _read_code(name: str, key: tuple[Any, ...]) -> bytes:
+    content = (CACHE / code_file_name(name, key)).read_bytes()
+    header, (code,) = unpack_container(BytesIO(content))
+    if header != [name, _digest(key)]:
+        raise ValueError("the file belongs to another kernel")
+    return zlib.decompress(code.data)
+
+
+def _write_code(name: str, key: tuple[Any, ...], code: bytes) -> None:
+    packed = np.frombuffer(zlib.compress(code), np.uint8)
+    with pack_container([name, _digest(key)], [packed]).getbuffer() as content:
         path = _write_draft(CACHE, content)
     try:
         path.replace(CACHE / code_file_name(name, key))
         SAVED.add(code_file_name(name, key))
     finally:
         path.unlink(missing_ok=True)
+
+
+def _digest(key: tuple[Any, ...]) -> str:
+    return hashlib.sha256(str(key).encode()).hexdigest()
 
 
 def drop_code(name: str, key: tuple[Any, ...]) -> None:

@@ -15,9 +15,9 @@ llvm.initialize_native_target()
 llvm.initialize_native_asmprinter()
 
 
-def make_target_machine(processor: str, features: str) -> Any:
+def make_target_machine(processor: str, features: str, triple: str = TRIPLE) -> Any:
     """Return LLVM's description of a processor, for code in memory."""
-    target = llvm.Target.from_triple(TRIPLE)
+    target = llvm.Target.from_triple(triple)
     options: dict[str, Any] = {"opt": 3, "reloc": "default", "codemodel": "jitdefault"}
     return target.create_target_machine(cpu=processor, features=features, jit=True, **options)
 
