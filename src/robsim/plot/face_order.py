@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.raster import painter_order
+from robsim.kernels.raster import painter_order, piece_cuts
+from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids, measure_tolerance
+from robsim.plot.polygons import Indices, expand_ranges
 
 MOST_LONE = 120  # faces of a solid that is not convex and yet is ordered exactly
-CLOSE = 1e-7  # distance of a corner in a plane, as a share of the size of the scene
-Indices = NDArray[np.int64]
 
 
 class PaintedFaces(NamedTuple):
@@ -61,21 +61,19 @@ class FaceOrder:
         self._counts = np.array([len(face) for face in faces], dtype=np.int64)
         self._starts = np.cumsum(self._counts) - self._counts
         self._points = np.concatenate([np.zeros((0, 3)), *faces])
-        normals = self._compute_area_vectors()
+        normals = compute_area_vectors(faces)
         self._areas = np.linalg.norm(normals, axis=1)
         self._normals = normals / np.maximum(self._areas, 1e-300)[:, None]
         self._offsets = (self._normals * self._points[self._starts]).sum(axis=1)
-        self._near = CLOSE * (float(np.ptp(self._points, axis=0).max()) if faces else 1.0)
-        sizes = [len(solid) for solid in solids]
-        normals_by_solid = np.split(self._normals, np.cumsum(sizes)[:-1])
-        self.convex: list[bool] = (
-            like.convex if like else list(map(self._check_convex, solids, normals_by_solid))
-        )
-        self._number_bodies(sizes)
+        self._near = measure_tolerance(faces)
+        self.convex: list[bool] = like.convex if like else find_convex_solids(solids)
+        self._number_bodies([len(solid) for solid in solids])
 
     def _number_bodies(self, sizes: Sequence[int]) -> None:
-        """Number the solids; the faces of a small solid that is not convex count as solids."""
-        bodies, divides, closed = [], [], []
+        """Count each face of a small solid that is not convex as a solid, and number all."""
+        bodies: list[Indices] = []
+        divides: list[bool] = []
+        closed: list[bool] = []
         for size, convex in zip(sizes, self.convex, strict=True):
             alone = not convex and size <= MOST_LONE
             bodies.append(len(divides) + np.arange(size) * alone)
@@ -83,19 +81,6 @@ class FaceOrder:
             closed += [convex] * size
         self._bodies = np.concatenate([np.empty(0, np.int64), *bodies])
         self._divides, self._is_closed = np.array(divides, bool), np.array(closed, bool)
-
-    def _check_convex(self, solid: Sequence[Array], normals: Array) -> bool:
-        """Return whether a solid is convex and closed, with normals that point outside."""
-        if len(solid) > 4 * MOST_LONE:
-            return False
-        offsets = (np.array([face[0] for face in solid]) * normals).sum(axis=1)
-        if (np.concatenate(solid) @ normals.T - offsets).max() > self._near:
-            return False
-        sides: set[tuple[bytes, bytes]] = set()
-        for face in solid:
-            corners = [corner.tobytes() for corner in face]
-            sides.update(zip(corners, corners[1:] + corners[:1], strict=True))
-        return all((other, one) in sides for one, other in sides)
 
     def arrange(self, viewer: Array) -> PaintedFaces:
         """Return the faces in the order of painting, as seen from a viewer in homogeneous (4,).
@@ -125,17 +110,6 @@ class FaceOrder:
         rank[convex[np.argsort(nearness[convex], kind="stable")]] = np.arange(len(convex))
         return rank
 
-    def _compute_area_vectors(self) -> Array:
-        """Return the normal of each face (n, 3), as long as twice its area (Newell)."""
-        points, starts, counts = self._points, self._starts, self._counts
-        if not len(points):
-            return np.zeros((0, 3))
-        following = np.arange(1, len(points) + 1)
-        following[starts + counts - 1] = starts
-        first = np.repeat(points[starts], counts, axis=0)
-        pieces = np.cross(points - first, points[following] - first)
-        return np.asarray(np.add.reduceat(pieces, starts, axis=0))
-
 
 class _Pieces(NamedTuple):
     """The working memory of `arrange_faces`."""
@@ -155,7 +129,7 @@ class _Pieces(NamedTuple):
         n, some = len(visible), counts[visible]
         ends = np.cumsum(some)
         count = int(ends[-1]) if n else 0
-        pieces = np.empty((painter_order.FACE_ROWS, room), np.int64)
+        pieces = np.empty((piece_cuts.FACE_ROWS, room), np.int64)
         pieces[:, :n] = ends - some, some, visible
         corners = np.empty((8 * room + 2 * count, 3))
         corners[:count] = points[expand_ranges(starts[visible], some)]
@@ -167,37 +141,31 @@ class _Pieces(NamedTuple):
     def arrange(self, given: tuple[Any, ...], bodies: int) -> bool:
         """Order the pieces; return whether they have enough room."""
         count = len(given[0])
-        longest = int(self.pieces[painter_order.COUNT, : self.totals[0]].max(initial=0))
-        heights = np.empty((longest + painter_order.SPARE, count))
+        longest = int(self.pieces[piece_cuts.COUNT, : self.totals[0]].max(initial=0))
+        heights = np.empty((longest + piece_cuts.SPARE, count))
         present, faces = np.empty(bodies, np.int64), np.empty(count, np.int64)
         return bool(painter_order.arrange_faces(*given, *self, present, heights, faces))
 
     def list_parts(self, viewer: Array) -> PaintedFaces:
         """Return the parts in the order of painting."""
-        ends = self.sets[painter_order.GROUP_END, : self.totals[painter_order.GROUPS]]
+        ends = self.sets[painter_order.GROUP_END, : self.totals[piece_cuts.GROUPS]]
         order = self.lists[painter_order.ORDER, : ends[-1] if len(ends) else 0]
         for k in np.flatnonzero(self.sets[painter_order.IS_SORTED, : len(ends)] == 0):
             span = slice(ends[k - 1] if k else 0, ends[k])
             order[span] = order[span][
-                np.argsort(self._nearness(order[span], viewer), kind="stable")
+                np.argsort(self._measure_nearness(order[span], viewer), kind="stable")
             ]
         first, counts, sources = self.pieces[:, order]
         corners = expand_ranges(first, counts)
         groups = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
         return PaintedFaces(self.corners[corners], self.is_side[corners], counts, sources, groups)
 
-    def _nearness(self, pieces: Indices, viewer: Array) -> Array:
+    def _measure_nearness(self, pieces: Indices, viewer: Array) -> Array:
         """Return a number for the centre of each piece that grows towards the viewer."""
         first, counts, _ = self.pieces[:, pieces]
         points = self.corners[expand_ranges(first, counts)]
         totals = np.add.reduceat(points, np.cumsum(counts) - counts, axis=0)
         return _measure_nearness(totals / counts[:, None], viewer)
-
-
-def expand_ranges(starts: Indices, counts: Indices) -> Indices:
-    """Return the indices start, start + 1 and so on of ranges, range by range."""
-    ends = np.cumsum(counts)
-    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + counts, counts)
 
 
 def _measure_nearness(points: Array, viewer: Array) -> Array:

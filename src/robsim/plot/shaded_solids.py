@@ -8,14 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.path import Path
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
-from robsim.plot.face_order import FaceOrder, Indices, PaintedFaces, expand_ranges, find_viewer
+from robsim.plot.face_order import FaceOrder, PaintedFaces, find_viewer
+from robsim.plot.polygons import Indices, PolygonPool, expand_ranges
+from robsim.plot.solid_shadows import ShadowOutlines
 from robsim.plot.wireframe import WireSolid
 
 LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the frame of the figures
@@ -115,28 +116,6 @@ class _PaintedParts(NamedTuple):
     is_lined: NDArray[np.bool_]
 
 
-class PolygonPool:
-    """Closed polygons as paths of Matplotlib, which are used again for other corners."""
-
-    def __init__(self) -> None:
-        self._paths: dict[int, list[Any]] = {}  # by number of corners
-
-    def build(self, corners: Array, counts: Indices) -> list[Any]:
-        """Return polygons with some numbers of consecutive corners (N, 2)."""
-        ends = np.cumsum(counts)
-        closed = np.insert(corners, ends, corners[ends - counts], axis=0)
-        for n, number in zip(*np.unique(counts, return_counts=True), strict=True):
-            known = self._paths.setdefault(int(n), [])
-            known += [Path(np.zeros((n + 1, 2)), closed=True) for _ in range(number - len(known))]
-        free, paths, start = {n: iter(known) for n, known in self._paths.items()}, [], 0
-        for n in counts.tolist():
-            path = next(free[n])
-            path._vertices = closed[start : start + n + 1]
-            paths.append(path)
-            start += n + 1
-        return paths
-
-
 def _pad_faces(faces: Sequence[Array]) -> Array:
     """Return faces (F, n, 3) with equal numbers of corners, by repeating corners evenly.
 
@@ -171,7 +150,7 @@ def draw_solids(axes: Axes3D, wires: Sequence[WireSolid]) -> list[MovableArtist]
     for i, wire in enumerate(wires):
         if wire.transparent:
             look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": TRANSPARENT}
-            artists.append(_add_face_collection(axes, wires, [i], look))
+            artists.append(_add_face_collection(axes, wire, i, look))
         if wire.transparent or not wire.faces:
             thick = 1.2 if wire.transparent else 3.0
             look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
@@ -184,7 +163,7 @@ def draw_shadows(axes: Axes3D, wires: Sequence[WireSolid], ground: float) -> lis
     artists, dense = [], _list_opaque_solids(wires)
     if dense:
         look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
-        artists.append(_add_face_collection(axes, wires, dense, look, ground))
+        artists.append(_add_shadow_collection(axes, [wires[i] for i in dense], dense, look, ground))
     look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
     lines = [i for i, wire in enumerate(wires) if not wire.faces]
     return [*artists, *(_add_line_collection(axes, wires, i, look, ground) for i in lines)]
@@ -207,22 +186,27 @@ def draw_solid_outline(axes: Axes3D, wire: WireSolid, label: str, look: dict[str
     return lines
 
 
-def _add_face_collection(
-    axes: Axes3D,
-    wires: Sequence[WireSolid],
-    indices: list[int],
-    look: _Look,
-    ground: float | None = None,
+def _add_shadow_collection(
+    axes: Axes3D, solids: Sequence[WireSolid], indices: list[int], look: _Look, ground: float
 ) -> MovableArtist:
-    """Add the faces of some solids, or their shadows on the ground."""
+    """Add the shadows of solids on the ground."""
+    shadows = ShadowOutlines(solids)
 
-    def faces(now: Sequence[WireSolid]) -> Array:
-        corners = _pad_faces([face for i in indices for face in now[i].faces])
-        return _project_to_ground(corners, ground)
+    def outlines(now: Sequence[WireSolid]) -> Array:
+        return _project_to_ground(_pad_faces(shadows.compute(now)), ground)
 
-    collection = Poly3DCollection(faces(wires), **look)
+    collection = Poly3DCollection(outlines(solids), **look)
     _add_unclipped_collection(axes, collection)
-    return MovableArtist(collection, lambda now: collection.set_verts(faces(now)))
+    return MovableArtist(
+        collection, lambda now: collection.set_verts(outlines([now[i] for i in indices]))
+    )
+
+
+def _add_face_collection(axes: Axes3D, solid: WireSolid, i: int, look: _Look) -> MovableArtist:
+    """Add the faces of a solid, in the order of their centres."""
+    collection = Poly3DCollection(_pad_faces(solid.faces), **look)
+    _add_unclipped_collection(axes, collection)
+    return MovableArtist(collection, lambda now: collection.set_verts(_pad_faces(now[i].faces)))
 
 
 def _add_line_collection(
