@@ -45,7 +45,7 @@ class ShadowOutlines:
         counts = np.bincount(solid, minlength=len(some))
         centres = np.stack([np.bincount(solid, x) for x in points[:, :2].T]) / counts[counts > 0]
         away = points[:, :2] - centres.T[np.cumsum(counts > 0)[solid] - 1]
-        order = np.lexsort((np.arctan2(*away.T), solid))
+        order = np.lexsort((np.arctan2(away[:, 1], away[:, 0]), solid))
         outlines += np.split(points[order], np.cumsum(counts[counts > 0])[:-1])
         return outlines
 
