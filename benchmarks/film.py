@@ -8,10 +8,6 @@ from pathlib import Path
 import numpy as np
 
 import robsim as rs
-from robsim.plot.film import animation
-from robsim.plot.film.film_frames import FilmFrames
-from robsim.plot.film.film_source import build_film_source
-from robsim.plot.film.frame_times import choose_frame_times
 
 FILMS = (
     "eye_in_hand",
@@ -37,20 +33,6 @@ def anew(run, scene) -> float:
     figure = rs.plot.run(run, scene)
     figure.savefig(os.devnull, format="rgba", dpi=100)
     return time.perf_counter() - start
-
-
-def measure_frame(name: str = "eye_in_hand", most: int = 40) -> float:
-    """Least milliseconds of CPU to draw a frame of the film of a scenario, without its encoding."""
-    source = build_film_source(rs.load_scenario(rs.examples.path(name)).run(), None)
-    clock = choose_frame_times(source.time, animation.FPS, None)
-    look = {"view": None, "goal": None, "title": None}
-    film, times = FilmFrames(source, clock, animation.SIZE, animation.DPI, **look), []
-    for _ in range(TURNS):
-        start, count = time.process_time(), min(len(film), most)
-        for k in range(count):
-            film[k]
-        times.append((time.process_time() - start) / count)
-    return 1e3 * min(times)
 
 
 def main() -> None:

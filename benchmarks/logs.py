@@ -59,7 +59,7 @@ def bytes_read(path):
 def measure_run_files(runs=300):
     """Least seconds of CPU to save runs and one run, as a checked file and by xarray alone."""
     experiment = rs.load_scenario(rs.examples.path("chapter_6_1"))
-    starts = np.repeat(np.atleast_2d(experiment.start), runs, axis=0)
+    starts = np.repeat(experiment.scene.home[None], runs, axis=0)
     each = {
         f"save {runs} runs": experiment.with_(start=starts, hold=True).run(),
         "save one run": experiment.run(),

@@ -9,7 +9,7 @@ import robsim as rs
 from robsim.analysis.linearisation.perturbations import generate_perturbations
 from robsim.calibration.calibration_model import lens_rates
 from robsim.kernels.formulas import fisheye as kernels
-from robsim.plot.wireframe import compute_corner_rays, list_border_corners
+from robsim.plot.camera_frustum import compute_corner_rays, list_border_corners
 from robsim.servo.camera_target import make_camera_target
 from robsim.vision.pixel_measurement import pixel_rate_matrices
 

@@ -130,11 +130,12 @@ def test_no_part_of_a_visible_face_is_lost_by_the_cuts():
     wall = np.array([[0.0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]])
     cube = rs.Block(1, 1, 1)
     sides = [cube.vertices[list(face)] for face in cube.faces]
-    groups = FaceOrder([[wall], sides]).arrange(np.array([1.0, 0.3, 0.2, 0.0]))
+    painted = FaceOrder([[wall], sides]).arrange(np.array([1.0, 0.3, 0.2, 0.0]))
     areas = np.zeros(7)
-    for piece in [piece for group in groups for piece in group]:
-        edges = piece.corners[1:] - piece.corners[0]
+    pieces = np.split(painted.corners, np.cumsum(painted.counts)[:-1])
+    for source, corners in zip(painted.sources, pieces, strict=True):
+        edges = corners[1:] - corners[0]
         normals = np.cross(edges[:-1], edges[1:]) / 2
-        areas[piece.source] += np.linalg.norm(normals.sum(axis=0))
+        areas[source] += np.linalg.norm(normals.sum(axis=0))
     assert areas[0] == pytest.approx(4.0, abs=1e-12)
     assert sorted(areas[1:]) == pytest.approx([0, 0, 0, 1, 1, 1], abs=1e-12)

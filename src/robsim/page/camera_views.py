@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.page.camera_pictures import has_pictures, has_prints
 from robsim.page.recording_frames import Entry, RecordingFrames
-from robsim.plot import palette, run_data, wireframe
+from robsim.plot import camera_frustum, palette, run_data, wireframe
 from robsim.vision.camera import Camera
 from robsim.vision.plane import append_one
 from robsim.world.mounted_camera import MountedCamera
@@ -79,7 +79,7 @@ def _build_live_pictures_entry(frames: RecordingFrames, eye: MountedCamera) -> E
 def _compute_view_lines(camera: Camera) -> Array:
     """Return the ends (n, 3) of lines at unit depth, around the image and to its corners."""
     rays = (
-        wireframe.compute_corner_rays(camera)
+        camera_frustum.compute_corner_rays(camera)
         if camera.size is None
         else _compute_border_rays(camera)
     )
@@ -92,10 +92,10 @@ def _compute_view_lines(camera: Camera) -> Array:
 
 def _compute_border_rays(camera: Camera) -> Array:
     """Return points (4 SIDE, 3) at unit depth on the rays through the border of the image."""
-    corners = wireframe.list_border_corners(camera)
+    corners = camera_frustum.list_border_corners(camera)
     share = np.arange(SIDE)[:, None] / SIDE
     sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
-    return append_one(wireframe.compute_drawn_points(camera, np.concatenate(sides)))
+    return append_one(camera_frustum.compute_drawn_points(camera, np.concatenate(sides)))
 
 
 def collect_mark_pixels(run: RunVariables, suffix: str = "") -> dict[str, Array]:

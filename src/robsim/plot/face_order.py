@@ -10,47 +10,43 @@ structures").
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
+from robsim.kernels.raster import painter_order, piece_cuts
+from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids, measure_tolerance
+from robsim.plot.polygons import Indices, expand_ranges
 
 MOST_LONE = 120  # faces of a solid that is not convex and yet is ordered exactly
-CLOSE = 1e-7  # distance of a corner in a plane, as a share of the size of the scene
 
 
-class PaintedFace(NamedTuple):
-    """A face, or a part of it, to be painted.
+class PaintedFaces(NamedTuple):
+    """Faces and parts of faces in the order of painting, the farthest first.
+
+    The faces of a group do not hide each other.
 
     Attributes
     ----------
-    source : int
-        Index of the face.
-    corners : array of shape (n, 3)
-        Corners in metres.
-    is_side : tuple of bool
+    corners : array of shape (N, 3)
+        Corners of all parts, part by part, in metres.
+    is_side : array of bool, shape (N,)
         Whether the line from each corner to the next is a side of the face, not a cut.
-    body : int
-        Number of the solid.
+    counts : array of int, shape (P,)
+        Number of corners of each part.
+    sources : array of int, shape (P,)
+        Index of the face of each part.
+    groups : array of int, shape (P,)
+        Index of the group of each part.
     """
 
-    source: int
     corners: Array
-    is_side: tuple[bool, ...]
-    body: int
-
-
-class _Outline(NamedTuple):
-    """The outline of a part: corners, and whether a side of the face follows each of them."""
-
-    corners: list[list[float]]
-    is_side: list[bool]
-
-    def append(self, corner: list[float], is_side: bool) -> None:
-        """Append a corner."""
-        self.corners.append(corner)
-        self.is_side.append(is_side)
+    is_side: NDArray[np.bool_]
+    counts: Indices
+    sources: Indices
+    groups: Indices
 
 
 class FaceOrder:
@@ -62,189 +58,121 @@ class FaceOrder:
 
     def __init__(self, solids: Sequence[Sequence[Array]], like: FaceOrder | None = None) -> None:
         faces = [face for solid in solids for face in solid]
-        self._normals = _compute_area_vectors(faces)
-        self._areas = np.linalg.norm(self._normals, axis=1)
-        self._normals = self._normals / np.maximum(self._areas, 1e-300)[:, None]
-        counts = np.array([len(face) for face in faces], dtype=np.int64)
-        starts = np.cumsum(counts) - counts
-        points = np.concatenate([np.zeros((0, 3)), *faces])
-        self._offsets = (self._normals * points[starts]).sum(axis=1)
-        self._face_centres = np.empty((len(faces), 3))
-        for n in np.unique(counts):  # faces with equal numbers of corners at once
-            some = np.flatnonzero(counts == n)
-            corners = points[starts[some, None] + np.arange(n)]
-            self._face_centres[some] = corners.mean(axis=1)
-        self._sides = {n: (True,) * n for n in set(counts.tolist())}
-        self._near = CLOSE * (float(np.ptp(points, axis=0).max()) if len(points) else 1.0)
-        self._pieces: list[PaintedFace] = []
-        self._is_convex: list[bool | None] = []  # of each solid; None for a lone face
-        self._centres: list[Array] = []  # of each solid
-        ends = np.cumsum([len(solid) for solid in solids])[:-1]
-        normals = np.split(self._normals, ends)
-        self.convex: list[bool] = (
-            like.convex if like else list(map(self._check_convex, solids, normals))
-        )
-        for solid, convex in zip(solids, self.convex, strict=True):
-            self._add_solid(solid, convex)
+        self._counts = np.array([len(face) for face in faces], dtype=np.int64)
+        self._starts = np.cumsum(self._counts) - self._counts
+        self._points = np.concatenate([np.zeros((0, 3)), *faces])
+        normals = compute_area_vectors(faces)
+        self._areas = np.linalg.norm(normals, axis=1)
+        self._normals = normals / np.maximum(self._areas, 1e-300)[:, None]
+        self._offsets = (self._normals * self._points[self._starts]).sum(axis=1)
+        self._near = measure_tolerance(faces)
+        self.convex: list[bool] = like.convex if like else find_convex_solids(solids)
+        self._number_bodies([len(solid) for solid in solids])
 
-    def _add_solid(self, solid: Sequence[Array], convex: bool) -> None:
-        """Add a solid; the faces of a small solid that is not convex count as solids."""
-        first = len(self._pieces)
-        alone = not convex and len(solid) <= MOST_LONE
-        for i, face in enumerate(solid):
-            body = len(self._is_convex) + (i if alone else 0)
-            self._pieces.append(PaintedFace(first + i, face, self._sides[len(face)], body))
-        centres = self._face_centres[first : first + len(solid)]
-        self._centres += list(centres) if alone else [centres.mean(axis=0)]
-        self._is_convex += [None] * len(solid) if alone else [convex]
+    def _number_bodies(self, sizes: Sequence[int]) -> None:
+        """Count each face of a small solid that is not convex as a solid, and number all."""
+        bodies: list[Indices] = []
+        divides: list[bool] = []
+        closed: list[bool] = []
+        for size, convex in zip(sizes, self.convex, strict=True):
+            alone = not convex and size <= MOST_LONE
+            bodies.append(len(divides) + np.arange(size) * alone)
+            divides += [convex or alone] * (size if alone else 1)
+            closed += [convex] * size
+        self._bodies = np.concatenate([np.empty(0, np.int64), *bodies])
+        self._divides, self._is_closed = np.array(divides, bool), np.array(closed, bool)
 
-    def _check_convex(self, solid: Sequence[Array], normals: Array) -> bool:
-        """Return whether a solid is convex and closed, with normals that point outside."""
-        if len(solid) > 4 * MOST_LONE:
-            return False
-        offsets = (np.array([face[0] for face in solid]) * normals).sum(axis=1)
-        if (np.concatenate(solid) @ normals.T - offsets).max() > self._near:
-            return False
-        sides: set[tuple[bytes, bytes]] = set()
-        for face in solid:
-            corners = [corner.tobytes() for corner in face]
-            sides.update(zip(corners, corners[1:] + corners[:1], strict=True))
-        return all((other, one) in sides for one, other in sides)
+    def arrange(self, viewer: Array) -> PaintedFaces:
+        """Return the faces in the order of painting, as seen from a viewer in homogeneous (4,).
 
-    def arrange(self, viewer: Array) -> list[list[PaintedFace]]:
-        """Return groups of faces, the farthest first, as seen from a viewer in homogeneous (4,).
-
-        The faces of a group do not hide each other. Faces of convex solids that are turned away
-        from the viewer are left out.
+        Faces of convex solids that are turned away from the viewer are left out.
         """
         sides = self._normals @ viewer[:3] - self._offsets * viewer[3]
         towards = np.where(sides < 0, -1.0, 1.0)
-        planes = self._normals * towards[:, None], self._offsets * towards
-        visible = [p for p in self._pieces if not self._is_convex[p.body] or sides[p.source] > 0]
-        groups: list[list[PaintedFace]] = []
-        pending = [visible]
-        while pending:
-            pieces = pending.pop()
-            body = self._choose_body(pieces, viewer)
-            own = [piece for piece in pieces if piece.body == body]
-            if len(own) == len(pieces):
-                groups.append(own)
-            elif body is None:
-                centres = [piece.corners.mean(axis=0) for piece in pieces]
-                order = np.argsort(_measure_nearness(centres, viewer), kind="stable")
-                groups.append([pieces[i] for i in order])
-            else:
-                others = [piece for piece in pieces if piece.body != body]
-                near, far = self._separate(others, planes, own)
-                pending += [near, own, far]
-        return [group for group in groups if group]
-
-    def _choose_body(self, pieces: list[PaintedFace], viewer: Array) -> int | None:
-        """Return the convex solid of median depth, or None without a convex solid."""
-        bodies = sorted({p.body for p in pieces if self._is_convex[p.body] is not False})
-        if not bodies:
-            return None
-        order = np.argsort(_measure_nearness([self._centres[i] for i in bodies], viewer))
-        return bodies[int(order[len(order) // 2])]
-
-    def _separate(
-        self, pieces: list[PaintedFace], planes: tuple[Array, Array], body: list[PaintedFace]
-    ) -> tuple[list[PaintedFace], list[PaintedFace]]:
-        """Return the parts of pieces in front of a visible face of a body, and the other parts.
-
-        The body hides no part in front of one of its faces, and no part behind all faces hides the
-        body or a part in front. A piece in the plane of a larger face counts as in front of it.
-        """
-        faces = list({piece.source: None for piece in body})
-        normals, offsets = planes[0][faces], planes[1][faces]
-        points = np.concatenate([piece.corners for piece in pieces])
-        starts = np.cumsum([0, *(len(piece.corners) for piece in pieces[:-1])])
-        heights = points @ normals.T - offsets
-        low = np.minimum.reduceat(heights, starts, axis=0)
-        high = np.maximum.reduceat(heights, starts, axis=0)
-        own = self._areas[[piece.source for piece in pieces]]
-        flat = (np.abs(low) <= self._near) & (np.abs(high) <= self._near)
-        smaller = flat & (own[:, None] < self._areas[faces])
-        in_front = (((low >= -self._near) & (high > self._near)) | smaller).any(axis=1)
-        behind = (high <= self._near).all(axis=1) & ~in_front
-        near = [pieces[i] for i in np.flatnonzero(in_front)]
-        far = [pieces[i] for i in np.flatnonzero(behind)]
-        for i in np.flatnonzero(~in_front & ~behind):
-            own_heights = heights[starts[i] : starts[i] + len(pieces[i].corners)]
-            outside, inside = self._carve(pieces[i], own_heights, normals, offsets)
-            near += outside
-            far += inside
-        return near, far
-
-    def _carve(
-        self, piece: PaintedFace, heights: Array, normals: Array, offsets: Array
-    ) -> tuple[list[PaintedFace], list[PaintedFace]]:
-        """Return the parts of a piece in front of any plane, and the part behind all planes.
-
-        `heights` are the heights of the corners over the planes.
-        """
-        outside: list[PaintedFace] = []
+        visible = np.flatnonzero(~self._is_closed | (sides > 0))
+        planes = (self._normals * towards[:, None], self._offsets * towards, self._areas)
+        given = *planes, self._bodies, self._near, self._rank_bodies(viewer)
+        room = 4 * len(visible) + 64
         while True:
-            high = heights.max(axis=0)
-            best = int(high.argmax())
-            if high[best] <= self._near:
-                return outside, [piece]
-            levels = heights[:, best].tolist()
-            if min(levels) >= -self._near:
-                return [*outside, piece], []
-            above, piece = _cut_piece(piece, levels)
-            outside.append(above)
-            heights = piece.corners @ normals.T - offsets
+            pieces = _Pieces.of(self._points, self._starts, self._counts, visible, room)
+            if pieces.arrange(given, len(self._divides)):
+                return pieces.list_parts(viewer)
+            room *= 4
+
+    def _rank_bodies(self, viewer: Array) -> Indices:
+        """Return the places of the convex solids in the order of depth, -1 for other solids."""
+        centres = np.add.reduceat(self._points, self._starts, axis=0) / self._counts[:, None]
+        totals = np.zeros((len(self._divides), 3))
+        np.add.at(totals, self._bodies, centres)
+        nearness = _measure_nearness(totals / np.bincount(self._bodies)[:, None], viewer)
+        rank = np.full(len(totals), -1)
+        convex = np.flatnonzero(self._divides)
+        rank[convex[np.argsort(nearness[convex], kind="stable")]] = np.arange(len(convex))
+        return rank
 
 
-def _measure_nearness(points: Sequence[Array], viewer: Array) -> Array:
-    """Return a number for each point (3,) that grows towards the viewer."""
-    centres = np.array(points)
+class _Pieces(NamedTuple):
+    """The working memory of `arrange_faces`."""
+
+    pieces: Indices
+    corners: Array
+    is_side: NDArray[np.bool_]
+    totals: Indices
+    lists: Indices
+    sets: Indices
+
+    @classmethod
+    def of(
+        cls, points: Array, starts: Indices, counts: Indices, visible: Indices, room: int
+    ) -> _Pieces:
+        """Return the visible faces, with room for a number of parts."""
+        n, some = len(visible), counts[visible]
+        ends = np.cumsum(some)
+        count = int(ends[-1]) if n else 0
+        pieces = np.empty((piece_cuts.FACE_ROWS, room), np.int64)
+        pieces[:, :n] = ends - some, some, visible
+        corners = np.empty((8 * room + 2 * count, 3))
+        corners[:count] = points[expand_ranges(starts[visible], some)]
+        totals = np.array([n, count, 0])
+        lists = np.empty((painter_order.LIST_ROWS, room), np.int64)
+        sets = np.empty((painter_order.SET_ROWS, room), np.int64)
+        return cls(pieces, corners, np.ones(len(corners), bool), totals, lists, sets)
+
+    def arrange(self, given: tuple[Any, ...], bodies: int) -> bool:
+        """Order the pieces; return whether they have enough room."""
+        count = len(given[0])
+        longest = int(self.pieces[piece_cuts.COUNT, : self.totals[0]].max(initial=0))
+        heights = np.empty((longest + piece_cuts.SPARE, count))
+        present, faces = np.empty(bodies, np.int64), np.empty(count, np.int64)
+        return bool(painter_order.arrange_faces(*given, *self, present, heights, faces))
+
+    def list_parts(self, viewer: Array) -> PaintedFaces:
+        """Return the parts in the order of painting."""
+        ends = self.sets[painter_order.GROUP_END, : self.totals[piece_cuts.GROUPS]]
+        order = self.lists[painter_order.ORDER, : ends[-1] if len(ends) else 0]
+        for k in np.flatnonzero(self.sets[painter_order.IS_SORTED, : len(ends)] == 0):
+            span = slice(ends[k - 1] if k else 0, ends[k])
+            order[span] = order[span][
+                np.argsort(self._measure_nearness(order[span], viewer), kind="stable")
+            ]
+        first, counts, sources = self.pieces[:, order]
+        corners = expand_ranges(first, counts)
+        groups = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
+        return PaintedFaces(self.corners[corners], self.is_side[corners], counts, sources, groups)
+
+    def _measure_nearness(self, pieces: Indices, viewer: Array) -> Array:
+        """Return a number for the centre of each piece that grows towards the viewer."""
+        first, counts, _ = self.pieces[:, pieces]
+        points = self.corners[expand_ranges(first, counts)]
+        totals = np.add.reduceat(points, np.cumsum(counts) - counts, axis=0)
+        return _measure_nearness(totals / counts[:, None], viewer)
+
+
+def _measure_nearness(points: Array, viewer: Array) -> Array:
+    """Return a number for each point (n, 3) that grows towards the viewer."""
     if viewer[3]:
-        return np.asarray(-np.linalg.norm(centres - viewer[:3], axis=1))
-    return np.asarray(centres @ viewer[:3])
-
-
-def _cut_piece(piece: PaintedFace, levels: list[float]) -> tuple[PaintedFace, PaintedFace]:
-    """Return the parts of a convex piece above and below a plane that crosses it.
-
-    `levels` are the heights of the corners over the plane.
-    """
-    above, below = _Outline([], []), _Outline([], [])
-    corners = piece.corners.tolist()
-    following = zip(corners[1:] + corners[:1], levels[1:] + levels[:1], strict=True)
-    for corner, level, is_side, (end, then) in zip(
-        corners, levels, piece.is_side, following, strict=True
-    ):
-        if level >= 0:
-            above.append(corner, is_side and (level > 0 or then > 0))
-        if level <= 0:
-            below.append(corner, is_side and (level < 0 or then < 0))
-        if level * then < 0:
-            share = level / (level - then)
-            (x, y, z), (a, b, c) = corner, end
-            cut = [x + share * (a - x), y + share * (b - y), z + share * (c - z)]
-            above.append(cut, is_side and then > 0)
-            below.append(cut, is_side and then < 0)
-    source, body = piece.source, piece.body
-    return (
-        PaintedFace(source, np.array(above.corners), tuple(above.is_side), body),
-        PaintedFace(source, np.array(below.corners), tuple(below.is_side), body),
-    )
-
-
-def _compute_area_vectors(faces: Sequence[Array]) -> Array:
-    """Return the normal of each face (n, 3), as long as twice its area (Newell)."""
-    if not faces:
-        return np.zeros((0, 3))
-    counts = np.array([len(face) for face in faces])
-    starts = np.cumsum(counts) - counts
-    points = np.concatenate(faces)
-    following = np.arange(1, len(points) + 1)
-    following[starts + counts - 1] = starts
-    first = np.repeat(points[starts], counts, axis=0)
-    pieces = np.cross(points - first, points[following] - first)
-    return np.asarray(np.add.reduceat(pieces, starts, axis=0))
+        return np.asarray(-np.linalg.norm(points - viewer[:3], axis=1))
+    return np.asarray(points @ viewer[:3])
 
 
 def find_viewer(projection: Array) -> Array:

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.path import Path
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
-from robsim.plot.face_order import FaceOrder, PaintedFace, find_viewer
+from robsim.plot.face_order import FaceOrder, PaintedFaces, find_viewer
+from robsim.plot.polygons import Indices, PolygonPool, expand_ranges
+from robsim.plot.solid_shadows import ShadowOutlines
 from robsim.plot.wireframe import WireSolid
 
 LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the frame of the figures
@@ -23,7 +25,6 @@ PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so tha
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, TRANSPARENT = 1, 4, 5, 6  # z-order of the artists
 _Look = dict[str, Any]  # properties of an artist
-_make_path: Any = Path._fast_from_codes_and_verts  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
@@ -34,15 +35,6 @@ class MovableArtist:
     move: Callable[[Sequence[WireSolid]], None]
 
 
-class _PaintedPart(NamedTuple):
-    """A face or a line in the order of the painter, with the index of its face."""
-
-    corners: Array
-    source: int
-    is_line: bool
-    is_lined: bool  # whether its edge is dark
-
-
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     """The faces of several solids, painted from the farthest to the nearest.
 
@@ -51,12 +43,13 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
 
     _order: FaceOrder | None = None
     _viewer: Array
-    _groups: list[list[PaintedFace]]
+    _painted: PaintedFaces
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
-        self._has_border = [wire.has_border[i] for wire, i in faces]
+        self._has_border = np.array([wire.has_border[i] for wire, i in faces], dtype=bool)
+        self._pool = PolygonPool()
         dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
         corners = _pad_faces([wire.faces[i] for wire, i in faces])
@@ -74,45 +67,53 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         viewer = find_viewer(self.axes.M)
         assert self._order is not None
         if not np.array_equal(viewer, self._viewer):
-            self._viewer, self._groups = viewer, self._order.arrange(viewer)
-        painted = [part for group in self._groups for part in self._paint_group(group)]
-        parts = [part.corners for part in painted]
-        x, y, depth = proj3d.proj_transform(*np.concatenate(parts).T, self.axes.M)
-        counts = [len(corners) for corners in parts]
-        self._paths = _build_closed_paths(np.column_stack([x, y]), counts)
-        sources = np.array([part.source for part in painted])
-        fills, dark = self._facecolor3d[sources], self._edges[sources]
-        is_line = np.array([part.is_line for part in painted])[:, None]
-        is_lined = np.array([part.is_lined for part in painted])[:, None]
-        self._facecolors2d = np.where(is_line, dark, fills)
-        self._edgecolors2d = np.where(is_lined, dark, fills)
+            self._viewer, self._painted = viewer, self._order.arrange(viewer)
+        x, y, depth = proj3d.proj_transform(*self._painted.corners.T, self.axes.M)
+        parts = self._list_painted_parts()
+        self._paths = self._pool.build(np.column_stack([x, y])[parts.corners], parts.counts)
+        fills, dark = self._facecolor3d[parts.sources], self._edges[parts.sources]
+        self._facecolors2d = np.where(parts.is_line[:, None], dark, fills)
+        self._edgecolors2d = np.where(parts.is_lined[:, None], dark, fills)
         return float(np.min(depth))
 
-    def _paint_group(self, group: Sequence[PaintedFace]) -> list[_PaintedPart]:
-        """Return the faces of a group, and then their sides as lines."""
-        parts: list[_PaintedPart] = []
-        lines: list[_PaintedPart] = []
-        for source, corners, is_side, _ in group:
-            bordered = self._has_border[source]
-            whole = bordered and all(is_side)
-            parts.append(_PaintedPart(corners, source, False, whole))
-            if bordered and not whole:
-                ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-                lines += [_PaintedPart(each, source, True, True) for each in ends[list(is_side)]]
-        return parts + lines
+    def _list_painted_parts(self) -> _PaintedParts:
+        """Return the faces of each group, and then the sides of its cut faces as lines."""
+        painted = self._painted
+        ends = np.cumsum(painted.counts)
+        starts, bordered = ends - painted.counts, self._has_border[painted.sources]
+        whole = bordered & np.logical_and.reduceat(painted.is_side, starts)
+        part = np.repeat(np.arange(len(starts)), painted.counts)  # of each corner
+        side = np.flatnonzero(painted.is_side & (bordered & ~whole)[part])
+        following = np.arange(1, len(part) + 1)
+        following[ends - 1] = starts
+        owner = np.concatenate([np.arange(len(starts)), part[side]])
+        is_line = np.arange(len(owner)) >= len(starts)
+        order = np.argsort(2 * painted.groups[owner] + is_line, kind="stable")
+        lines = np.column_stack([side, following[side]]).ravel()
+        counts = np.concatenate([painted.counts, np.full(len(side), 2)])
+        first = np.concatenate([starts, len(part) + 2 * np.arange(len(side))])
+        corners = np.concatenate([np.arange(len(part)), lines])
+        return _PaintedParts(
+            corners[expand_ranges(first[order], counts[order])],
+            counts[order],
+            painted.sources[owner[order]],
+            is_line[order],
+            (whole[owner] | is_line)[order],
+        )
 
 
-def _build_closed_paths(corners: Array, counts: Sequence[int]) -> list[Path]:
-    """Return polygons with some numbers of consecutive corners (N, 2), without checks of each."""
-    ends = np.cumsum(counts)
-    closed = np.insert(corners, ends, corners[ends - counts], axis=0)
-    like = Path(closed[:3])
-    codes = {n: Path(np.zeros((n + 1, 2)), closed=True).codes for n in set(counts)}
-    paths, start = [], 0
-    for n in counts:
-        paths.append(_make_path(closed[start : start + n + 1], codes[n], like))
-        start += n + 1
-    return paths
+class _PaintedParts(NamedTuple):
+    """Faces and lines in the order of painting: their corners among those of all faces.
+
+    `counts` are the numbers of corners of the parts, `sources` the indices of their faces, and
+    `is_lined` is true for lines and for faces with a dark edge.
+    """
+
+    corners: Indices
+    counts: Indices
+    sources: Indices
+    is_line: NDArray[np.bool_]
+    is_lined: NDArray[np.bool_]
 
 
 def _pad_faces(faces: Sequence[Array]) -> Array:
@@ -149,7 +150,7 @@ def draw_solids(axes: Axes3D, wires: Sequence[WireSolid]) -> list[MovableArtist]
     for i, wire in enumerate(wires):
         if wire.transparent:
             look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": TRANSPARENT}
-            artists.append(_add_face_collection(axes, wires, [i], look))
+            artists.append(_add_face_collection(axes, wire, i, look))
         if wire.transparent or not wire.faces:
             thick = 1.2 if wire.transparent else 3.0
             look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
@@ -162,7 +163,7 @@ def draw_shadows(axes: Axes3D, wires: Sequence[WireSolid], ground: float) -> lis
     artists, dense = [], _list_opaque_solids(wires)
     if dense:
         look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
-        artists.append(_add_face_collection(axes, wires, dense, look, ground))
+        artists.append(_add_shadow_collection(axes, [wires[i] for i in dense], dense, look, ground))
     look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
     lines = [i for i, wire in enumerate(wires) if not wire.faces]
     return [*artists, *(_add_line_collection(axes, wires, i, look, ground) for i in lines)]
@@ -185,22 +186,27 @@ def draw_solid_outline(axes: Axes3D, wire: WireSolid, label: str, look: dict[str
     return lines
 
 
-def _add_face_collection(
-    axes: Axes3D,
-    wires: Sequence[WireSolid],
-    indices: list[int],
-    look: _Look,
-    ground: float | None = None,
+def _add_shadow_collection(
+    axes: Axes3D, solids: Sequence[WireSolid], indices: list[int], look: _Look, ground: float
 ) -> MovableArtist:
-    """Add the faces of some solids, or their shadows on the ground."""
+    """Add the shadows of solids on the ground."""
+    shadows = ShadowOutlines(solids)
 
-    def faces(now: Sequence[WireSolid]) -> Array:
-        corners = _pad_faces([face for i in indices for face in now[i].faces])
-        return _project_to_ground(corners, ground)
+    def outlines(now: Sequence[WireSolid]) -> Array:
+        return _project_to_ground(_pad_faces(shadows.compute(now)), ground)
 
-    collection = Poly3DCollection(faces(wires), **look)
+    collection = Poly3DCollection(outlines(solids), **look)
     _add_unclipped_collection(axes, collection)
-    return MovableArtist(collection, lambda now: collection.set_verts(faces(now)))
+    return MovableArtist(
+        collection, lambda now: collection.set_verts(outlines([now[i] for i in indices]))
+    )
+
+
+def _add_face_collection(axes: Axes3D, solid: WireSolid, i: int, look: _Look) -> MovableArtist:
+    """Add the faces of a solid, in the order of their centres."""
+    collection = Poly3DCollection(_pad_faces(solid.faces), **look)
+    _add_unclipped_collection(axes, collection)
+    return MovableArtist(collection, lambda now: collection.set_verts(_pad_faces(now[i].faces)))
 
 
 def _add_line_collection(

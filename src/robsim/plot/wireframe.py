@@ -14,9 +14,8 @@ from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
+from robsim.plot.camera_frustum import build_frustum_edges
 from robsim.robot.robot import Robot
-from robsim.vision.camera import Camera
-from robsim.vision.plane import append_one
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -26,8 +25,6 @@ SolidBuilder = Callable[..., "WireSolid"]  # of a label, a primitive, and option
 CameraSolidBuilder = Callable[[MountedCamera, float], "WireSolid"]  # of a camera and a depth
 
 MOST_LINKS = 16  # a robot with more links has a single legend entry
-WIDEST = 3.0  # radius at unit depth (72 degrees) of the drawn rays of a fisheye
-_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
 
 
 @dataclass(frozen=True)
@@ -211,40 +208,8 @@ def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:
     body = eye.camera.drawn(IDENTITY)
     if body is not None:
         return build_shape_solid(eye.name, body)
-    centre, rim = np.zeros(3), depth * compute_corner_rays(eye.camera)
-    sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
-    edges = np.array([(centre, corner) for corner in rim] + sides)
-    faces = tuple(np.stack([centre, *side]) for side in sides)
+    edges, faces = build_frustum_edges(eye.camera, depth)
     return WireSolid(eye.name, palette.BLACK, edges, faces, transparent=True)
-
-
-def list_border_corners(camera: Camera) -> Array:
-    """Return the corners (4, 2) of the image, clockwise from the upper left corner."""
-    (left, right), (top, bottom) = camera.border
-    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
-
-
-def compute_corner_rays(camera: Camera) -> Array:
-    """Return the points (4, 3) at unit depth on the rays through the image corners."""
-    corners = np.array(_BORDERLESS)
-    if camera.size is not None:
-        corners = compute_drawn_points(camera, list_border_corners(camera))
-    return append_one(corners)
-
-
-def compute_drawn_points(camera: Camera, pixels: Array) -> Array:
-    """Return the points (N, 2) at unit depth of pixels, within WIDEST of the axis for a fisheye.
-
-    Pixels of a fisheye near or beyond 90 degrees have points far away or none.
-    """
-    points = camera.normalise(pixels)
-    if camera.lens != "fisheye":
-        return points
-    K = np.atleast_3d(camera.K)[..., 0]
-    direction = (pixels - K[:2, 2]) / K[[0, 1], [0, 1]]
-    direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    far = ~(np.linalg.norm(points, axis=1) <= WIDEST)
-    return np.where(far[:, None], WIDEST * direction, points)
 
 
 def transform_points(points: Array, T: Array) -> Array:
