@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 def find_steps(loop: Loop) -> Steps:
     """Return the stages of a loop without a record.
 
-    A controller that is kept with its task also keeps the stages of its last single run. They are
-    used again if nothing that they depend on differs.
+    A controller that is kept also keeps the stages of its last single run. They are used again if
+    nothing that they depend on differs but a constant gain.
     """
     parts = loop.sensing, loop.actuation
     settings = loop.dt, loop.steps, loop.seed, loop.hold, loop.limited, loop.first_run
@@ -44,6 +44,8 @@ def find_steps(loop: Loop) -> Steps:
         steps = Steps(loop)
         if LAST_STEPS in kept and alone and steps.is_stateless and all(map(is_immutable, parts)):
             kept[LAST_STEPS] = key, parts, steps
+    elif steps.controller is not loop.controller:
+        steps = steps.with_gain(loop.controller)
     return steps
 
 
@@ -92,6 +94,18 @@ class Steps:
         """Whether the stages keep nothing from run to run: no Python stages, no tables."""
         tables = any(each.flags.writeable for each in self.program.referenced_arrays)
         return self.program.stages is not None and not tables
+
+    def with_gain(self, controller: Any) -> Steps:
+        """Return these stages for a controller that differs in a constant gain only."""
+        own, program = copy(self), self.program.copy()
+        assert self.command.gain is not None
+        for row, number in (
+            (self.command.gain, controller.gain),
+            (self.judge.pace, controller.pace),
+        ):
+            program.same.append((row, np.array([number])))  # the last value of a row counts
+        own.controller, own.program = controller, program
+        return own
 
     def record_to(self, recorder: Recorder) -> Steps:
         """Return these stages, followed by the stages that record runs."""
