@@ -318,7 +318,8 @@ class ServoTask(CommandFields):
         old = kept.controller
         if not changes:
             return old
-        controller = self._complete_controller(old.sights, old.columns, old.bound_features)
+        parts = old.sights, old.columns, old.bound_features, old.full_rank
+        controller = self._complete_controller(*parts)
         vars(controller)[LAST_STEPS] = None
         kept.share_steps(controller)
         return controller
@@ -330,9 +331,16 @@ class ServoTask(CommandFields):
         return self._complete_controller(truths, columns, regulated)
 
     def _complete_controller(
-        self, truths: tuple[CameraTarget, ...], columns: VelocityIndices, regulated: BoundFeatures
+        self,
+        truths: tuple[CameraTarget, ...],
+        columns: VelocityIndices,
+        regulated: BoundFeatures,
+        full_rank: Any = None,
     ) -> ServoController:
-        """Return the controller of true camera-target pairs and bound features."""
+        """Return the controller of true camera-target pairs and bound features.
+
+        `full_rank` is the rank at the goal, if it is known.
+        """
         scene = truths[0].scene
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
@@ -351,7 +359,7 @@ class ServoTask(CommandFields):
             tolerance,
             regulated.goal_pixels,
             compute_decay_rate(regulated, self.gain, self.inverse),
-            compute_goal_rank(regulated),
+            compute_goal_rank(regulated) if full_rank is None else full_rank,
             get_rcond(self.inverse),
             regulated,
             self.bound_law(regulated),
