@@ -34,6 +34,7 @@ class TerminationChecks:
         self.outcome, self.length, self.still = program.rows(), program.rows(), program.rows()
         self.ending = program.constant(-1.0)
         self.tolerance = program.constant(controller.tolerance)
+        self.pace = program.number(controller.pace)
         self.scale = program.constant(controller.tolerance / controller.tolerances)
 
     def judge(
@@ -52,7 +53,7 @@ class TerminationChecks:
         if command.step is not None:
             add(outcome_rules.include_step, share=command.step, tolerance=tolerance, size=size)
         task = {"A": command.task_jacobian, "scale": scale}
-        paced_task = {**task, "pace": program.number(c.pace), "tolerance": tolerance}
+        paced_task = {**task, "pace": self.pace, "tolerance": tolerance}
         commanded, moving_at = self._find_rates(plant, command)
         add(outcome_rules.count_still_periods, **paced_task, qd=moving_at, periods=self.still)
         moving = self._moving_frame(plant, images)

@@ -81,6 +81,7 @@ class ControllerOutputs:
     active: BlockRows | None = None  # (c,) multiplier of each constraint of the law
     slack: BlockRows | None = None  # (c,) excess over each constraint of the law
     past: BlockRows | None = None  # (p, n) last commands that constraints use, the newest first
+    gain: BlockRows | None = None  # gain of one servo task
 
     def decide(self, blocks: Blocks) -> Decision:
         """Return the decision from blocks, with its inputs."""

@@ -127,17 +127,21 @@ class ServoStages:
         result = self.program.result
         busy = self.rows() if step is None else result(control_law.compare_step, "busy", share=step)
         limited = self.constrained
-        return ControllerOutputs(
+        outputs = ControllerOutputs(
             *(self.feature_rows.s, error, qd, A, busy),
             lambda blocks: blocks.get(self.feature_rows.first_jacobian),
             self.note,
             self.weights,
             self.status,
             lambda blocks: LawInput(blocks.get(error), self.state(blocks, 0, {}, self.law_error)),
-            self.feature_rows.factors,
-            step,
-            *((limited.active, limited.slack, limited.of.past) if limited else ()),
+            factors=self.feature_rows.factors,
+            step=step,
+            gain=self.gain,
         )
+        if limited is None:
+            return outputs
+        rows = limited.active, limited.slack, limited.of.past
+        return replace(outputs, active=rows[0], slack=rows[1], past=rows[2])
 
     def _measure_step(self) -> BlockRows | None:
         """Return the row of the remaining step of a camera over the largest that converges.
@@ -312,14 +316,18 @@ class ServoStages:
     ) -> ControlState:
         """Return the input of the law, with an error in rows."""
         c, get = self.controller, blocks.get
-        constant = isinstance(c.gain, float)
+        gain: float | Array  # from the row, as kept stages may have another gain than c
+        if isinstance(c.gain, float):
+            gain = float(blocks.first(self.gain))
+        else:
+            gain = make_read_only(get(self.gain)[:, None])
         return construct_unchecked(
             ControlState,
             error_last=make_read_only(get(error)),
             interaction_last=make_read_only(get(self.L)),
             jacobian_last=make_read_only(get(self.feature_rows.first_jacobian)),
             task_jacobian_last=make_read_only(get(self.A)),
-            gain=c.gain if constant else make_read_only(get(self.gain)[:, None]),
+            gain=gain,
             inverse=c.inverse,
             s_last=make_read_only(get(self.feature_rows.s)),
             q_last=make_read_only(get(self.inputs.q)),

@@ -53,6 +53,7 @@ class View(NamedTuple):
 
 GREY = Number(least=0, most=255)
 # cached properties that stay the same in a revised scene
+LAST_CONTROLLER = "_last_controller"  # attribute that holds the last controller of a servo task
 KEPT_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
     *("nq", "nv", "prescribed"),
@@ -184,6 +185,10 @@ class Scene(SceneCoordinates):
             with prefix_path("motions", motion.robot):
                 motion.check(copy.robot(motion.robot).nv)
         return copy
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the last controller: a copy has other objects, and another process."""
+        return {name: value for name, value in vars(self).items() if name != LAST_CONTROLLER}
 
     def __repr__(self) -> str:
         """Return a text with one line for each part."""

@@ -15,6 +15,7 @@ from robsim.declare import Number, described
 from robsim.declare.spec import Context, Raw
 from robsim.features.interaction_matrix import InteractionMatrix
 from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.camera_target import CameraTarget
 from robsim.servo.controller_matrices import compute_controller_matrices
 from robsim.servo.feature_block import (
     CAMERAS,
@@ -45,6 +46,7 @@ from robsim.servo.tasks.feature_binder import (
     deduplicate_targets,
     find_camera_targets,
 )
+from robsim.servo.tasks.kept_controller import OTHER_FIELDS, get_kept_controller, keep_controller
 from robsim.servo.tasks.task_checks import (
     check_bound_law,
     check_feature_tolerance,
@@ -295,18 +297,51 @@ class ServoTask(CommandFields):
 
     def _cached_controller(self, scene: Scene) -> ServoController:
         """Return the controller in a scene, or the last controller if nothing in it can change."""
-        last = vars(self).get("_last_controller")
-        if last is None or last.scene is not scene:
-            last = self._build_controller(scene, self.columns(scene))
-            if scene.tree.compiled and self.holds_still:
-                vars(self)["_last_controller"] = last
-                vars(last)[LAST_STEPS] = None  # it may keep its stages
+        last: ServoController | None = vars(self).get("_last_controller")
+        if last is not None and last.scene is scene:
+            return last
+        if not (scene.tree.compiled and self.holds_still):
+            return self._build_controller(scene, self.columns(scene))
+        last = self._reuse_controller(scene)
+        vars(self)["_last_controller"] = last
+        keep_controller(self, last)
         return last
+
+    def _reuse_controller(self, scene: Scene) -> ServoController:
+        """Return the controller in a scene, from parts of the last controller there if they fit."""
+        kept = get_kept_controller(scene)
+        changes = None if kept is None else kept.find_changes(self)
+        if kept is None or changes is None or not changes <= OTHER_FIELDS:
+            controller = self._build_controller(scene, self.columns(scene))
+            vars(controller)[LAST_STEPS] = None  # it may keep its stages
+            return controller
+        old = kept.controller
+        if not changes:
+            return old
+        parts = old.sights, old.columns, old.bound_features, old.full_rank
+        controller = self._complete_controller(*parts)
+        vars(controller)[LAST_STEPS] = None
+        kept.share_steps(controller)
+        return controller
 
     def _build_controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
         """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
         regulated, truths = self.bind_features(sights, columns), deduplicate_targets(sights)
+        return self._complete_controller(truths, columns, regulated)
+
+    def _complete_controller(
+        self,
+        truths: tuple[CameraTarget, ...],
+        columns: VelocityIndices,
+        regulated: BoundFeatures,
+        full_rank: Any = None,
+    ) -> ServoController:
+        """Return the controller of true camera-target pairs and bound features.
+
+        `full_rank` is the rank at the goal, if it is known.
+        """
+        scene = truths[0].scene
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
@@ -324,7 +359,7 @@ class ServoTask(CommandFields):
             tolerance,
             regulated.goal_pixels,
             compute_decay_rate(regulated, self.gain, self.inverse),
-            compute_goal_rank(regulated),
+            compute_goal_rank(regulated) if full_rank is None else full_rank,
             get_rcond(self.inverse),
             regulated,
             self.bound_law(regulated),
