@@ -193,13 +193,18 @@ def by_triangle(numbers, block, step):
     The numbers are (A, k, n, y, damping or -1, x, scratch, bound), and bound is a row.
     """
     align_stack()
-    if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
-        _solve_four_points(numbers, block)
-    else:
-        _factorise_and_solve(numbers, block)
+    _factorise_and_solve(numbers, block)
+
+
+@stage
+def by_triangle_of_four_points(numbers, block, step):
+    """Perform `by_triangle` for k = 8 and n = 6 without damping."""
+    align_stack()
+    _solve_four_points(numbers, block)
 
 
 _linked_by_triangle = link_stage(by_triangle)
+_linked_four_points = link_stage(by_triangle_of_four_points)
 
 
 @part
@@ -208,7 +213,11 @@ def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
 
     `damping` is a row, or -1 for none.
     """
-    _linked_by_triangle(block, (A, k, n, y, damping, x, scratch + 1, scratch))
+    numbers = (A, k, n, y, damping, x, scratch + 1, scratch)
+    if k == 8 and n == 6 and damping < 0:
+        _linked_four_points(block, numbers)
+    else:
+        _linked_by_triangle(block, numbers)
     return get(block, scratch)
 
 
