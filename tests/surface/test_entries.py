@@ -249,22 +249,37 @@ def test_variants_with_the_same_c_types_have_different_code():
     np.testing.assert_array_equal(found, [expected] * 3)
 
 
-def test_a_picture_with_and_without_distortion_is_drawn_by_its_variant(monkeypatch):
+def test_a_picture_is_drawn_by_the_variant_for_its_lens_and_its_prints(monkeypatch):
     used = []
 
     def noted(*arguments):
-        used.append([field is None for field in arguments[2]])
+        used.append(
+            [i for i, each in enumerate(draw_pictures.variants) if each.may_take(arguments)]
+        )
         draw_pictures(*arguments)
 
     monkeypatch.setattr(renderer, "draw_pictures", noted)
     K = np.array([[84.0, 0.0, 46.9], [0.0, 90.0, 36.7], [0.0, 0.0, 1.0]])
-    thing = rs.Object("block", Block(0.3, 0.3, 0.1, albedo=0.4), pose=rs.Pose.at(0, 0, 1.6))
+    blocks = Block(0.3, 0.3, 0.1), Block(0.3, 0.3, 0.1, picture=np.eye(4, dtype=np.uint8) * 200)
     lenses = {}, {"distortion": (-1e-9, 0.0, 0.0, 0.0)}
     eyes = [rs.MountedCamera("eye", rs.Camera(K, (96, 72), **lens)) for lens in lenses]
-    pictures = [rs.Scene(objects=thing, cameras=eye).picture() for eye in eyes]
-    assert used == [[False, False, True, True, True], [False] * 5]
-    assert len(draw_pictures.variants) == 2 and pictures[0].std() > 1.0
-    np.testing.assert_allclose(pictures[0].astype(float), pictures[1], rtol=0, atol=1.0)
+    for block in blocks:
+        thing = rs.Object("block", block, pose=rs.Pose.at(0, 0, 1.6))
+        one, other = (rs.Scene(objects=thing, cameras=eye).picture() for eye in eyes)
+        assert one.std() > 1.0
+        np.testing.assert_allclose(one.astype(float), other, rtol=0, atol=1.0)
+    assert used == [[0], [2], [1], [3]] and len(draw_pictures.variants) == 4
+
+
+def test_a_variant_that_does_not_fit_is_not_compiled():
+    @entry("int64[::1], None -> int64", "int64[::1], int64[::1] -> int64")
+    def count(first, second):
+        return first.size if second is None else first.size + second.size
+
+    numbers = np.arange(3)
+    assert count(numbers, numbers) == 6
+    assert "call" not in vars(count.variants[0])
+    assert count(numbers, None) == 3 and count(numbers, numbers) == 6
 
 
 @pytest.mark.parametrize("declared", ["complex128", "float16[::1]", "int32", "(int64, object)"])

@@ -13,6 +13,7 @@ from importlib import import_module
 
 import robsim
 from robsim.base.errors import InputError
+from robsim.kernels.machine.machine_code import LINKED
 
 SCENARIO = "eye_in_hand"  # for features, schemes and imperfections
 RUNS, STEPS = 9, 120  # batch that fills a SIMD register of eight runs, and part of another
@@ -57,6 +58,7 @@ def list_workload() -> list[WorkloadItem]:
         *(("example", name) for name in robsim.examples.names()),
         *(("change", change) for change in (*CHANGES, *features, *laws, *effects, *drives)),
         *(("docstrings", module.name) for module in modules),
+        ("linked", "stages"),
     ]
 
 
@@ -67,6 +69,9 @@ def run_workload_item(item: WorkloadItem) -> None:
         robsim.load_scenario(robsim.examples.path(name)).run()
     elif kind == "change":
         _simulate_change(name)
+    elif kind == "linked":
+        for stage in LINKED.values():  # the examples perform only some of them
+            assert stage.address
     else:
         runner = doctest.DocTestRunner(verbose=False)
         for test in doctest.DocTestFinder().find(import_module(name)):

@@ -73,7 +73,9 @@ def _list_pictures(pictures: Iterable[NDArray[np.uint8] | None]) -> list[NDArray
 
 def build_pictures(pictures: Sequence[NDArray[np.uint8]]) -> Pictures:
     """Return pictures with their halved copies."""
-    texels, level = [np.zeros(0, np.uint16)], np.zeros((len(pictures), MOST_LEVELS, 4), np.int64)
+    if not pictures:
+        return Pictures(None, None, None)
+    texels, level = [], np.zeros((len(pictures), MOST_LEVELS, 4), np.int64)
     count, at = np.zeros(len(pictures), dtype=np.int64), 0
     for p, picture in enumerate(pictures):
         packed, table = _find_copies(picture)
@@ -81,7 +83,7 @@ def build_pictures(pictures: Sequence[NDArray[np.uint8]]) -> Pictures:
         level[p, : len(table), 0] += at
         texels.append(packed)
         at += len(packed)
-    return Pictures(texels[1] if len(texels) == 2 else np.concatenate(texels), level, count)
+    return Pictures(texels[0] if len(texels) == 1 else np.concatenate(texels), level, count)
 
 
 def _find_copies(picture: NDArray[np.uint8]) -> Copies:

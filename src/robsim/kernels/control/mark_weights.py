@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.kernels.formulas.perspective import IN_IMAGE, OUT_OF_IMAGE
 from robsim.kernels.formulas.speed_profiles import quintic_profile
-from robsim.kernels.images.projection import BORDER
+from robsim.kernels.images.lens_distortion import BORDER
 from robsim.kernels.linear_algebra.pseudoinverse import solve_block
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where

@@ -2,7 +2,7 @@
 
 import math
 
-from robsim.kernels.images.projection import BORDER
+from robsim.kernels.images.lens_distortion import BORDER
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put, sqrt, where
 from robsim.kernels.machine.stages import stage

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.kernels.formulas.fisheye import distort_fisheye_jacobian
 from robsim.kernels.formulas.interaction import point_rates
 from robsim.kernels.formulas.perspective import BROWN, FISHEYE, distort_jacobian
-from robsim.kernels.images.projection import BORDER, lane_coefficients, lens_coefficients
+from robsim.kernels.images.lens_distortion import BORDER, lane_coefficients, lens_coefficients
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, replace_lane, where
 from robsim.kernels.machine.stages import stage

@@ -4,44 +4,32 @@ The rows of a camera are K (nine), the lens coefficients (eight), the border of 
 the largest valid radius of the lens. A mark has two rows in an image, column and row.
 """
 
-import math
-
 import numpy as np
 
-from robsim.kernels.formulas.fisheye import distort_fisheye, undistort_fisheye
 from robsim.kernels.formulas.perspective import (
     BEHIND_CAMERA,
-    BROWN,
-    FISHEYE,
     IN_IMAGE,
     LEAST_DEPTH,
     NO_LENS,
     OUT_OF_IMAGE,
-    distort,
     pinhole_pixel,
-    undistort,
+)
+from robsim.kernels.images.lens_distortion import (
+    BORDER,
+    RADIUS,
+    linked_distortion,
+    linked_undistortion,
 )
 from robsim.kernels.machine.kernel import kernel, part
-from robsim.kernels.machine.lanes import WIDTH, get, get_lane, put, replace_lane, where
+from robsim.kernels.machine.lanes import get, put, where
 from robsim.kernels.machine.stages import stage
 
-LENS, BORDER, RADIUS = 9, 17, 21  # first rows of the parts of a camera after K
 CAMERA_ROWS = 22  # number of rows of a camera
 WORST_STATUS, CONTINUED_STATUS, EACH_STATUS = (
     0,
     1,
     2,
 )  # status: the worst, the worst including earlier marks, of each mark
-
-
-@part
-def lens_coefficients(w, camera):
-    """Return the eight lens coefficients of a camera."""
-    at = camera + LENS
-    return (
-        get(w, at), get(w, at + 1), get(w, at + 2), get(w, at + 3),
-        get(w, at + 4), get(w, at + 5), get(w, at + 6), get(w, at + 7),
-    )  # fmt: skip
 
 
 @part
@@ -104,10 +92,11 @@ def project_to_pixels(
         )
         behind, inverse = where(Z > LEAST_DEPTH, 0.0 * Z, np.nan), 1.0 / Z
         x, y = X * inverse + behind, Y * inverse + behind
-        if lens == BROWN:
-            x, y = distort(x, y, lens_coefficients(w, camera))
-        elif lens == FISHEYE:
-            x, y = _distort_fisheye_lanes(w, camera, x, y)
+        if lens != NO_LENS:
+            put(w, pixels + 2 * n, x)
+            put(w, pixels + 2 * n + 1, y)
+            linked_distortion(w, (camera, lens, pixels + 2 * n))
+            x, y = get(w, pixels + 2 * n), get(w, pixels + 2 * n + 1)
         u, v = _pixel_from_camera(w, camera, x, y)
         put(w, pixels + 2 * n, u)
         put(w, pixels + 2 * n + 1, v)
@@ -119,25 +108,6 @@ def project_to_pixels(
         worst = where(now > worst, now, worst)
     if mode != EACH_STATUS:
         put(w, status, worst)
-
-
-@part
-def _distort_fisheye_lanes(w, camera, x, y):
-    """Return the images of normalised points by fisheye lenses, lane by lane."""
-    for i in range(WIDTH):
-        bent = distort_fisheye(get_lane(x, i), get_lane(y, i), lane_coefficients(w, camera, i))
-        x, y = replace_lane(x, i, bent[0]), replace_lane(y, i, bent[1])
-    return x, y
-
-
-@part
-def lane_coefficients(w, camera, i):
-    """Return the eight lens coefficients of the camera of one lane."""
-    k = (camera + LENS) * WIDTH + i
-    return (
-        w[k], w[k + WIDTH], w[k + 2 * WIDTH], w[k + 3 * WIDTH],
-        w[k + 4 * WIDTH], w[k + 5 * WIDTH], w[k + 6 * WIDTH], w[k + 7 * WIDTH],
-    )  # fmt: skip
 
 
 @part
@@ -161,27 +131,10 @@ def normalise_mark_pixels(
     for n in range(N):
         y = (get(w, pixels + 2 * n + 1) - get(w, K + 5)) / get(w, K + 4)
         x = (get(w, pixels + 2 * n) - get(w, K + 2) - get(w, K + 1) * y) / get(w, K)
-        if lens == BROWN:
-            x, y = undistort(x, y, lens_coefficients(w, K))
-        elif lens == FISHEYE:
-            x, y = _undistort_fisheye_lanes(w, K, x, y)
-        if lens != NO_LENS:
-            radius = get(w, K + RADIUS)
-            valid = x * x + y * y <= radius * radius
-            x, y = where(valid, x, math.nan), where(valid, y, math.nan)
         put(w, points + 2 * n, x)
         put(w, points + 2 * n + 1, y)
-
-
-@part
-def _undistort_fisheye_lanes(w, camera, x, y):
-    """Return the points that fisheye lenses map to (x, y), lane by lane."""
-    for i in range(WIDTH):
-        radius = w[(camera + RADIUS) * WIDTH + i]
-        k = lane_coefficients(w, camera, i)
-        straight = undistort_fisheye(get_lane(x, i), get_lane(y, i), k, radius)
-        x, y = replace_lane(x, i, straight[0]), replace_lane(y, i, straight[1])
-    return x, y
+    if lens != NO_LENS:
+        linked_undistortion(w, (K, lens, N, points))
 
 
 @part

@@ -20,11 +20,13 @@ from robsim.kernels.linear_algebra.register_columns import (
 from robsim.kernels.linear_algebra.svd import choose_length_unit, solve_truncated
 from robsim.kernels.linear_algebra.svd import truncation_rows as truncated_rows
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
-from robsim.kernels.machine.intrinsics import unroll_kernel
+from robsim.kernels.machine.intrinsics import routine, unroll_kernel
 from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, align_stack, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.stages import stage
+
+_DOUBTFUL_ROWS = 3  # rows of scratch that `truncate_doubtful` shares with its caller
 
 
 @kernel
@@ -38,7 +40,7 @@ def multiply_matrices(A, B, out):
                     out[i, j, b] += A[i, k, b] * B[k, j, b]
 
 
-@part
+@routine
 def _gram_schmidt(block, V, rows, n, count, R, inverse):
     """Orthogonalise n columns of V: V_before = V D^-1 R with the diagonal D of R and V'V.
 
@@ -77,7 +79,7 @@ def _subtract_projection(block, v, head, share, u, rows):
     return along
 
 
-@part
+@routine
 def invert_triangle(block, R, n, inverse):
     """Compute inverse = R^-1 of an upper triangular R. On entry it holds the inverse diagonal."""
     for j in range(n):
@@ -88,7 +90,7 @@ def invert_triangle(block, R, n, inverse):
             put(block, inverse + j * n + i, -total * get(block, inverse + i * n + i))
 
 
-@part
+@routine
 def _condition_bound(block, R, inverse, n):
     """Return ||D^-1/2 R||_F ||R^-1 D^1/2||_F >= the condition number, D the diagonal of R.
 
@@ -109,7 +111,7 @@ def _condition_bound(block, R, inverse, n):
     return sqrt(norm) * sqrt(inverse_norm)
 
 
-@part
+@routine
 def apply_inverse(block, inverse, n, y, x):
     """Compute x = R^-1 y from R^-1 in column-major order."""
     for i in range(n):
@@ -119,7 +121,7 @@ def apply_inverse(block, inverse, n, y, x):
         put(block, x + i, total)
 
 
-@part
+@routine
 def _solve_wide(block, V, rows, n, inverse, y, x, count):
     """Compute the first `count` rows of x = V R^-T y; y[n] is replaced by R^-T y."""
     for j in range(n - 1, -1, -1):
@@ -138,7 +140,7 @@ def count_solution_rows(k: int, n: int) -> int:
     """Return the number of scratch rows that `solve_block` needs."""
     m, p = min(k, n), max(k, n)
     by_triangle = 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
-    return max(by_triangle, 1 + p * m + m * m + m + 2 * n)
+    return max(by_triangle, _DOUBTFUL_ROWS + 1 + p * m + m * m + m + 2 * n)
 
 
 solution_rows = part(count_solution_rows)
@@ -193,13 +195,18 @@ def by_triangle(numbers, block, step):
     The numbers are (A, k, n, y, damping or -1, x, scratch, bound), and bound is a row.
     """
     align_stack()
-    if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
-        _solve_four_points(numbers, block)
-    else:
-        _factorise_and_solve(numbers, block)
+    _factorise_and_solve(numbers, block)
+
+
+@stage
+def by_triangle_of_four_points(numbers, block, step):
+    """Perform `by_triangle` for k = 8 and n = 6 without damping."""
+    align_stack()
+    _solve_four_points(numbers, block)
 
 
 _linked_by_triangle = link_stage(by_triangle)
+_linked_four_points = link_stage(by_triangle_of_four_points)
 
 
 @part
@@ -208,17 +215,26 @@ def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
 
     `damping` is a row, or -1 for none.
     """
-    _linked_by_triangle(block, (A, k, n, y, damping, x, scratch + 1, scratch))
+    numbers = (A, k, n, y, damping, x, scratch + 1, scratch)
+    if k == 8 and n == 6 and damping < 0:
+        _linked_four_points(block, numbers)
+    else:
+        _linked_by_triangle(block, numbers)
     return get(block, scratch)
 
 
-@part
-def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
-    """Replace x of the doubtful runs by the truncated solution, and return the rank.
+@stage
+def truncate_doubtful(numbers, block, step):
+    """Replace x of the doubtful runs by the truncated solution, and the full rank by the rank.
 
-    The rank is the larger rank of two units of length, as a bad unit may make a matrix nearly
-    singular (see `robsim.kernels.linear_algebra.svd.truncate`). x is NaN if A is not finite.
+    The numbers are (A, k, n, y, x, J, scratch). The first rows of `scratch` are the full rank,
+    rcond, and 1 for a doubtful run or 0. The rank is the larger rank of two units of length, as a
+    bad unit may make a matrix nearly singular (see `robsim.kernels.linear_algebra.svd.truncate`). x
+    is NaN if A is not finite.
     """
+    A, k, n, y, x, J = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
+    first, scratch = numbers[6], numbers[6] + _DOUBTFUL_ROWS
+    full, rcond, doubtful = get(block, first), get(block, first + 1), get(block, first + 2) > 0.0
     solution = scratch + truncated_rows(k, n)
     rank = solve_truncated(block, A, k, n, y, rcond, solution, -1, scratch)
     deficient = doubtful & (rank < full)
@@ -234,7 +250,27 @@ def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
         total = total + 0.0 * get(block, A + i)
     for i in range(n):
         put(block, x + i, where(doubtful, get(block, solution + i) + total, get(block, x + i)))
-    return where(doubtful & (total == 0.0), rank, full)
+    put(block, first, where(doubtful & (total == 0.0), rank, full))
+
+
+_linked_truncate_doubtful = link_stage(truncate_doubtful)
+
+
+@part
+def _truncate_if_doubtful(block, A, k, n, y, rcond, bound, full, x, J, scratch):
+    """Replace x of the runs with a large bound by the truncated solution, and return the rank.
+
+    `bound` is a bound of the condition number of A, and `full` its full rank.
+    """
+    doubtful = ~(bound * rcond < 1.0)
+    rank = 0.0 * rcond + full
+    if any_lane(doubtful):
+        put(block, scratch, rank)
+        put(block, scratch + 1, rcond)
+        put(block, scratch + 2, where(doubtful, 1.0, 0.0))
+        _linked_truncate_doubtful(block, (A, k, n, y, x, J, scratch))
+        rank = get(block, scratch)
+    return rank
 
 
 @part
@@ -247,11 +283,9 @@ def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
     damping, the returned rank is the full rank.
     """
     bound = _solve_by_triangle(block, A, k, n, y, damping, x, scratch)
-    doubtful = ~(bound * rcond < 1.0)
-    rank = 0.0 * rcond + min(k, n)
-    if damping < 0 and any_lane(doubtful):
-        rank = _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, rank, J, scratch)
-    return rank
+    if damping >= 0:
+        return 0.0 * rcond + min(k, n)
+    return _truncate_if_doubtful(block, A, k, n, y, rcond, bound, min(k, n), x, J, scratch)
 
 
 def count_product_rows(k: int, n: int) -> int:
@@ -272,10 +306,7 @@ def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
     z, rest = scratch, scratch + 6
     bound = _solve_by_triangle(block, B, k, 6, y, -1, z, rest)
     bound = bound * _solve_by_triangle(block, C, 6, n, z, -1, x, rest)
-    doubtful, rank = ~(bound * rcond < 1.0), 0.0 * rcond + 6.0
-    if any_lane(doubtful):
-        rank = _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, rank, C, scratch)
-    return rank
+    return _truncate_if_doubtful(block, A, k, n, y, rcond, bound, 6, x, C, scratch)
 
 
 @kernel

@@ -9,6 +9,7 @@ from llvmlite import binding as llvm
 
 from robsim.kernels.machine import cache_files, llvm_modules
 from robsim.kernels.machine.code_archive import CodeArchive
+from robsim.kernels.machine.deferred_calls import DeferredCall
 
 # Allocation of arrays in stages. The header has the count of references and the address of the
 # numbers where Numba's code reads them.
@@ -48,6 +49,10 @@ define void @robsim.fail(i32 %status) {
   %before = atomicrmw add i32* @robsim.failures, i32 1 monotonic
   ret void
 }
+define void @robsim.failing_stage(i64* %p, double* %w, i64 %step) {
+  call void @robsim.fail(i32 1)
+  ret void
+}
 """
 _OWN = {"robsim.allocate", "robsim.release", "robsim.fail"}
 
@@ -71,6 +76,17 @@ class CodeEngine:
         self.failures = ctypes.c_int.from_address(
             self._engine.get_global_value_address("robsim.failures")
         )
+
+    @property
+    def failing_stage(self) -> int:
+        """The address of a stage that fails."""
+        return self._engine.get_function_address("robsim.failing_stage")  # type: ignore[no-any-return]
+
+    def add_call(self, symbol: str, call: DeferredCall) -> None:
+        """Register the machine code of a call with LLVM by the symbol of its stage."""
+        self._engine.add_module(llvm_modules.parse_module(call.text.encode(), self.machine))
+        self._engine.finalize_object()
+        llvm.add_symbol(symbol, self._engine.get_function_address(call.name))
 
     def has_address(self, symbol: str) -> bool:
         """Return whether a symbol has an address; LLVM ends the process if it has none."""

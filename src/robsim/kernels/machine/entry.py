@@ -69,6 +69,25 @@ class CFunction:
         return wrapper  # type: ignore[no-any-return]
 
     @cached_property
+    def _has_none_in_place(self) -> Callable[..., bool]:
+        """The function that returns whether arguments are None where they must be, and only there.
+
+        It needs no machine code.
+        """
+        tests = [f"{path} is None" for path in self.types.absent]
+        tests += [f"{each.path} is not None" for each in self.types.leaves]
+        namespace: dict[str, Any] = {}
+        exec(f"test = lambda {', '.join(self.types.names)}: {' and '.join(tests)}", namespace)
+        return namespace["test"]  # type: ignore[no-any-return]
+
+    def may_take(self, arguments: tuple[Any, ...]) -> bool:
+        """Return whether machine code for these types may take the arguments."""
+        try:
+            return self._has_none_in_place(*arguments)
+        except (TypeError, LookupError):  # another number of arguments, or no tuple
+            return False
+
+    @cached_property
     def call(self) -> Callable[..., Any]:
         """The Python function that calls the machine code.
 
@@ -140,7 +159,9 @@ class Entry(Kernel):
         return self._try_variants(arguments) if found is NotImplemented else found
 
     def _load_first(self, *arguments: Any) -> Any:
-        self._call = self.variants[0].call
+        """Load the first variant that may fit, and call it."""
+        fitting = (each for each in self.variants if each.may_take(arguments))
+        self._call = next(fitting, self.variants[0]).call
         return self._call(*arguments)
 
     def _try_variants(self, arguments: tuple[Any, ...]) -> Any:
@@ -151,7 +172,7 @@ class Entry(Kernel):
         copies: list[tuple[Any, Any, bytes]] = []
         plain = tuple(_convert(each, copies) for each in arguments)
         for each in self.variants:
-            found = each.call(*plain)
+            found = each.call(*plain) if each.may_take(plain) else NotImplemented
             if found is not NotImplemented:
                 for original, copy, before in copies:
                     if copy.tobytes() != before:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from robsim.kernels.machine import cache_files, code_archive, processor_levels
 from robsim.kernels.machine.code_archive import CodeArchive
+from robsim.kernels.machine.deferred_calls import DeferredCall
 from robsim.kernels.machine.deferred_interrupt import DEFERRED_INTERRUPT
 from robsim.kernels.machine.intrinsics import import_compiler
 from robsim.kernels.machine.sources import digest_of_all
@@ -41,14 +42,8 @@ def find_address(
 
 
 def link_symbol(symbol: str) -> None:
-    """Register the address of a linked stage with LLVM."""
-    _add_symbol(symbol, LINKED[symbol].address)
-
-
-def _add_symbol(symbol: str, address: int) -> None:
-    from llvmlite import binding  # late: it loads LLVM
-
-    binding.add_symbol(symbol, address)
+    """Register a call of a linked stage with LLVM."""
+    PACKAGE_CODE.link_stage(symbol)
 
 
 class PackageCode:
@@ -63,6 +58,7 @@ class PackageCode:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._addresses: dict[str, int] = {}
+        self._calls: dict[str, DeferredCall] = {}
         self.failures = ctypes.c_int(0)
         if hasattr(os, "register_at_fork"):  # a child would wait for a lock that nobody releases
             release = self._lock.release
@@ -118,21 +114,18 @@ class PackageCode:
                 self.engine.translate(symbol, self.bitcode)
 
     def _links(self, needs: list[str]) -> bool:
-        """Link the stages that a function calls; return whether all its symbols are known.
+        """Link the stages that a function calls; return whether all its symbols are known."""
+        for symbol in LINKED.keys() & needs:
+            self.link_stage(symbol)
+        return all(symbol in LINKED or self.engine.has_address(symbol) for symbol in needs)
 
-        A stage without code in the package is not compiled here: Numba's compiler has a lock of
-        its own, under which another thread may ask for the code of the package.
-        """
-        return all(
-            self._link_stage(symbol) if symbol in LINKED else self.engine.has_address(symbol)
-            for symbol in needs
-        )
-
-    def _link_stage(self, symbol: str) -> bool:
-        address = self.find(symbol)
-        if address:
-            _add_symbol(symbol, address)
-        return bool(address)
+    def link_stage(self, symbol: str) -> None:
+        """Register a call with LLVM that finds the code of a linked stage when it is performed."""
+        with self._lock, DEFERRED_INTERRUPT:
+            if symbol not in self._calls:
+                call = DeferredCall(symbol, LINKED[symbol], self.engine.failing_stage)
+                self.engine.add_call(symbol, call)
+                self._calls[symbol] = call
 
     @staticmethod
     def _read(name: str) -> CodeArchive | None:

@@ -16,7 +16,7 @@ MOST_CROSSINGS = 64  # sides of a face, or their continuations, that divide a pi
 
 
 @routine
-def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image):
+def smooth_edges(faces, pictures, texels, plane, placed, background, pattern, buffers, image):
     """Compute the pixels anew that have another tone in their neighbourhood.
 
     The value is the mean over the area of the pixel, if one face covers a part of it, before one
@@ -52,7 +52,7 @@ def smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, i
                 share, f = shares[k, 0], near[0, k]
                 if share > 0.0:
                     right, down, grey = shares[k, 1] / share, shares[k, 2] / share, placed.shade[f]
-                    if faces.picture[f] >= 0:
+                    if texels is not None and faces.picture[f] >= 0:
                         X = axes[0] + right * axes[2] + down * axes[4]
                         Y = axes[1] + right * axes[3] + down * axes[5]
                         u, v, level = find_level(planes, f, X, Y, find_density(rays, x, y))

@@ -9,6 +9,7 @@ from robsim.kernels.raster.pixel_shades import shade_pixels
 from robsim.kernels.raster.raster_arrays import (
     FACES,
     LENS_PLANE,
+    NO_PICTURES,
     PICTURES,
     PINHOLE_PLANE,
     PIXEL_BUFFERS,
@@ -27,7 +28,10 @@ _REST = (
 
 
 @entry(
-    f"{FACES}, {PICTURES}, {PINHOLE_PLANE}, {_REST}", f"{FACES}, {PICTURES}, {LENS_PLANE}, {_REST}"
+    f"{FACES}, {NO_PICTURES}, {PINHOLE_PLANE}, {_REST}",
+    f"{FACES}, {PICTURES}, {PINHOLE_PLANE}, {_REST}",
+    f"{FACES}, {NO_PICTURES}, {LENS_PLANE}, {_REST}",
+    f"{FACES}, {PICTURES}, {LENS_PLANE}, {_REST}",
 )
 def draw_pictures(
     faces,
@@ -69,8 +73,9 @@ def draw_pictures(
         height, width = image.shape
         place_faces(faces, T_c_b[k], plane, light[k], width, height, placed)
         find_pixel_faces(faces, plane, placed, buffers)
-        shade_pixels(faces, pictures, plane, placed, background, buffers, image)
-        smooth_edges(faces, pictures, plane, placed, background, pattern, buffers, image)
+        texels, rest = pictures.texels, (plane, placed, background)
+        shade_pixels(faces, pictures, texels, *rest, buffers, image)
+        smooth_edges(faces, pictures, texels, *rest, pattern, buffers, image)
         if samples > 1:
             _average_blocks(fine, samples, images[k])
 

@@ -17,7 +17,7 @@ LEVEL_STEP = 0.5  # largest change of the level in a run
 
 
 @routine
-def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
+def shade_pixels(faces, pictures, texels, plane, placed, background, buffers, image):
     """Compute the grey value of the face at the centre of each pixel, and its tone.
 
     The tone is a whole number: the grey value in sixteenths, or a number of its own for the
@@ -28,7 +28,7 @@ def shade_pixels(faces, pictures, plane, placed, background, buffers, image):
         start = 0
         while start < image.shape[1]:
             face, end = np.int64(seen[y, start]), _find_run_end(seen, y, start)
-            if face != NO_FACE and faces.picture[face] >= 0:
+            if texels is not None and face != NO_FACE and faces.picture[face] >= 0:
                 picture = faces.picture[face]
                 _shade_run(pictures, picture, plane, placed, face, y, start, end, buffers, image)
                 tone = np.int32(PICTURE_TONE + SMOOTH * face)

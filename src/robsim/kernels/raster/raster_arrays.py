@@ -13,6 +13,7 @@ FACES = (
     "float64[:, :, ::1], float64[::1])"
 )
 PICTURES = "Pictures(uint16[::1], int64[:, :, ::1], int64[::1])"
+NO_PICTURES = "Pictures(None, None, None)"
 PINHOLE_PLANE = "ImagePlane(float64[:, ::1], float64[:, ::1], None, None, None)"
 LENS_PLANE = (
     "ImagePlane(float64[:, ::1], float64[:, ::1], "
@@ -53,7 +54,8 @@ class Pictures(NamedTuple):
     """Pictures and their halved copies.
 
     texels (n,) of uint16, each the 256-fold of a grey value; level (P, L, 4), first texel, texels
-    in a row, width and height of each copy; count (P,), their number.
+    in a row, width and height of each copy; count (P,), their number. Without a picture, these are
+    None, and the kernels for pictures are not compiled.
     """
 
     texels: Any

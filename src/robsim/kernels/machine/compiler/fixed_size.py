@@ -16,6 +16,8 @@ from numba import types
 from numba.extending import intrinsic
 
 from robsim.kernels.machine import lanes
+from robsim.kernels.machine.intrinsics import Intrinsic
+from robsim.kernels.machine.kernel import Kernel
 
 _REALS = ir.VectorType(ir.DoubleType(), lanes.WIDTH)
 _WHOLE = ir.IntType(64)
@@ -117,9 +119,12 @@ def _make_symbolic(function: Any) -> Any:
     """Return a kernel as a function of symbols, together with its callees."""
     if id(function) in _OPERATIONS:
         return _OPERATIONS[id(function)]
-    if not hasattr(function, "py_func"):
+    if isinstance(function, Intrinsic) and function.name == "make_routine":
+        plain = function.arguments[0]
+    elif isinstance(function, Kernel):
+        plain = function.py_func
+    else:
         return function
-    plain = function.py_func
     namespace = {name: _make_symbolic(plain.__globals__[name]) for name in _global_names(plain)}
     return FunctionType(plain.__code__, namespace)
 
