@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -258,7 +259,7 @@ def test_another_type_is_an_error_that_names_the_kernel_and_both_types(case):
 
 @pytest.mark.parametrize("arguments", [(), (1,), (1, 2, 3, 4)])
 def test_another_number_of_arguments_is_an_error_that_names_the_kernel(arguments):
-    with pytest.raises(TypeError, match=r"^add_rows\(\) takes 3 arguments, got \d$"):
+    with pytest.raises(TypeError, match=r"^add_rows\(count, x, total\) got \d arguments$"):
         add_rows(*arguments)
 
 
@@ -365,6 +366,28 @@ def test_an_unknown_type_is_refused_where_it_is_declared(declared):
 def test_another_number_of_types_is_refused_where_they_are_declared(declared):
     with pytest.raises(TypeError, match=r"^2 arguments, but types "):
         entry(declared)(lambda first, second: None)
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ("int64, out int64", "a kernel cannot write to a number, out int64"),
+        ("int64, out (int64, float64[::1])", "a kernel cannot write to a number, out int64"),
+        ("int64, int64 -> int32", "unknown result type int32"),
+        ("int64, int64 -> int64, float64[::1]", "unknown result type float64[::1]"),
+        (f"int64, ({'int64, ' * 128})", "129 arguments, but only 128"),
+    ],
+)
+def test_a_declaration_that_cannot_be_is_refused(declared, message):
+    with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
+        entry(declared)(lambda first, second: None)
+
+
+def test_outputs_are_named_by_their_place():
+    declared = "out float64[::1], Pair(int64[::1], out int64[::1]), out (int64[::1], (int64[::1],))"
+    types = ArgumentTypes(["a", "b", "c"], declared)
+    written = [leaf.path for leaf in types.leaves if leaf.is_output]
+    assert written == ["a", "b[1]", "c[0]", "c[1][0]"]
 
 
 def test_a_declaration_gives_the_arguments_of_the_c_function():

@@ -28,8 +28,8 @@ DTYPES = (*("bool", "uint8", "uint16", "uint32", "uint64", "int32", "int64"), "f
 NUMBERS = ("int64", "uint64", "float64", "bool")
 _OUT = re.compile(r"\bout\s+")  # read as the operator ~, which Python's grammar has
 _VALUES = {"int64": "{}", "uint64": "unsigned({})", "float64": "{}", "bool": "{} != 0"}
-_RESULTS = {"int64": "words[{}] = {}", "float64": "numbers[{}] = {}"}
-_RESULTS["bool"] = "words[{}] = 1 if {} else 0"
+RESULTS = {"int64": "words[{}] = {}", "float64": "numbers[{}] = {}"}
+RESULTS["bool"] = "words[{}] = 1 if {} else 0"
 
 
 @dataclass
@@ -147,5 +147,5 @@ class ArgumentTypes:
         lines += [f"    found = {call}" if results else f"    {call}"]
         for i, kind in enumerate(results):
             found = "found" if len(results) == 1 else f"found[{i}]"
-            lines.append("    " + _RESULTS[kind].format(i, found))
+            lines.append("    " + RESULTS[kind].format(i, found))
         return "\n".join([*lines, "    return 2"])

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from robsim.kernels.machine import array_objects, python_functions
-from robsim.kernels.machine.argument_types import DTYPES, ArgumentTypes
+from robsim.kernels.machine.argument_types import DTYPES, RESULTS, ArgumentTypes
 from robsim.kernels.machine.array_views import carray, cast_address_to
 from robsim.kernels.machine.kernel import Kernel, name_like, part
 from robsim.kernels.machine.machine_code import find_address
@@ -38,6 +38,10 @@ class CFunction:
         declaration, _, results = map(str.strip, declaration.partition("->"))
         self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
         self.results = [each.strip() for each in results.split(",") if results]
+        if wrong := [each for each in self.results if each not in RESULTS]:
+            raise TypeError(f"unknown result type {wrong[0]}")
+        if len(self.types.leaves) > python_functions.MOST:
+            raise TypeError(f"{len(self.types.leaves)} arguments, but only {python_functions.MOST}")
         self.outputs = {each.path for each in self.types.leaves if each.is_output}
         mark = self.mark = f".{number}" if number else ""
         self.symbol = f"robsim.{function.__module__}.{function.__qualname__}{mark}"
@@ -57,33 +61,39 @@ class CFunction:
 
         It returns NotImplemented if the arguments do not fit.
         """
-        return self.build_function(lambda *_: NotImplemented)
+        return self.build_function(_refuse)
 
     def build_function(self, otherwise: Callable[..., Any]) -> Callable[..., Any]:
         """Return a function that calls the machine code, or `otherwise` for other arguments."""
-        name, names = self.function.__name__, ", ".join(self.types.names)
-        kinds = [each.kind for each in self.types.leaves]
-        address = find_address(self.symbol, self.make_wrapper, self.kinds)
-        paths = [each.path for each in self.types.leaves]
-        is_flat = paths == self.types.names  # no tuples
+        names, leaves = self.types.names, self.types.leaves
+        has_tuples = [each.path for each in leaves] != names
         code = python_functions.build_function(
-            *(name, address, kinds, self.results),
-            otherwise if is_flat else lambda *_: NotImplemented,
+            self.function.__name__,
+            find_address(self.symbol, self.make_wrapper, self.kinds),
+            [each.kind for each in leaves],
+            self.results,
+            _refuse if has_tuples else otherwise,
             self._fail,
         )
-        if is_flat:
-            return code
+        return self._unpack_tuples(code, otherwise) if has_tuples else code
+
+    def _unpack_tuples(
+        self, code: Callable[..., Any], otherwise: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        """Return a function that passes the items of tuples; its own names end with `_`."""
+        name, names = self.function.__name__, ", ".join(self.types.names)
+        paths = ", ".join(each.path for each in self.types.leaves)
+        other = f"return otherwise_({names})"
         lines = [f"def {name}({names}):"]
-        lines += [
-            f" if {path} is not None: return otherwise_({names})" for path in self.types.absent
-        ]
-        lines += [f" found_ = code_({', '.join(paths)})"]
-        lines += [f" return otherwise_({names}) if found_ is NotImplemented else found_"]
+        lines += [f" if {path} is not None: {other}" for path in self.types.absent]
+        lines += [f" found_ = code_({paths})"]
+        lines += [f" if found_ is NotImplemented: {other}", " return found_"]
         namespace: dict[str, Any] = {"code_": code, "otherwise_": otherwise}
         exec("\n".join(lines), namespace)
         return namespace[name]  # type: ignore[no-any-return]
 
     def _fail(self) -> None:
+        """Raise MemoryError: kernels allocate arrays, and nothing else in them can fail."""
         name = self.function.__name__
         raise MemoryError(f"kernel '{name}' failed: too little memory for its arrays")
 
@@ -144,9 +154,9 @@ class Entry(Kernel):
 
     def _try_variants(self, *arguments: Any) -> Any:
         """Perform the kernel for arguments that do not fit the first variant as they are."""
-        name, count = self.py_func.__name__, len(self.variants[0].types.names)
-        if len(arguments) != count:
-            raise TypeError(f"{name}() takes {count} arguments, got {len(arguments)}")
+        name, names = self.py_func.__name__, self.variants[0].types.names
+        if len(arguments) != len(names):
+            raise TypeError(f"{name}({', '.join(names)}) got {len(arguments)} arguments")
         for each in self.variants:
             found = each.try_arguments(arguments)
             if found is not NotImplemented:
@@ -163,6 +173,10 @@ def entry(*declarations: str, inline: str = "never") -> Callable[[Callable[..., 
     the results, if there are any. With `inline="always"` Numba inlines the kernel into kernels.
     """
     return lambda function: Entry(function, declarations, inline)
+
+
+def _refuse(*arguments: Any) -> Any:
+    return NotImplemented
 
 
 def _describe_argument(value: Any) -> str:
