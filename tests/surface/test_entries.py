@@ -1,6 +1,12 @@
 """Entries: Python calls machine code with arguments of declared types, and nothing else."""
 
+import os
 import pickle
+import re
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +25,7 @@ from robsim.rendering import renderer
 from robsim.shapes import Block
 
 
-@entry("int64, float64[::1], float64[:, ::1]")
+@entry("int64, float64[::1], out float64[:, ::1]")
 def add_rows(count, x, total):
     """Add count x to each row."""
     for i in range(total.shape[0]):
@@ -49,6 +55,21 @@ def add_all(x):
     for i in range(x.size):
         total += x[i]
     return total
+
+
+@entry("int64 -> float64")
+def allocate_numbers(count):
+    """Return the last of so many numbers."""
+    numbers = np.empty(count)
+    numbers[count - 1] = 1.0
+    return numbers[count - 1]
+
+
+@entry("int64, Pair(float64[::1], out float64[::1])")
+def copy_numbers(count, pair):
+    """Copy the first numbers of a pair to the other one."""
+    for i in range(count):
+        pair.factors[i] = pair.x[i]
 
 
 PLAIN = "Pair(float64[::1], None), int64"
@@ -126,6 +147,44 @@ def test_inputs_may_be_read_only_in_any_order():
         np.testing.assert_array_equal(x, [1.0, 10.0])
 
 
+@pytest.mark.parametrize("arrange", [np.copy, np.asfortranarray, lambda total: total[::-1]])
+def test_a_read_only_output_is_an_error_before_anything_is_written(arrange):
+    count, x, total = build_arguments()
+    given = arrange(total)
+    given.flags.writeable = False
+    with pytest.raises(
+        ValueError, match=r"^kernel 'add_rows' writes to total, but it is read-only"
+    ):
+        add_rows(count, x, given)
+    np.testing.assert_array_equal(given, arrange(build_arguments()[2]))
+
+
+def test_a_read_only_output_in_a_tuple_is_an_error():
+    x, y = np.ones(3), np.zeros(6)
+    copy_numbers(2, Pair(x, y[::2]))
+    np.testing.assert_array_equal(y, [1, 0, 1, 0, 0, 0])
+    x.flags.writeable = y.flags.writeable = False
+    with pytest.raises(ValueError, match=r"writes to pair\[1\], but it is read-only$"):
+        copy_numbers(3, Pair(x, y))
+    np.testing.assert_array_equal(y, [1, 0, 1, 0, 0, 0])
+
+
+def test_memory_mapped_files_are_outputs_if_they_are_writable(tmp_path):
+    count, x, total = build_arguments()
+    np.save(tmp_path / "total.npy", total)
+    with pytest.raises(ValueError, match="read-only"):
+        add_rows(count, x, np.load(tmp_path / "total.npy", mmap_mode="r"))
+    add_rows(count, x, np.load(tmp_path / "total.npy", mmap_mode="r+"))
+    np.testing.assert_array_equal(np.load(tmp_path / "total.npy"), EXPECTED)
+
+
+def test_an_input_that_was_copied_is_not_copied_back():
+    total = build_arguments()[2]
+    x = total.reshape(-1)[::3]  # changes with the output
+    add_rows(1, x, total)
+    np.testing.assert_array_equal(total, build_arguments()[2] + np.array([0.0, 3.0]))
+
+
 def unpickle(array):
     return pickle.loads(pickle.dumps(array))
 
@@ -191,7 +250,7 @@ def test_another_type_is_an_error_that_names_the_kernel_and_both_types(case):
     with pytest.raises(TypeError) as error:
         add_rows(*arguments)
     assert str(error.value) == (
-        "kernel 'add_rows' takes int64, float64[::1], float64[:, ::1]; got " + ", ".join(names)
+        "kernel 'add_rows' takes int64, float64[::1], out float64[:, ::1]; got " + ", ".join(names)
     )
     untouched = build_arguments()[2]
     if place != 2:
@@ -200,7 +259,7 @@ def test_another_type_is_an_error_that_names_the_kernel_and_both_types(case):
 
 @pytest.mark.parametrize("arguments", [(), (1,), (1, 2, 3, 4)])
 def test_another_number_of_arguments_is_an_error_that_names_the_kernel(arguments):
-    with pytest.raises(TypeError, match=r"add_rows\(\) (takes|missing)"):
+    with pytest.raises(TypeError, match=r"^add_rows\(count, x, total\) got \d arguments$"):
         add_rows(*arguments)
 
 
@@ -209,6 +268,36 @@ def test_whole_numbers_of_any_kind_are_accepted(kind):
     _, x, total = build_arguments()
     add_rows(kind(1), x, total)
     np.testing.assert_array_equal(total, build_arguments()[2] + x)
+
+
+@pytest.mark.parametrize("number", [1 << 63, -(1 << 63) - 1, 1 << 64, 10**30])
+def test_a_whole_number_of_more_than_64_bits_is_an_error(number):
+    _, x, total = build_arguments()
+    with pytest.raises(TypeError, match=r"^kernel 'add_rows' takes .*; got int, float64\[:\]"):
+        add_rows(number, x, total)
+
+
+def test_the_largest_whole_numbers_are_passed_exactly():
+    assert pass_numbers(0.0, 2**63 - 1, 1, False)[1] == 2**63 - 1
+    assert pass_numbers(0.0, -(2**63), 1, False)[1] == -(2**63)
+    out = [np.empty((2, 2, 3)) for _ in range(2)]
+    for seed, each in zip((2**64 - 1, np.uint64(2**64 - 1)), out, strict=True):
+        fill_normal_pairs(seed, np.arange(3, dtype=np.uint64), 1, 2, each)
+    np.testing.assert_array_equal(*out)
+    with pytest.raises(TypeError, match="got int, uint64"):
+        fill_normal_pairs(-1, np.arange(3, dtype=np.uint64), 1, 2, out[0])
+
+
+@pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
+def test_an_error_of_a_conversion_does_not_stay_behind(error):
+    class Broken:
+        def __index__(self):
+            raise error
+
+    _, x, total = build_arguments()
+    with pytest.raises(TypeError, match="got Broken, float64"):
+        add_rows(Broken(), x, total)
+    np.testing.assert_array_equal(total, build_arguments()[2])
 
 
 @pytest.mark.parametrize("kind", [float, int, np.float32, np.float64, np.int64, np.array])
@@ -294,16 +383,118 @@ def test_another_number_of_types_is_refused_where_they_are_declared(declared):
         entry(declared)(lambda first, second: None)
 
 
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ("int64, out int64", "a kernel cannot write to a number, out int64"),
+        ("int64, out (int64, float64[::1])", "a kernel cannot write to a number, out int64"),
+        ("int64, int64 -> int32", "unknown result type int32"),
+        ("int64, int64 -> int64, float64[::1]", "unknown result type float64[::1]"),
+        (f"int64, ({'int64, ' * 128})", "129 arguments, but only 128"),
+    ],
+)
+def test_a_declaration_that_cannot_be_is_refused(declared, message):
+    with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
+        entry(declared)(lambda first, second: None)
+
+
+def test_outputs_are_named_by_their_place():
+    declared = "out float64[::1], Pair(int64[::1], out int64[::1]), out (int64[::1], (int64[::1],))"
+    types = ArgumentTypes(["a", "b", "c"], declared)
+    written = [leaf.path for leaf in types.leaves if leaf.is_output]
+    assert written == ["a", "b[1]", "c[0]", "c[1][0]"]
+
+
 def test_a_declaration_gives_the_arguments_of_the_c_function():
     declared = "int64, (uint16[:, :, ::1], (bool, uint64)), Pair(float64[::1], None)"
     types = ArgumentTypes(["a", "b", "c"], declared)
     assert [leaf.name for leaf in types.leaves] == ["a0", "a1", "a2", "a3", "a4"]
     assert [leaf.path for leaf in types.leaves] == ["a", "b[0]", "b[1][0]", "b[1][1]", "c[0]"]
     assert [leaf.axes for leaf in types.leaves] == [0, 3, 0, 0, 1]
-    assert [leaf.kind for leaf in types.leaves] == ["int64"] * 3 + ["uint64", "int64"]
+    assert [leaf.kind for leaf in types.leaves] == ["int64", "array", "bool", "uint64", "array"]
     assert types.absent == ["c[1]"] and len(types.values) == 3
     assert types.values[2].startswith("Pair(") and types.values[2].endswith("None, )")
     for dtype in DTYPES:
         assert len(ArgumentTypes(["x"], f"{dtype}[:, ::1]").leaves) == 1
     for number in NUMBERS:
         assert ArgumentTypes(["x"], number).leaves[0].axes == 0
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Numba reports it
+def test_too_little_memory_is_an_error_that_names_the_kernel():
+    assert allocate_numbers(3) == 1.0
+    with pytest.raises(MemoryError, match=r"^kernel 'allocate_numbers' failed: too little memory"):
+        allocate_numbers(1 << 58)
+    assert allocate_numbers(3) == 1.0
+
+
+def test_a_call_refers_to_no_object_afterwards():
+    arguments = (2, *build_arguments()[1:])
+    objects = [*arguments[1:], None]
+    add_rows(*arguments), add_all(arguments[1]), moment_powers(4)
+    before = list(map(sys.getrefcount, objects))
+    for _ in range(1000):
+        add_rows(*arguments), add_all(arguments[1]), moment_powers(4)
+        add_rows(*arguments[:2], np.asfortranarray(arguments[2]))
+    after = list(map(sys.getrefcount, objects))
+    assert max(abs(a - b) for a, b in zip(after, before, strict=True)) < 100
+
+
+def test_entries_run_in_threads_without_the_lock():
+    """Each thread writes to its own array; a call of another thread goes on meanwhile."""
+
+    def work(number):
+        total = np.zeros((3, 2))
+        for _ in range(2000):
+            add_rows(number, np.array([1.0, 10.0]), total)
+            assert pass_numbers(0.5, number, 1, True) == (0.5, number, 1, True)
+        return total[0, 0]
+
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(work, range(8))) == [2000.0 * number for number in range(8)]
+
+
+def test_the_first_calls_may_come_from_several_threads():
+    @entry("float64 -> float64")
+    def double(x):
+        return 2.0 * x
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(double, range(16))) == [2.0 * x for x in range(16)]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_forked_process_calls_what_its_parent_has_called():
+    code = """
+import os, warnings
+import numpy as np
+import robsim as rs
+robot = rs.robots.load("puma560")
+expected = robot.fk(robot.home)
+warnings.simplefilter("ignore")
+if child := os.fork():
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 7
+    np.testing.assert_array_equal(robot.fk(robot.home), expected)
+else:
+    same = (robot.fk(robot.home) == expected).all()
+    first = np.isfinite(robot.jacobian(robot.home)).all()
+    os._exit(7 if same and first else 1)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=100)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="needs SIGALRM")
+def test_an_interrupt_during_many_calls_is_raised_between_them():
+    total, x = np.zeros((3, 2)), np.array([1.0, 10.0])
+    add_rows(1, x, total)
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                add_rows(1, x, total)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    np.testing.assert_array_equal(total, total[:1].repeat(3, axis=0))
+    add_rows(1, x, total)

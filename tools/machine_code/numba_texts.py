@@ -13,6 +13,7 @@ from numba.core import cgutils, codegen
 from numba.core.registry import cpu_target
 
 import robsim.kernels
+from robsim.kernels.machine import python_functions
 from robsim.kernels.machine.compiler import dispatchers, linked_calls
 from robsim.kernels.machine.compiler.cache import KernelCache
 from robsim.kernels.machine.entry import Entry
@@ -58,10 +59,11 @@ def record_numba_texts():
 
 
 def list_c_functions():
-    """Return (symbol, function that returns the Python code, argument types, is entry), sorted."""
+    """Return (symbol, function that returns the code, argument types, has a status), sorted."""
     for module in pkgutil.walk_packages(robsim.kernels.__path__, "robsim.kernels."):
         importlib.import_module(module.name)
-    found = []
+    call_entry = python_functions.SYMBOL, python_functions.make_call_entry
+    found = [(*call_entry, ("int64",) * 3, True)]
     for each in gc.get_objects():
         if isinstance(each, CompiledStage):
             found.append((each.symbol, each.make_wrapper, KINDS, False))

@@ -31,7 +31,7 @@ def _load_configurations(q, start, first, block):
 
 @entry(
     "int64[::1], int64[::1], int64[::1], float64[::1], int64, int64[::1], float64[::1], "
-    "float64[::1] -> bool"
+    "out float64[::1] -> bool"
 )
 def fill_frame_poses(addresses, at, p, template, first, pose_rows, q, out):
     """Compute the homogeneous matrices out[run, frame, 4, 4] of frames.
@@ -65,8 +65,8 @@ def _write_homogeneous(block, T, lane, out):
 
 
 @entry(
-    "int64[::1], int64[::1], int64[::1], float64[::1], int64, int64, float64[::1], float64[:, "
-    "::1] -> bool"
+    "int64[::1], int64[::1], int64[::1], float64[::1], int64, int64, float64[::1], "
+    "out float64[:, ::1] -> bool"
 )
 def fill_jacobians(addresses, at, p, template, first, first_row, q, out):
     """Compute out[run, :], a Jacobian in row-major order, from rows that start at `first_row`.

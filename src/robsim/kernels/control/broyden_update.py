@@ -10,7 +10,7 @@ from robsim.kernels.machine.stages import stage
 LEAST_STEP = 1e-9  # rad or m: a shorter step has no information beside the rounding of q and s
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1]")
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1], out float64[:, :, ::1]")
 def update_broyden(A, ds, dq, out):
     """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
 

@@ -30,8 +30,8 @@ SAME = 0.5  # pixels: centroids that are closer are of the same dot
 
 
 @entry(
-    "uint8[:, :, ::1], float64[:, :, ::1], float64, bool, float64, float64, int32[:, ::1], "
-    "int32[::1], float64[:, :, ::1]"
+    "uint8[:, :, ::1], float64[:, :, ::1], float64, bool, float64, float64, out int32[:, ::1], "
+    "out int32[::1], out float64[:, :, ::1]"
 )
 def find_dots(pictures, last, reach, is_bright, least_area, least_contrast, label, queue, out):
     """Compute the centroids out (B, N, 2) of dots in pictures (B, h, w), NaN if not found.

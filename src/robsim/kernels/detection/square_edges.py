@@ -98,8 +98,8 @@ def _allocate_lines():
 
 
 @entry(
-    "uint8[:, :, ::1], float64[:, :, :, ::1], bool[:, :, ::1], int64, float64, float64[:, :, "
-    ":, ::1]"
+    "uint8[:, :, ::1], float64[:, :, :, ::1], bool[:, :, ::1], int64, float64, "
+    "out float64[:, :, :, ::1]"
 )
 def follow_squares(pictures, last, patterns, most_wrong, reach, out):
     """Compute the corners out (B, T, 4, 2) of tags in pictures (B, h, w), NaN if they are lost.

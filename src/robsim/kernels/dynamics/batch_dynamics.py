@@ -73,7 +73,7 @@ def _fill_runs(code, block, runs, q, v, a, out):
     return usual
 
 
-@entry("int64, int64, float64[::1], float64[::1], float64[::1], float64[::1] -> bool")
+@entry("int64, int64, float64[::1], float64[::1], float64[::1], out float64[::1] -> bool")
 def fill_dynamics(code, runs, q, v, a, out):
     """Compute out[run, :] of runs at coordinates q, with arrays v and a; all arrays are flat.
 
@@ -88,7 +88,7 @@ def fill_dynamics(code, runs, q, v, a, out):
     return _fill_runs(numbers, block, runs, q, v, a, out)
 
 
-@entry("int64, int64, float64[::1], float64[::1] -> bool")
+@entry("int64, int64, float64[::1], out float64[::1] -> bool")
 def fill_positions(code, runs, q, out):
     """Compute out[run, :] as `fill_dynamics` does, of a quantity that depends on q alone."""
     numbers = wholes(code, wholes(code, 1)[0])
@@ -97,8 +97,8 @@ def fill_positions(code, runs, q, out):
 
 
 @entry(
-    "int64, int64, float64[:, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1], "
-    "float64[:, :, ::1] -> bool"
+    "int64, int64, float64[:, ::1], float64[:, ::1], float64[:, :, ::1], out float64[:, :, ::1], "
+    "out float64[:, :, ::1] -> bool"
 )
 def fill_motion(code, steps, q, v, torque, q_out, v_out):
     """Compute q_out[run, step, :] and v_out[run, step, :] of a motion from q[run, :], v[run, :].

@@ -17,7 +17,7 @@ def _cross_components(ax, ay, az, bx, by, bz):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@entry("float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1]")
+@entry("float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], out float64[:, :, ::1]")
 def triangulate_midpoint(x, other, between, X):
     """Compute X[n, 3, b] in the first camera from normalised points x[n, 2, b] and other[n, 2, b].
 

@@ -52,7 +52,7 @@ def _orientation_rate(mu, R, c, b):
     return 0.5 * turn / (across * across + twice * twice)
 
 
-@entry("float64[::1], float64[::1]", inline="always")
+@entry("float64[::1], out float64[::1]", inline="always")
 def within_quarter_turn(goal, alpha):
     """Add multiples of pi to alpha[b], to within a quarter turn of the goal, in place."""
     for b in range(alpha.shape[0]):
@@ -60,7 +60,7 @@ def within_quarter_turn(goal, alpha):
         alpha[b] -= math.pi * math.floor(turns + 0.5)
 
 
-@entry("float64[:, ::1], float64[::1], float64[:, ::1]")
+@entry("float64[:, ::1], float64[::1], out float64[:, ::1]")
 def head_vector(mu, alpha, out):
     """Compute out[4, b], the dimensionless third moments in axes of alpha[b].
 
@@ -82,7 +82,7 @@ def head_vector(mu, alpha, out):
         out[2, b], out[3, b] = scale * (c3 * tx + s3 * ty), scale * (c3 * ty - s3 * tx)
 
 
-@entry("float64[::1], float64[:, ::1], float64[:, ::1], float64[::1]")
+@entry("float64[::1], float64[:, ::1], float64[:, ::1], out float64[::1]")
 def resolve_half_turn(goal, head_goal, mu, alpha):
     """Add pi to alpha[b], or subtract it, if the third moments contradict the goal, in place.
 
@@ -105,7 +105,7 @@ def resolve_half_turn(goal, head_goal, mu, alpha):
             alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
 
 
-@entry("bool, float64[:, ::1], float64[:, ::1], float64[:, ::1]", inline="always")
+@entry("bool, float64[:, ::1], float64[:, ::1], out float64[:, ::1]", inline="always")
 def basic_moments(of_marks, centre, mu, s):
     """Compute s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
     for b in range(mu.shape[1]):
@@ -130,7 +130,7 @@ def _skewness(mu, b):
     return rho, px, py, spread
 
 
-@entry("bool, float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1]")
+@entry("bool, float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], out float64[:, ::1]")
 def decoupled_moments(of_marks, size_goal, Z_goal, centre, mu, s):
     """Compute s[6, b] = (xn, yn, an, Px, Py, alpha), an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
 
@@ -148,8 +148,8 @@ def decoupled_moments(of_marks, size_goal, Z_goal, centre, mu, s):
 
 
 @entry(
-    "bool, float64[:, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, ::1], float64[:, "
-    ":, ::1]"
+    "bool, float64[:, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, ::1], "
+    "out float64[:, :, ::1]"
 )
 def decoupled_moment_rates(of_marks, centre, mu, R, s, L):
     """Compute L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""

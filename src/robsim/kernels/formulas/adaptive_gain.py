@@ -13,7 +13,7 @@ def gain_at(at_zero, at_infinity, slope, size):
     return span * math.exp(-slope * size / span) + at_infinity
 
 
-@entry("float64, float64, float64, float64[::1], float64[::1]")
+@entry("float64, float64, float64, float64[::1], out float64[::1]")
 def compute_gains(at_zero, at_infinity, slope, norm, gain):
     """Compute gain[b] at x = norm[b]."""
     for b in range(norm.size):

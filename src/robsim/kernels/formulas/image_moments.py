@@ -73,7 +73,7 @@ def _polygon_moments(x, origin, m):
                     m[k, b] += terms[k, b] / (i + j + 2)
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]")
+@entry("float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1]")
 def region_moments(x, centre, mu):
     """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b].
 
@@ -109,7 +109,7 @@ def _centred_monomials(x, n, centre, u, terms):
     _monomials(u, terms)
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]", inline="always")
+@entry("float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1]", inline="always")
 def mark_moments(x, centre, mu):
     """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
     u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
@@ -122,7 +122,7 @@ def mark_moments(x, centre, mu):
                 mu[k, b] += 0.0 if k in (1, 2) else terms[k, b]
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, ::1]", inline="always")
+@entry("float64[:, :, ::1], float64[:, ::1], out float64[:, ::1]", inline="always")
 def fit_inverse_depth_plane(x, Z, ABC):
     """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
 

@@ -12,7 +12,7 @@ def point_rates(x, y, inverse):
     return first, (0.0, -inverse, y * inverse, 1.0 + y * y, -x * y, -x)
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, :, ::1]", inline="always")
+@entry("float64[:, :, ::1], float64[:, ::1], out float64[:, :, ::1]", inline="always")
 def points_interaction(x, Z, L):
     """Compute L[2n, 6, b] of points x[n, 2, b] at depths Z[n, b]."""
     for n in range(x.shape[0]):

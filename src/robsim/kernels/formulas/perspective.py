@@ -82,7 +82,7 @@ def pinhole_pixel(x, y, fu, skew, u0, fv, v0):
     return fu * x + skew * y + u0, fv * y + v0
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], int64, float64[::1], float64[:, :, :, ::1]")
+@entry("float64[:, :, ::1], float64[:, ::1], int64, float64[::1], out float64[:, :, :, ::1]")
 def pixel_jacobian(x, K, kind, lens, J):
     """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point at x[n, 2, b].
 
@@ -99,7 +99,7 @@ def pixel_jacobian(x, K, kind, lens, J):
             J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1]")
+@entry("float64[:, :, ::1], float64[:, ::1], float64[:, :, ::1], out float64[:, :, ::1]")
 def transform_image_points(x, Z, T, X):
     """Compute X[n, 3, b] = T p with p = Z (x, 1) for points x[n, 2, b] at depths Z[n, b]."""
     for n in range(X.shape[0]):

@@ -11,8 +11,8 @@ from robsim.kernels.machine.entry import entry
 
 
 @entry(
-    "float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], "
-    "float64[:, ::1], float64[:, ::1]"
+    "float64[:, :, ::1], float64[:, :, ::1], out float64[:, :, ::1], out float64[:, :, ::1], "
+    "out float64[:, ::1], out float64[:, ::1]"
 )
 def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
     """Compute the rotation vector turn[3, b] of R_a' R_b, in axes of A[3, 4, b]."""
@@ -23,8 +23,8 @@ def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
 
 
 @entry(
-    "float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], "
-    "float64[:, ::1], float64[:, ::1]"
+    "float64[:, :, ::1], float64[:, :, ::1], out float64[:, :, ::1], out float64[:, :, ::1], "
+    "out float64[:, ::1], out float64[:, ::1]"
 )
 def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
     """Compute the rotation vector turn[3, b] of R_b R_a', in the common base axes."""
@@ -35,8 +35,8 @@ def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
 
 
 @entry(
-    "float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, "
-    "::1], float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1]"
+    "float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1], "
+    "out float64[:, ::1], out float64[:, :, ::1], out float64[:, :, ::1]"
 )
 def interpolate_pose(T, translation, turn, share, end, twist, step, out):
     """Compute the pose out[3, 4, b] on the straight motion from T to end.

@@ -66,7 +66,7 @@ def uniform_number(seed, run, step, stream, n):
     return _uniform_pair(seed, run, step, stream, n)[0]
 
 
-@entry("uint64, uint64[::1], int64, int64, float64[:, :, ::1]")
+@entry("uint64, uint64[::1], int64, int64, out float64[:, :, ::1]")
 def fill_normal_pairs(seed, runs, step, stream, out):
     """Compute independent standard normal numbers out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
@@ -76,7 +76,7 @@ def fill_normal_pairs(seed, runs, step, stream, out):
             out[n, 0, b], out[n, 1, b] = _transform_to_normal(out[n, 0, b], out[n, 1, b])
 
 
-@entry("uint64, uint64[::1], int64, int64, float64[:, ::1]")
+@entry("uint64, uint64[::1], int64, int64, out float64[:, ::1]")
 def fill_uniform_numbers(seed, runs, step, stream, out):
     """Compute uniform numbers out[n, b] in (0, 1) for run runs[b] at this step."""
     for n in range(out.shape[0]):

@@ -57,7 +57,7 @@ def log_coefficient(theta):
     return 0.25 / tail
 
 
-@entry("float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1]")
+@entry("float64[:, :, ::1], float64[:, :, ::1], out float64[:, :, ::1]")
 def compose(A, B, out):
     """Compute out = A B for poses A[3, 4, b] and B[3, 4, b]."""
     for r in range(3):
@@ -69,7 +69,7 @@ def compose(A, B, out):
                 ) + shift * A[r, 3, b]
 
 
-@entry("float64[:, :, ::1], float64[:, :, ::1]", inline="always")
+@entry("float64[:, :, ::1], out float64[:, :, ::1]", inline="always")
 def inverse_pose(A, out):
     """Compute out = A^-1 = [R' | -R' t] for poses A[3, 4, b]."""
     for r in range(3):
@@ -90,7 +90,7 @@ def quaternion_to_rotation(x, y, z, w):
     )
 
 
-@entry("float64[:, ::1], float64[:, :, ::1]")
+@entry("float64[:, ::1], out float64[:, :, ::1]")
 def pose_from_quaternion(q, T):
     """Compute T[3, 4, b] for q[7, b], a position and a unit quaternion (x, y, z, w)."""
     for b in range(q.shape[1]):
@@ -137,7 +137,7 @@ def along_screw(vx, vy, vz, wx, wy, wz, b, c):
     )
 
 
-@entry("float64[:, ::1], float64[:, :, ::1]")
+@entry("float64[:, ::1], out float64[:, :, ::1]")
 def exp_se3(twist, T):
     """Compute T[3, 4, b] = exp of twist[6, b] = (v, omega)."""
     for b in range(twist.shape[1]):
@@ -154,7 +154,7 @@ def exp_se3(twist, T):
             )
 
 
-@entry("float64[:, :, ::1], float64[:, ::1]")
+@entry("float64[:, :, ::1], out float64[:, ::1]")
 def rotation_to_quaternion(T, quaternion):
     """Compute the unit quaternion[4, b] with w >= 0 of the rotation in T[3, 4, b].
 
@@ -179,7 +179,7 @@ def rotation_to_quaternion(T, quaternion):
         quaternion[2, b], quaternion[3, b] = z * scale, w * scale
 
 
-@entry("float64[:, ::1], float64[:, ::1]", inline="always")
+@entry("float64[:, ::1], out float64[:, ::1]", inline="always")
 def rotation_vector(quaternion, w):
     """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi].
 

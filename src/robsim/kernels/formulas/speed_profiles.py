@@ -64,14 +64,14 @@ def shortest_time(distance, speed, acceleration):
     return 2.0 * math.sqrt(distance / acceleration), 0.5
 
 
-@entry("float64[::1], float64[::1], float64[::1], float64[:, ::1]")
+@entry("float64[::1], float64[::1], float64[::1], out float64[:, ::1]")
 def compute_motion_shares(t, seconds, ramp, out):
     """Compute out[i] = share(t[i], seconds[i], ramp[i]) for n motions."""
     for i in range(t.size):
         out[i, 0], out[i, 1], out[i, 2] = motion_share(t[i], seconds[i], ramp[i])
 
 
-@entry("float64[::1], float64[::1], float64[::1], float64[::1], float64[::1]")
+@entry("float64[::1], float64[::1], float64[::1], out float64[::1], out float64[::1]")
 def compute_shortest_times(distance, speed, acceleration, seconds, ramp):
     """Compute seconds[i] and ramp[i] of the shortest motions of n axes, see `shortest_time`."""
     for i in range(distance.size):

@@ -25,7 +25,7 @@ def integrate_in_plane(v, dt, q):
         q[2, b] += dt * v[last, b]
 
 
-@entry("int64, int64, float64, float64, float64, float64, float64[:, ::1], float64[:, ::1]")
+@entry("int64, int64, float64, float64, float64, float64, out float64[:, ::1], float64[:, ::1]")
 def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
     """Turn the steering angle q[row, b] of a car towards the angle of the velocity (v, omega).
 
@@ -42,7 +42,7 @@ def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
         q[row, b] = angle
 
 
-@entry("int64, int64, float64, float64[:, ::1], float64[:, ::1]")
+@entry("int64, int64, float64, float64[:, ::1], out float64[:, ::1]")
 def set_yaw_rate(row, velocity, wheelbase, q, v):
     """Replace omega of a car by the yaw rate of its steering angle, v tan(angle)/wheelbase."""
     for b in range(q.shape[1]):

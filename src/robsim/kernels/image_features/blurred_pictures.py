@@ -7,7 +7,7 @@ from robsim.kernels.machine.entry import entry
 from robsim.kernels.sensor.separable_blur import blur_image
 
 
-@entry("float32[:, :, ::1], int64[::1], float32[:, ::1], int64[::1], float32[:, :, ::1]")
+@entry("float32[:, :, ::1], int64[::1], float32[:, ::1], int64[::1], out float32[:, :, ::1]")
 def blur_pictures(images, level, weights, reach, out):
     """Compute pictures blurred by one of several Gaussians each.
 
@@ -33,7 +33,7 @@ def blur_pictures(images, level, weights, reach, out):
         blur_image(to, weights[n, : reach[n] + 1], padded, along_rows)
 
 
-@entry("float32[:, :, ::1], float32[:, ::1], int64, float64[::1]")
+@entry("float32[:, :, ::1], float32[:, ::1], int64, out float64[::1]")
 def find_shares_of_contrast(images, goal, border, out):
     """Compute out[b], the rms of the difference from the goal over the contrast of the goal."""
     height, width = goal.shape

@@ -18,8 +18,8 @@ DESIRED, CURRENT, MEAN = 0, 1, 2  # the model of L
 
 
 @entry(
-    "float32[:, ::1], (float64, float64), int64, float32[:, ::1], float32[:, ::1], "
-    "float64[::1], (float32[:, ::1], float32[:, ::1]), float32[:, ::1]"
+    "float32[:, ::1], (float64, float64), int64, float32[:, ::1], float32[:, ::1], float64[::1], "
+    "out (float32[:, ::1], float32[:, ::1]), out float32[:, ::1]"
 )
 def compute_blurred_rows(image, blur, border, plane, slopes, inverse_depth, buffers, rows):
     """Compute the rows (6, N) of L of a picture that a Gaussian has blurred.
@@ -101,9 +101,9 @@ def _add_blur_terms(second, plane, inverse_depth, S, T, rows):
 
 
 @entry(
-    "float32[:, :, ::1], float32[:, :, ::1], float32[:, :, ::1], float64[:, :, ::1], "
-    "int64[::1], int64, float64[:, ::1], (int64, float32[:, ::1], float32[:, ::1]), float64[:, "
-    "::1], float64[:, :, ::1], float64[:, ::1], float64[::1]"
+    "float32[:, :, ::1], float32[:, :, ::1], float32[:, :, ::1], float64[:, :, ::1], int64[::1], "
+    "int64, float64[:, ::1], (int64, float32[:, ::1], float32[:, ::1]), float64[:, ::1], "
+    "out float64[:, :, ::1], out float64[:, ::1], out float64[::1]"
 )
 def compute_blurred_equations(
     images, goals, goal_rows, goal_products, level, model, blur, window, inverse_depth, H, g, c

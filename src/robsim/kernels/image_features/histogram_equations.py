@@ -13,7 +13,7 @@ LEAST_SHARE = 1e-3  # added to the shares, whose roots have no derivative at 0
 
 @entry(
     "float32[:, ::1], (int64, float32[:, ::1], float32[:, ::1]), int64[::1], float64[::1], "
-    "float64[:, ::1], float64[:, :, ::1]"
+    "out float64[:, ::1], out float64[:, :, ::1]"
 )
 def measure_histograms(image, window, cells, inverse_depth, roots, L):
     """Compute the roots of histograms of a picture, and their interaction matrices.
@@ -50,8 +50,8 @@ def measure_histograms(image, window, cells, inverse_depth, roots, L):
 
 @entry(
     "float32[:, :, ::1], float64[:, ::1], float64[:, :, ::1], int64, (int64, float32[:, ::1], "
-    "float32[:, ::1]), int64[::1], float64[:, ::1], float64[:, :, ::1], float64[:, ::1], "
-    "float64[::1]"
+    "float32[:, ::1]), int64[::1], float64[:, ::1], out float64[:, :, ::1], out float64[:, ::1], "
+    "out float64[::1]"
 )
 def compute_histogram_equations(
     images, goal, goal_rows, model, window, cells, inverse_depth, H, g, c

@@ -8,7 +8,7 @@ from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import kernel
 
 
-@entry("float32[:, :, ::1], int64, float32[:, ::1], float64[:, ::1]")
+@entry("float32[:, :, ::1], int64, float32[:, ::1], out float64[:, ::1]")
 def project_pictures(images, border, basis, s):
     """Compute s[b, i], the sum of the pixels of a picture times basis[i].
 
@@ -43,8 +43,8 @@ def _copy_inside(image, border, pixels):
 
 
 @entry(
-    "float32[:, :, ::1], float32[:, ::1], (int64, float32[::1], float32[:, ::1], float32[:, "
-    "::1]), float64[:, ::1], float64[:, :, ::1]"
+    "float32[:, :, ::1], float32[:, ::1], (int64, float32[::1], float32[:, ::1], "
+    "float32[:, ::1]), float64[:, ::1], out float64[:, :, ::1]"
 )
 def project_luminance_rows(images, basis, window, inverse_depth, L):
     """Compute L[b, i], the sum over the pixels of basis[i] times the rows of the luminance.

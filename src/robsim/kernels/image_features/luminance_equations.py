@@ -24,8 +24,8 @@ LEAST_SHARE = 0.25  # of the contrast at the goal: smaller differences are those
 
 @entry(
     "float32[:, :, ::1], float32[:, ::1], float32[:, ::1], float64[:, ::1], int64, float64, "
-    "(int64, float32[::1], float32[:, ::1], float32[:, ::1]), float64[:, ::1], float64[:, :, "
-    "::1], float64[:, ::1], float64[::1]"
+    "(int64, float32[::1], float32[:, ::1], float32[:, ::1]), float64[:, ::1], "
+    "out float64[:, :, ::1], out float64[:, ::1], out float64[::1]"
 )
 def compute_luminance_equations(
     images, goal, goal_rows, goal_products, model, contrast, window, inverse_depth, H, g, c

@@ -12,7 +12,7 @@ SEVEN_TAPS = np.array([2047.0 / 8418.0, 913.0 / 8418.0, 112.0 / 8418.0], dtype=n
 
 @entry(
     "float32[:, ::1], int64, float32[::1], float32[:, ::1], float32[:, ::1], float64[::1], "
-    "float32[:, ::1], float32[:, ::1]"
+    "out float32[:, ::1], out float32[:, ::1]"
 )
 def compute_luminance_rows(image, border, taps, plane, slopes, inverse_depth, gradient, rows):
     """Compute the rows (6, N) of the interaction matrix of the luminance inside a border.

@@ -15,8 +15,8 @@ LEAST_DEVIATION = 0.1  # grey values
 
 
 @entry(
-    "float32[:, ::1], int64, int64, int64[::1], float64[:, ::1], float64[:, ::1], "
-    "float64[::1] -> float64"
+    "float32[:, ::1], int64, int64, out int64[::1], out float64[:, ::1], out float64[:, ::1], "
+    "out float64[::1] -> float64"
 )
 def find_standard_bins(image, border, bins, first, weights, slopes, standard):
     """Compute the bins of standard grey values, as `find_bins`, from -2.5 to 2.5 deviations.
@@ -61,7 +61,7 @@ def remove_mean_and_scale(factor, standard):
         factor[n] -= total + along * standard[n]
 
 
-@entry("int64[::1], float64[:, ::1], int64[::1], float64[:, ::1], float64[:, ::1]")
+@entry("int64[::1], float64[:, ::1], int64[::1], float64[:, ::1], out float64[:, ::1]")
 def fill_joint_histogram(first, weights, goal_first, goal_weights, p):
     """Compute the joint shares p (bins, bins) of grey values now and at the goal."""
     p[:] = 0.0
@@ -72,7 +72,7 @@ def fill_joint_histogram(first, weights, goal_first, goal_weights, p):
                 row[goal_first[n] + j] += weight * goal_weights[n, j]
 
 
-@entry("float64[:, ::1], float64[:, ::1] -> float64")
+@entry("float64[:, ::1], out float64[:, ::1] -> float64")
 def find_log_shares(p, logs):
     """Compute logs[i, j] = log(p_ij / (p_i p_j)), 0 where p_ij is 0; return sum p_ij logs[i, j]."""
     bins, information = len(p), 0.0
@@ -103,8 +103,8 @@ def mix_logs(first, factors, goal_first, goal_factors, logs, out):
 
 
 @entry(
-    "int64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], float64[:, "
-    "::1], float32[:, ::1], float64[:, ::1]"
+    "int64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], "
+    "float64[:, ::1], out float32[:, ::1], out float64[:, ::1]"
 )
 def find_information_hessian(first, weights, slopes, standard, logs, p, rows, H):
     """Compute the matrix H (6, 6) of the second derivatives of the missing information at the goal.
@@ -143,9 +143,9 @@ def find_information_hessian(first, weights, slopes, standard, logs, p, rows, H)
 
 
 @entry(
-    "float32[:, :, ::1], (int64[::1], float64[:, ::1]), int64, float64, float64[:, ::1], "
-    "(int64, float32[:, ::1], float32[:, ::1]), float64[:, ::1], float64[:, :, ::1], "
-    "float64[:, ::1], float64[::1]"
+    "float32[:, :, ::1], (int64[::1], float64[:, ::1]), int64, float64, float64[:, ::1], (int64, "
+    "float32[:, ::1], float32[:, ::1]), float64[:, ::1], out float64[:, :, ::1], "
+    "out float64[:, ::1], out float64[::1]"
 )
 def compute_information_equations(
     images, goal, bins, most, hessian, window, inverse_depth, H, g, c

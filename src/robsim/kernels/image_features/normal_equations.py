@@ -7,7 +7,9 @@ from robsim.kernels.machine.entry import entry
 LEAST_PIVOT = 1e-9  # share of a diagonal element below which its direction counts as free
 
 
-@entry("float64[:, :, ::1], float64[:, ::1], float64[::1], float64[:, ::1], float64[:, :, ::1]")
+@entry(
+    "float64[:, :, ::1], float64[:, ::1], float64[::1], out float64[:, ::1], out float64[:, :, ::1]"
+)
 def factor_normal_equations(H, g, c, s, L):
     """Compute errors s (B, 7) with interaction matrices L (B, 7, 6) from normal equations.
 

@@ -22,7 +22,10 @@ def _shift_moment(m, k, x, y):
     return total
 
 
-@entry("float64[:, ::1], float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1]")
+@entry(
+    "float64[:, ::1], float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1], "
+    "out float64[:, :, ::1]"
+)
 def centre_moments(m, Lm, centre, mu, R):
     """Compute centres, centred moments and their rates as `formulas.image_moments` stores them.
 

@@ -60,7 +60,7 @@ def project_error(error, rows, partial, out):
         out[k] = sum_products(rows[k], error, partial)
 
 
-@entry("float32[:, ::1], float32[::1], float64[:, ::1]")
+@entry("float32[:, ::1], out float32[::1], out float64[:, ::1]")
 def compute_gram_matrix(rows, partial, out):
     """Compute the matrix out (k, k) of the products of rows (k, N)."""
     for i in range(len(rows)):
@@ -101,7 +101,7 @@ def subtract_pictures(image, goal, border, out):
         out[i] = 0.0
 
 
-@entry("uint8[:, :, ::1], int64, float64[::1]", "float32[:, :, ::1], int64, float64[::1]")
+@entry("uint8[:, :, ::1], int64, out float64[::1]", "float32[:, :, ::1], int64, out float64[::1]")
 def measure_contrasts(pictures, border, contrasts):
     """Compute the standard deviations contrasts (B,) of the pixels inside a border.
 
@@ -121,7 +121,8 @@ def measure_contrasts(pictures, border, contrasts):
 
 
 @entry(
-    "uint8[:, :, ::1], int64, float32[:, :, ::1]", "float32[:, :, ::1], int64, float32[:, :, ::1]"
+    "uint8[:, :, ::1], int64, out float32[:, :, ::1]",
+    "float32[:, :, ::1], int64, out float32[:, :, ::1]",
 )
 def reduce_pictures(pictures, size, images):
     """Compute the means images (B, h, w) of blocks of size x size pixels of pictures.

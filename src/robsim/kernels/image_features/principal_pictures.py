@@ -12,7 +12,7 @@ SWEEPS = 30  # of the method of Jacobi; ten suffice for a hundred pictures
 LEAST_SHARE = 1e-12  # share of the squares outside of the diagonal at which it ends
 
 
-@entry("float32[:, ::1], float32[:, ::1], float64[::1]")
+@entry("out float32[:, ::1], out float32[:, ::1], out float64[::1]")
 def find_principal_pictures(pictures, basis, variances):
     """Compute the orthonormal principal components of pictures without their mean.
 

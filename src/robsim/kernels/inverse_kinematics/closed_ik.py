@@ -244,8 +244,8 @@ def check_solution(
 
 
 @entry(
-    "int64[::1], int64[::1], int64[::1], float64[::1], float64, float64[:, :, ::1], float64[:, "
-    ":, ::1], bool[:, ::1], bool[:, ::1]"
+    "int64[::1], int64[::1], int64[::1], float64[::1], float64, float64[:, :, ::1], "
+    "out float64[:, :, ::1], out bool[:, ::1], out bool[:, ::1]"
 )
 def solve_closed_form(addresses, at, p, template, tolerance, goals, q, valid, within):
     """Compute all solutions q[run, solution, n] for goals[run, 4, 4] by stages.

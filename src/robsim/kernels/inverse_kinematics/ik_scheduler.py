@@ -69,8 +69,8 @@ def initial_results(q0: Any) -> SearchResults:
 
 
 @entry(
-    "float64[::1], Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, "
-    "::1], float64[::1], int64[::1], float64, int64)",
+    "out float64[::1], Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], "
+    "float64[:, ::1], float64[::1], int64[::1], float64, int64)",
     inline="always",
 )
 def begin_searches(block, search):
@@ -145,9 +145,9 @@ def _restart_search(block, b, run, search, results):
 
 
 @entry(
-    "float64[::1], int64, Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], "
-    "float64[:, ::1], float64[::1], int64[::1], float64, int64), SearchResults(float64[:, "
-    "::1], float64[::1], int64[:, ::1]) -> int64, int64",
+    "out float64[::1], int64, Search(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], "
+    "float64[:, ::1], float64[::1], int64[::1], float64, int64), "
+    "out SearchResults(float64[:, ::1], float64[::1], int64[:, ::1]) -> int64, int64",
     inline="always",
 )
 def schedule_lanes(block, after, search, results):
@@ -179,8 +179,8 @@ def schedule_lanes(block, after, search, results):
 
 @entry(
     "int64[::1], int64[::1], int64[::1], float64[::1], float64[:, :, ::1], float64[:, ::1], "
-    "float64[:, ::1], float64[:, ::1], float64[::1], int64[::1], float64, int64, float64[:, "
-    "::1], float64[::1], int64[:, ::1]"
+    "float64[:, ::1], float64[:, ::1], float64[::1], int64[::1], float64, int64, "
+    "out float64[:, ::1], out float64[::1], out int64[:, ::1]"
 )
 def run_searches(
     addresses,

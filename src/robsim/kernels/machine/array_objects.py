@@ -15,6 +15,7 @@ from robsim.kernels.machine.intrinsics import Intrinsic, routine
 
 _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 0, 8, 16, 40, 48  # bytes after the head
 _ORDERED = 0x101  # flags of an array in C order whose numbers are aligned
+_WRITABLE = 0x400  # flag of an array that is not read-only
 _word_at = Intrinsic("array_pointers", "load_word")
 OBJECT_HEAD = object.__basicsize__  # bytes before NumPy's fields; the last 8 point to the type
 
@@ -53,3 +54,11 @@ def is_array(types, array, element, axes):
     if _word_at(first + _AXES) & 0xFFFFFFFF != axes:
         return False
     return _word_at(first + _FLAGS) & _ORDERED == _ORDERED
+
+
+@routine
+def is_writable_array(types, array, element, axes):
+    """Return whether an object is such an array, and not read-only."""
+    if not is_array(types, array, element, axes):
+        return False
+    return _word_at(array + _word_at(types) + _FLAGS) & _WRITABLE != 0

@@ -1,63 +1,50 @@
 """Entries: kernels that Python calls, with declared argument types.
 
 The machine code of an entry is a C function, as that of a stage. It is found in the package or made
-once, for the declared types, and called through `ctypes`.
+once, for the declared types, and called as a function of Python that machine code performs.
 """
 
 from __future__ import annotations
 
-import ctypes
 import inspect
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
-from robsim.kernels.machine.argument_types import DTYPES, ArgumentTypes
-from robsim.kernels.machine.array_objects import (
-    axis_size,
-    data_address,
-    describe_array_types,
-    is_array,
-)
+from robsim.kernels.machine import array_objects, python_functions
+from robsim.kernels.machine.argument_types import DTYPES, RESULTS, ArgumentTypes
 from robsim.kernels.machine.array_views import carray, cast_address_to
-from robsim.kernels.machine.intrinsics import Intrinsic
 from robsim.kernels.machine.kernel import Kernel, name_like, part
-from robsim.kernels.machine.machine_code import PACKAGE_CODE, find_address
+from robsim.kernels.machine.machine_code import find_address
 
-_TYPES = describe_array_types()
-_ADDRESS = int(_TYPES.ctypes.data)
-_C_TYPES = {"int64": ctypes.c_int64, "uint64": ctypes.c_uint64, "float64": ctypes.c_double}
 _NAMES = {
-    **{"fits": is_array, "size": axis_size, "data": data_address, "carray": carray},
+    **{"is_array": array_objects.is_array, "is_writable": array_objects.is_writable_array},
+    **{"size": array_objects.axis_size, "data": array_objects.data_address, "carray": carray},
     **{f"to_{each}": cast_address_to(each) for each in DTYPES},
-    "put_result": Intrinsic("array_pointers", "store_number"),
+    "unsigned": np.uint64,
 }
-
-
-_RESULTS = {"float64": "out_[{}]", "int64": "int(out_[{}])", "bool": "out_[{}] != 0.0"}
 _PLAIN = {np.dtype(each): np.dtype(each) for each in DTYPES}  # the objects that machine code knows
 
 
 class CFunction:
     """The C function of an entry for one list of argument types."""
 
+    kinds = "int64", "int64*", "float64*"  # of the C arguments: the last two are the same address
+
     def __init__(self, function: Callable[..., Any], declaration: str, number: int) -> None:
         self.function = function
         declaration, _, results = map(str.strip, declaration.partition("->"))
         self.types = ArgumentTypes(list(inspect.signature(function).parameters), declaration)
         self.results = [each.strip() for each in results.split(",") if results]
-        self.performs_stages = "addresses" in self.types.names or "code" in self.types.names
-        self.writes_results = self.results not in ([], ["bool"])
+        if wrong := [each for each in self.results if each not in RESULTS]:
+            raise TypeError(f"unknown result type {wrong[0]}")
+        if len(self.types.leaves) > python_functions.MOST:
+            raise TypeError(f"{len(self.types.leaves)} arguments, but only {python_functions.MOST}")
+        self.outputs = {each.path for each in self.types.leaves if each.is_output}
         mark = self.mark = f".{number}" if number else ""
         self.symbol = f"robsim.{function.__module__}.{function.__qualname__}{mark}"
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """The types of the C arguments."""
-        leaves = [each.kind for each in self.types.leaves]
-        return ("int64", *leaves, *(["int64"] if self.writes_results else []))
 
     def make_wrapper(self) -> Callable[..., Any]:
         """Return the function that Numba compiles."""
@@ -65,7 +52,7 @@ class CFunction:
         namespace = {**function.__globals__, **_NAMES, "body": part(function)}
         exec(self.types.wrapper(self.results), namespace)
         wrapper = name_like(function, namespace["wrapper"])
-        wrapper.__qualname__ += self.mark  # the name in the cache: variants may have the same kinds
+        wrapper.__qualname__ += self.mark  # the name in the cache: variants have the same kinds
         return wrapper  # type: ignore[no-any-return]
 
     @cached_property
@@ -93,48 +80,70 @@ class CFunction:
 
         It returns NotImplemented if the arguments do not fit.
         """
-        address = find_address(self.symbol, self.make_wrapper, self.kinds)
-        leaves: list[Any] = [
-            ctypes.py_object if each.axes else _C_TYPES[each.kind] for each in self.types.leaves
-        ]
-        extra = [ctypes.c_int64] if self.writes_results else []
-        code = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *leaves, *extra)(address)
-        numbers = ctypes.c_double * len(self.results)
-        namespace: dict[str, Any] = {"code_": code, "numbers_": numbers}
-        namespace |= {"address_of_": ctypes.addressof, "Misfit_": ctypes.ArgumentError}
-        namespace |= {"refuse_": self._refuse, "package_": PACKAGE_CODE}
-        exec(self._caller(), namespace)
-        return namespace[self.function.__name__]  # type: ignore[no-any-return]
+        return self.build_function(_refuse)
 
-    def _refuse(self, status: int) -> Any:
-        """Return NotImplemented for arguments that do not fit; raise MemoryError for a failure."""
-        if status:
-            return NotImplemented
-        raise MemoryError(
-            f"kernel '{self.function.__name__}' failed: too little memory for its arrays"
+    def build_function(self, otherwise: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function that calls the machine code, or `otherwise` for other arguments."""
+        names, leaves = self.types.names, self.types.leaves
+        has_tuples = [each.path for each in leaves] != names
+        code = python_functions.build_function(
+            self.function.__name__,
+            find_address(self.symbol, self.make_wrapper, self.kinds),
+            [each.kind for each in leaves],
+            self.results,
+            _refuse if has_tuples else otherwise,
+            self._fail,
         )
+        return self._unpack_tuples(code, otherwise) if has_tuples else code
 
-    def _caller(self) -> str:
-        """Return the code of the Python function; its own names end with an underscore."""
-        passed = [str(_ADDRESS), *(each.path for each in self.types.leaves)]
-        lines = [f"def {self.function.__name__}({', '.join(self.types.names)}):"]
-        lines += [f" if {path} is not None: return NotImplemented" for path in self.types.absent]
-        if self.performs_stages:
-            lines += [" failures_ = package_.failures", " before_ = failures_.value"]
-        if self.writes_results:
-            lines += [" out_ = numbers_()"]
-            passed += ["address_of_(out_)"]
-        lines += [" try:", f"  status_ = code_({', '.join(passed)})"]
-        lines += [" except Misfit_: return NotImplemented"]
-        lines += [" if status_ < 2: return refuse_(status_)"]
-        if self.performs_stages:
-            lines += [" if failures_.value != before_: return refuse_(0)"]
-        if self.results == ["bool"]:
-            lines += [" return status_ == 2"]
-        elif self.results:
-            found = [_RESULTS[each].format(i) for i, each in enumerate(self.results)]
-            lines += [f" return {', '.join(found)}"]
-        return "\n".join(lines)
+    def _unpack_tuples(
+        self, code: Callable[..., Any], otherwise: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        """Return a function that passes the items of tuples; its own names end with `_`."""
+        name, names = self.function.__name__, ", ".join(self.types.names)
+        paths = ", ".join(each.path for each in self.types.leaves)
+        other = f"return otherwise_({names})"
+        lines = [f"def {name}({names}):"]
+        lines += [f" if {path} is not None: {other}" for path in self.types.absent]
+        lines += [f" found_ = code_({paths})"]
+        lines += [f" if found_ is NotImplemented: {other}", " return found_"]
+        namespace: dict[str, Any] = {"code_": code, "otherwise_": otherwise}
+        exec("\n".join(lines), namespace)
+        return namespace[name]  # type: ignore[no-any-return]
+
+    def _fail(self) -> None:
+        """Raise MemoryError: kernels allocate arrays, and nothing else in them can fail."""
+        name = self.function.__name__
+        raise MemoryError(f"kernel '{name}' failed: too little memory for its arrays")
+
+    def try_arguments(self, arguments: tuple[Any, ...]) -> Any:
+        """Perform the kernel for arguments that do not fit as they are.
+
+        Arrays in another order are copied, and the copies that the kernel writes are copied back.
+        Return NotImplemented if the arguments have other types.
+        """
+        copies: list[tuple[Any, Any]] = []
+        named = zip(self.types.names, arguments, strict=True)
+        found = self.call(*[self._convert(path, value, copies) for path, value in named])
+        if found is not NotImplemented:
+            for original, copy in copies:
+                original[...] = copy
+        return found
+
+    def _convert(self, path: str, value: Any, copies: list[tuple[Any, Any]]) -> Any:
+        """Return an argument as C takes it, and add the copied outputs to `copies`."""
+        if isinstance(value, tuple):
+            parts = [self._convert(f"{path}[{i}]", each, copies) for i, each in enumerate(value)]
+            return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+        if isinstance(value, np.ndarray) and value.ndim:
+            plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
+            if path in self.outputs:
+                if not value.flags.writeable:
+                    name = self.function.__name__
+                    raise ValueError(f"kernel '{name}' writes to {path}, but it is read-only")
+                copies += [] if np.may_share_memory(plain, value) else [(value, plain)]
+            return plain.view(_PLAIN.get(plain.dtype, plain.dtype))  # an unpickled one has its own
+        return value.item() if isinstance(value, np.ndarray | np.generic) else value
 
 
 class Entry(Kernel):
@@ -146,41 +155,38 @@ class Entry(Kernel):
         One C function for each declared list of types.
     """
 
+    def __new__(cls, *_: Any) -> Self:
+        """Return the only instance of a new class, as Python looks up `__call__` in the class."""
+        return super().__new__(type(cls.__name__, (cls,), {}))
+
     def __init__(
         self, function: Callable[..., Any], declarations: Sequence[str], inline: str
     ) -> None:
         super().__init__(function, inline)
         self.variants = [CFunction(function, each, i) for i, each in enumerate(declarations)]
-        self._call: Callable[..., Any] = self._load_first
 
     def __call__(self, *arguments: Any) -> Any:
-        """Perform the kernel."""
-        found = self._call(*arguments)
-        return self._try_variants(arguments) if found is NotImplemented else found
+        """Perform the kernel.
 
-    def _load_first(self, *arguments: Any) -> Any:
-        """Load the first variant that may fit, and call it."""
-        fitting = (each for each in self.variants if each.may_take(arguments))
-        self._call = next(fitting, self.variants[0]).call
-        return self._call(*arguments)
-
-    def _try_variants(self, arguments: tuple[Any, ...]) -> Any:
-        """Perform the kernel for arguments that do not fit as they are.
-
-        Arrays in another order are copied, and afterwards the changed copies are written back.
+        The first call replaces this method by the machine code of the first variant that may fit.
         """
-        copies: list[tuple[Any, Any, bytes]] = []
-        plain = tuple(_convert(each, copies) for each in arguments)
+        fitting = (each for each in self.variants if each.may_take(arguments))
+        call = next(fitting, self.variants[0]).build_function(self._try_variants)
+        type(self).__call__ = staticmethod(call)  # type: ignore[method-assign]
+        return call(*arguments)
+
+    def _try_variants(self, *arguments: Any) -> Any:
+        """Perform the kernel for arguments that do not fit the first code as they are."""
+        name, names = self.py_func.__name__, self.variants[0].types.names
+        if len(arguments) != len(names):
+            raise TypeError(f"{name}({', '.join(names)}) got {len(arguments)} arguments")
         for each in self.variants:
-            found = each.call(*plain) if each.may_take(plain) else NotImplemented
+            found = each.try_arguments(arguments) if each.may_take(arguments) else NotImplemented
             if found is not NotImplemented:
-                for original, copy, before in copies:
-                    if copy.tobytes() != before:
-                        original[...] = copy
                 return found
         expected = " or ".join(each.types.declaration for each in self.variants)
         got = ", ".join(map(_describe_argument, arguments))
-        raise TypeError(f"kernel '{self.py_func.__name__}' takes {expected}; got {got}")
+        raise TypeError(f"kernel '{name}' takes {expected}; got {got}")
 
 
 def entry(*declarations: str, inline: str = "never") -> Callable[[Callable[..., Any]], Entry]:
@@ -192,16 +198,8 @@ def entry(*declarations: str, inline: str = "never") -> Callable[[Callable[..., 
     return lambda function: Entry(function, declarations, inline)
 
 
-def _convert(value: Any, copies: list[tuple[Any, Any, bytes]]) -> Any:
-    """Return an argument as C takes it, and add the arrays that were copied to `copies`."""
-    if isinstance(value, tuple):
-        parts = [_convert(each, copies) for each in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if isinstance(value, np.ndarray) and value.ndim:
-        plain = np.require(value, requirements=["C", "A"]).view(np.ndarray)
-        copies += [] if np.may_share_memory(plain, value) else [(value, plain, plain.tobytes())]
-        return plain.view(_PLAIN.get(plain.dtype, plain.dtype))  # an unpickled one has its own
-    return value.item() if isinstance(value, np.ndarray | np.generic) else value
+def _refuse(*arguments: Any) -> Any:
+    return NotImplemented
 
 
 def _describe_argument(value: Any) -> str:

@@ -51,15 +51,16 @@ class PackageCode:
 
     Attributes
     ----------
-    failures : ctypes.c_int
-        Number of stages that have failed.
+    counter : ctypes.c_int64
+        Address of the int32 number of stages that have failed.
     """
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._addresses: dict[str, int] = {}
         self._calls: dict[str, DeferredCall] = {}
-        self.failures = ctypes.c_int(0)
+        self._no_failures = ctypes.c_int(0)  # stages count failures only in an engine
+        self.counter = ctypes.c_int64(ctypes.addressof(self._no_failures))
         if hasattr(os, "register_at_fork"):  # a child would wait for a lock that nobody releases
             release = self._lock.release
             os.register_at_fork(
@@ -88,7 +89,7 @@ class PackageCode:
         from robsim.kernels.machine.code_engine import CodeEngine  # late: llvmlite
 
         engine = CodeEngine()
-        self.failures = engine.failures
+        self.counter.value = ctypes.addressof(engine.failures)
         return engine
 
     def find(self, symbol: str) -> int:

@@ -81,7 +81,7 @@ def perform_on_block(addresses, at, p, block, step):
         _call_stage(addresses[i], p, at[i], block, 0, step)
 
 
-@entry("int64[::1], int64[::1], int64[::1], float64[:, ::1], int64")
+@entry("int64[::1], int64[::1], int64[::1], out float64[:, ::1], int64")
 def perform_stages(addresses, at, p, blocks, step):
     """Perform stages on each block blocks[i, :] for one step."""
     count, size = blocks.shape
@@ -92,7 +92,7 @@ def perform_stages(addresses, at, p, blocks, step):
                 _call_stage(addresses[i], p, at[i], blocks, block * size, step)
 
 
-@entry("int64[::1], int64[::1], int64[::1], int64, float64[:, ::1], int64, int64, int64")
+@entry("int64[::1], int64[::1], int64[::1], int64, out float64[:, ::1], int64, int64, int64")
 def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
     """Perform stages on each block blocks[i, :] from `step` to `until` - 1.
 
@@ -131,8 +131,8 @@ def _going_blocks(blocks, alive):
 
 
 @entry(
-    "int64[::1], int64[::1], int64[::1], float64[::1], int64, float64[:, ::1], int64, "
-    "float64[:, ::1]"
+    "int64[::1], int64[::1], int64[::1], out float64[::1], int64, float64[:, ::1], int64, "
+    "out float64[:, ::1]"
 )
 def evaluate_block(addresses, at, p, block, first, x, output, out):
     """Perform stages for each run of x[i, b] and fill out[j, b].

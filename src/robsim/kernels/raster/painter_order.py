@@ -19,9 +19,9 @@ SET_END, GROUP_END, IS_SORTED, SET_ROWS = 0, 1, 2, 3  # rows of `sets`
 
 
 @entry(
-    "float64[:, ::1], float64[::1], float64[::1], int64[::1], float64, int64[::1], int64[:, ::1], "
-    "float64[:, ::1], bool[::1], int64[::1], int64[:, ::1], int64[:, ::1], int64[::1], "
-    "float64[:, ::1], int64[::1] -> bool"
+    "float64[:, ::1], float64[::1], float64[::1], int64[::1], float64, int64[::1], out int64[:, "
+    "::1], out float64[:, ::1], out bool[::1], out int64[::1], out int64[:, ::1], out int64[:, "
+    "::1], out int64[::1], out float64[:, ::1], out int64[::1] -> bool"
 )
 def arrange_faces(
     normals,

@@ -22,8 +22,8 @@ from robsim.kernels.raster.raster_arrays import (
 )
 
 _REST = (
-    f"float64[:, :, :, ::1], float64[:, ::1], float64, float32[:, ::1], int64, {PLACED_FACES}, "
-    f"{PIXEL_BUFFERS}, float32[:, ::1], float32[:, :, ::1]"
+    "float64[:, :, :, ::1], float64[:, ::1], float64, float32[:, ::1], int64, "
+    f"out {PLACED_FACES}, out {PIXEL_BUFFERS}, out float32[:, ::1], out float32[:, :, ::1]"
 )
 
 

@@ -30,8 +30,8 @@ class SensorArrays(NamedTuple):
 
 @entry(
     "float32[:, ::1], SensorArrays(float32[:, ::1], float32[::1], float32[::1], float32[::1], "
-    "uint8[::1]), uint64, uint64, uint64, float32[:, ::1], uint64[::1], int32[::1], uint8[:, "
-    "::1]"
+    "uint8[::1]), uint64, uint64, uint64, out float32[:, ::1], out uint64[::1], out int32[::1], "
+    "out uint8[:, ::1]"
 )
 def develop_image(light, sensor, seed, run, step, row, words, index, out):
     """Compute the grey values out (h, w) of the light (h, w) on the pixels of a sensor.

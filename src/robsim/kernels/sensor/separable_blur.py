@@ -4,7 +4,7 @@ from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import part
 
 
-@entry("float32[:, ::1], float32[::1], float32[::1], float32[:, ::1]")
+@entry("out float32[:, ::1], float32[::1], out float32[::1], out float32[:, ::1]")
 def blur_image(image, weights, padded, along_rows):
     """Blur an image (h, w) in place; pixels beyond the border have the value at the border.
 
