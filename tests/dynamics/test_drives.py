@@ -513,3 +513,16 @@ def test_the_command_writes_a_figure_of_the_torques(tmp_path):
     (tmp_path / "bare").mkdir()
     write_run_figures(bare.run(), bare, tmp_path / "bare")
     assert not (tmp_path / "bare" / "torques.png").exists()
+
+
+def test_gravity_moves_joints_without_commands_on_driven_robots_only():
+    arm = build_pendulum()
+    scene = rs.Scene([arm, replace(arm, name="second").at(rs.Pose.at(3, 0, 0))])
+    settings = {"dt": 0.01, "duration": 0.3, "hold": True}
+    settings["actuation"] = rs.Actuation(drive=Force((0.0, 0.0)), step=1e-3)
+    task = rs.FollowJoints(by={"arm.upper": 0.0}, gain=1e-9, duration=0.1)
+    both = rs.simulate(scene, task, scene.home, **settings)
+    alone = hold(arm, Force((0.0, 0.0)), duration=0.3)
+    np.testing.assert_array_equal(both.q[:, :2], alone.q)
+    assert (np.abs(both.q[-1, :2] - both.q[0, :2]) > 0.05).all()
+    np.testing.assert_array_equal(both.q[:, 2:], np.broadcast_to(arm.home, (31, 2)))

@@ -49,14 +49,15 @@ def both(a, b=IDLE, c=IDLE):
     return np.concatenate([a, b, c])
 
 
-def experiment(scene, **fields):
-    task = rs.IBVS(goal=both(GOAL), gain=2.0, tolerance=1e-9, joints="a")
+def experiment(scene, law="joint", **fields):
+    task = rs.IBVS(goal=both(GOAL), gain=2.0, tolerance=1e-9, joints="a", law=law)
     return rs.Experiment(scene, task, **{"start": both(START), "duration": 1.0, **fields})
 
 
 EYE = FRONT @ np.diag([1.0, -1.0, -1.0, 1.0])  # looks back at the arm
 HELD = mount("a", EYE @ np.asarray(rs.Pose.at(0, 0, 0.5)), GOAL)
 SPREAD = np.stack([both(START + 0.01 * i) for i in range(11)])
+AWAY = rs.laws.ConstrainedLaw([rs.constraints.Clearance("a.link6", "c.link6", 3.085)])
 CASES = {
     "idle arms beside the loop": (experiment(cell()), 12),
     "an idle arm carries the object": (experiment(cell("b.link6", marks=mount("b", FRONT))), 12),
@@ -72,6 +73,17 @@ CASES = {
     "a negative zero": (experiment(cell(), start=both(START, -0.0 * np.ones(6))), 6),
     "lag": (experiment(cell(), actuation=rs.Actuation(lag=0.1)), 12),
     "latency": (experiment(cell(), sensing=rs.Sensing(latency=0.05)), 12),
+    "occlusion": (
+        experiment(
+            cell(), sensing=rs.Sensing(occlusions=rs.imperfections.Occlusion((0,), 0.2, 0.4))
+        ),
+        12,
+    ),
+    "a distance from an idle arm": (experiment(cell(), law=AWAY), 12),
+    "a distance from an idle arm with the camera": (
+        experiment(cell("a.link6", "c.link6", HELD, mount("c", EYE)), law=AWAY),
+        12,
+    ),
     "a moved arm": (experiment(cell(motions=[rs.Motion("b", [0.1, 0, 0, 0, 0, 0])])), 6),
 }
 
@@ -82,7 +94,7 @@ def test_runs_have_the_bits_of_a_placement_at_every_step(case, monkeypatch):
     assert len(experiment.loop().sequence.plant.idle) == idle
     run = experiment.run()
     monkeypatch.setattr(plant, "find_idle_coordinates", lambda *given: {})
-    again = experiment.with_(task=copy.copy(experiment.task)).run()  # keeps no stages
+    again = experiment.with_(scene=copy.copy(experiment.scene)).run()  # keeps no stages
     assert np.isfinite(run.q).any() and run.error_norm.dropna("time").size > 5
     for name in again.variables:
         assert run[name].values.tobytes() == again[name].values.tobytes(), name
@@ -96,3 +108,12 @@ def test_idle_bodies_have_the_poses_of_the_tree():
     expected = scene.tree.bodies(q0.T).poses[..., 0]
     for body, pose in poses.items():
         np.testing.assert_array_equal(pose, expected[body])
+
+
+def test_a_distance_from_an_idle_arm_limits_the_motion():
+    case, _ = CASES["a distance from an idle arm"]
+    run = case.run()
+    links = (case.scene.pose(f"{name}.link6", run.q.values) for name in "ac")
+    first, second = (np.asarray(pose)[:, :3, 3] for pose in links)
+    least = np.linalg.norm(first - second, axis=1).min()
+    assert float(run.active.max()) > 0.0 and 3.085 - 1e-4 < least < 3.0875
