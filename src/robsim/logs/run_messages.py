@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.logs import message_types, topics
 from robsim.logs.command_messages import NONE, make_header, make_joint_state
-from robsim.logs.message_series import MessageSeries
+from robsim.logs.message_layout import MessageLayout
 from robsim.logs.message_types import Message, make_message
 from robsim.logs.scene_messages import (
     compute_frame_poses,
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BLOCK = 4096  # instants that are serialised at once
+BOX = 5  # numbers of a box: column, row, angle and size
 _make_header = partial(make_header, make_message)
 
 
@@ -122,68 +123,54 @@ def _first_messages(
 
 def _joint_messages(arrays: _RunArrays, some: slice, times: Times) -> Iterator[_TopicMessages]:
     """Yield the messages of coordinates and of commanded velocities or efforts."""
-    nq, names, kind = len(arrays.coordinates), arrays.velocities, message_types.JOINTS
-
-    def state(time: int, numbers: Array) -> Message:
-        parts = numbers[:nq], numbers[nq:]
-        return make_joint_state(make_message, time, arrays.coordinates, *parts)
-
-    def command(time: int, qd: Array) -> Message:
-        velocity, effort = (NONE, qd) if arrays.commands_torques else (qd, NONE)
-        return make_joint_state(make_message, time, names, NONE, velocity, effort)
-
-    values = np.hstack([arrays.q[some], arrays.rates[some]])
-    series = MessageSeries(kind, state, values.shape[1])
-    yield _TopicMessages(topics.JOINTS, kind, series.serialize(times, values))
-    series = MessageSeries(kind, command, len(names))
-    yield _TopicMessages(topics.COMMANDS, kind, series.serialize(times, arrays.qd[some]))
+    q, rates, qd = arrays.q[some], arrays.rates[some], arrays.qd[some]
+    state = make_joint_state(make_message, 0, arrays.coordinates, q[0], rates[0])
+    yield _serialize_topic(topics.JOINTS, message_types.JOINTS, state, times, np.hstack([q, rates]))
+    velocity, effort = (NONE, qd[0]) if arrays.commands_torques else (qd[0], NONE)
+    command = make_joint_state(make_message, 0, arrays.velocities, NONE, velocity, effort)
+    yield _serialize_topic(topics.COMMANDS, message_types.JOINTS, command, times, qd)
 
 
 def _frame_messages(poses: Mapping[str, Array], times: Times) -> _TopicMessages:
     """Return the messages of the poses (T, 7) of frames."""
-
-    def transforms(time: int, numbers: Array) -> Message:
-        return make_transforms(
-            make_message, dict(zip(poses, numbers.reshape(-1, 7), strict=True)), time
-        )
-
-    series = MessageSeries(message_types.FRAMES, transforms, 7 * len(poses))
+    first = make_transforms(make_message, {name: T[0] for name, T in poses.items()}, 0)
     values = np.hstack([np.empty((len(times), 0)), *poses.values()])
-    return _TopicMessages(topics.FRAMES, series.kind, series.serialize(times, values))
+    return _serialize_topic(topics.FRAMES, message_types.FRAMES, first, times, values)
 
 
 def _lens_messages(scene: Scene, camera: str, times: Times) -> _TopicMessages:
     """Return the messages of the intrinsics of a camera."""
-    lens = scene.camera(camera).camera
-
-    def info(time: int, _: Array) -> Message:
-        return make_camera_info(make_message, lens, _make_header(time, camera))
-
-    series = MessageSeries(message_types.LENS, info, 0)
-    data = series.serialize(times, np.empty((len(times), 0)))
-    return _TopicMessages(topics.camera_topic(camera, "camera_info"), series.kind, data)
+    lens, kind = scene.camera(camera).camera, message_types.LENS
+    info = make_camera_info(make_message, lens, _make_header(0, camera))
+    numbers = np.concatenate([info.d, info.k, info.r, info.p])
+    topic = topics.camera_topic(camera, "camera_info")
+    return _serialize_topic(topic, kind, info, times, np.tile(numbers, (len(times), 1)))
 
 
 def _detection_messages(
     arrays: _RunArrays, camera: str, some: slice, times: Times
 ) -> _TopicMessages:
-    """Return the messages of the marks that a camera sees; those with the same marks at once."""
+    """Return the messages of the marks that a camera sees; those of the same marks at once."""
     pixels = arrays.pixels[some][:, [mark for mark, _ in arrays.marks[camera]]]
     names = np.array([name for _, name in arrays.marks[camera]], dtype=object)
     patterns, rows = np.unique(np.isfinite(pixels).all(axis=2), axis=0, return_inverse=True)
+    topic, kind = topics.camera_topic(camera, "detections"), message_types.DETECTIONS
     found: list[bytes] = [b""] * len(times)
     for k, seen in enumerate(patterns):
-        ids = names[seen].tolist()
-
-        def detections(time: int, numbers: Array, ids: list[str] = ids) -> Message:
-            header = _make_header(time, camera)
-            return make_detections(make_message, header, ids, numbers.reshape(-1, 2))
-
         alike = np.flatnonzero(rows == k)
-        series = MessageSeries(message_types.DETECTIONS, detections, 2 * len(ids))
-        for i, data in zip(
-            alike.tolist(), series.serialize(times[alike], pixels[alike][:, seen]), strict=True
-        ):
+        marks = pixels[alike][:, seen]
+        ids, header = names[seen].tolist(), _make_header(0, camera)
+        first = make_detections(make_message, header, ids, marks[0])
+        boxes = np.zeros((*marks.shape[:2], BOX))
+        boxes[:, :, :2] = marks
+        some_messages = _serialize_topic(topic, kind, first, times[alike], boxes)
+        for i, data in zip(alike.tolist(), some_messages.data, strict=True):
             found[i] = data
-    topic = topics.camera_topic(camera, "detections")
-    return _TopicMessages(topic, message_types.DETECTIONS, found)
+    return _TopicMessages(topic, kind, found)
+
+
+def _serialize_topic(
+    topic: str, kind: str, example: Message, times: Times, numbers: Array
+) -> _TopicMessages:
+    """Return messages of a topic that differ from an example in their times and numbers."""
+    return _TopicMessages(topic, kind, MessageLayout(kind, example).serialize(times, numbers))
