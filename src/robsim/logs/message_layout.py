@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, is_dataclass, replace
 from itertools import count
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,7 @@ class MessageLayout:
         self._numbers = np.flatnonzero(numbers)
         self._parts, self._fixed = self._find_parts()
         places = iter(i for i in count() if i not in self._fixed)
-        self._build = _make_builder(example, places)
+        self._example, self._build = example, _make_builder(example, places)
 
     def serialize(self, times: Times, numbers: Array) -> list[bytes]:
         """Return the messages of times (T,) in nanoseconds and of all their numbers (T, N)."""
@@ -60,7 +61,7 @@ class MessageLayout:
         parts = self._parts.unpack(data)
         if any(parts[i] != fixed for i, fixed in self._fixed.items()):
             return None
-        return self._build(parts)
+        return self._build(parts) if self._build else self._example
 
     def _find_parts(self) -> tuple[struct.Struct, dict[int, bytes]]:
         """Return the parts of a message, and those that all messages have in common."""
@@ -101,30 +102,49 @@ def _fill(value: Any, stamp: int, number: float) -> Any:
     )
 
 
-def _make_builder(value: Any, places: Any) -> Build:
-    """Return the function that builds a part of a message like `value` from the parts at places."""
+def _make_builder(value: Any, places: Iterator[int]) -> Build | None:
+    """Return the function that builds a part of a message like `value` from the parts at places.
+
+    The result is None for a part that all messages share.
+    """
     if isinstance(value, float):
-        i = next(places)
-        return lambda parts: parts[i]
-    if isinstance(value, np.ndarray) and value.dtype == np.float64:
-        some = [next(places) for _ in value]
-        return lambda parts: np.array([parts[i] for i in some], dtype=np.float64)
+        return itemgetter(next(places))
+    if isinstance(value, np.ndarray) and value.dtype == np.float64 and len(value):
+        return _build_array(*[next(places) for _ in value])
     if isinstance(value, list):
-        each = [_make_builder(item, places) for item in value]
-        return lambda parts: [build(parts) for build in each]
+        return _build_sequence(value, [_make_builder(item, places) for item in value], None)
     if not is_dataclass(value) or isinstance(value, type):
-        return lambda parts: value
-    kind = type(value)
-    every = [_make_field_builder(value, name, places) for name in _list_field_names(value)]
-    return lambda parts: kind(*[build(parts) for build in every])
-
-
-def _make_field_builder(value: Any, name: str, places: Any) -> Build:
-    """Return the function that builds a field of a message."""
+        return None
+    names = _list_field_names(value)
+    fixed = [getattr(value, name) for name in names]
     if _is_stamp(value):
-        i = next(places)
-        return lambda parts: parts[i]
-    return _make_builder(getattr(value, name), places)
+        each: list[Build | None] = [itemgetter(next(places)) for _ in names]
+    else:
+        each = [_make_builder(part, places) for part in fixed]
+    return _build_sequence(fixed, each, type(value))
+
+
+def _build_array(first: int, *others: int) -> Build:
+    """Return the function that builds an array of consecutive numbers."""
+    end = first + len(others) + 1
+    return lambda parts: np.array(parts[first:end])
+
+
+def _build_sequence(
+    fixed: Sequence[Any], each: Sequence[Build | None], kind: Callable[..., Any] | None
+) -> Build | None:
+    """Return the function that builds a list, or a message of a kind; None if all is fixed."""
+    changing = [(i, build) for i, build in enumerate(each) if build is not None]
+    if not changing:
+        return None
+
+    def build_all(parts: Sequence[Any]) -> Any:
+        items = list(fixed)
+        for i, build in changing:
+            items[i] = build(parts)
+        return kind(*items) if kind else items
+
+    return build_all
 
 
 def _list_field_names(value: Any) -> list[str]:
