@@ -85,7 +85,11 @@ def main():
         )
     experiment = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(dt=0.002)
     run = experiment.run(duration=0.002 * INSTANTS, hold=True)
-    words = list(generate_messages(run, experiment, 0))
+    store = message_types.load_typestore()
+    words = [
+        (topic, kind, time, store.deserialize_cdr(data, kind))
+        for topic, kind, time, data in generate_messages(run, experiment, 0)
+    ]
     with tempfile.TemporaryDirectory() as folder:
         file, turns = Path(folder) / "run.mcap", iter(range(TURNS))
         write = least(lambda: rs.logs.write_bag(run, file))

@@ -14,12 +14,14 @@ from robsim.base.errors import FileError, RobSimError, prefix_errors
 from robsim.base.file_content import check_regular_file
 from robsim.logs import decompression, message_types
 from robsim.logs.mcap_checksums import McapChunk, verify_mcap
+from robsim.logs.message_layout import MessageLayout
 from robsim.run.log import NANO
 
 Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages of a bag
 MOST_PADDING = 8  # bytes after a message
+LAID_OUT = (message_types.JOINTS, message_types.DETECTIONS, message_types.LENS)  # mostly alike
 
 
 class RecordedMessage(NamedTuple):
@@ -90,6 +92,7 @@ class Bag:
 
     def messages(self, *topics: str) -> Iterator[tuple[str, RecordedMessage]]:
         """Yield (topic, message) for the messages of some topics, in the order of recording."""
+        layouts: dict[str, MessageLayout] = {}  # of the last message of each topic
         for reader in self._readers:
             with self._convert_errors():
                 connections = [each for each in reader.connections if each.topic in topics]
@@ -101,13 +104,25 @@ class Bag:
                 for connection, logged, data in reader.messages(connections) if connections else ():
                     with self._convert_errors(connection.topic):
                         payload = decompression.decompress_message(data)
-                        message = self._deserialize(payload, connection.msgtype)
+                        message = self._deserialize(payload, connection, layouts)
                         timed = RecordedMessage(
                             int(logged), message_types.header_time(message), message
                         )
                     yield connection.topic, timed
 
-    def _deserialize(self, payload: bytes, kind: str) -> message_types.Message:
+    def _deserialize(
+        self, payload: bytes, connection: Any, layouts: dict[str, MessageLayout]
+    ) -> message_types.Message:
+        """Return a message in CDR; one with the layout of the last one of its topic is faster."""
+        topic, kind = connection.topic, connection.msgtype
+        message = layouts[topic].parse(payload) if topic in layouts else None
+        if message is None:
+            message = self._deserialize_padded(payload, kind)
+            if kind in LAID_OUT:
+                layouts[topic] = MessageLayout(kind, message)
+        return message
+
+    def _deserialize_padded(self, payload: bytes, kind: str) -> message_types.Message:
         """Return a message in CDR, without the bytes that ROS 2 may append after an empty list."""
         for cut in range(0, MOST_PADDING + 1, 4):
             try:

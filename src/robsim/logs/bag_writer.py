@@ -85,7 +85,7 @@ def write_bag(
     target = Path(path)
     with convert_os_errors(path), BagDraft(target, storage) as draft:
         for each in generate_messages(single_run, source, round(first * NANO)):
-            draft.topics.write_message(*each)
+            draft.topics.write(*each)
     return target
 
 

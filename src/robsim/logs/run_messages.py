@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.logs import message_types, topics
 from robsim.logs.command_messages import NONE, make_header, make_joint_state
+from robsim.logs.message_layout import MessageLayout
 from robsim.logs.message_types import Message, make_message
 from robsim.logs.scene_messages import (
     compute_frame_poses,
@@ -20,21 +20,32 @@ from robsim.logs.scene_messages import (
     make_transforms,
 )
 from robsim.run.experiment import Experiment
-from robsim.run.log import NANO
+from robsim.run.log import NANO, Times
+from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
+BLOCK = 4096  # instants that are serialised at once
+BOX = 5  # numbers of a box: column, row, angle and size
 _make_header = partial(make_header, make_message)
 
 
 class TopicMessage(NamedTuple):
-    """A message with its topic, type and time."""
+    """A message in CDR, with its topic, type and time."""
 
     topic: str
     kind: str
     time: int  # nanoseconds
-    message: Message
+    data: bytes
+
+
+class _TopicMessages(NamedTuple):
+    """The messages (T,) of a topic in CDR, one for each instant."""
+
+    topic: str
+    kind: str
+    data: list[bytes]
 
 
 class _RunArrays(NamedTuple):
@@ -78,54 +89,88 @@ def generate_messages(
     scene, arrays = experiment.scene, _read_run_arrays(run)
     times = start + np.round(run["time"].values * NANO).astype(np.int64)
     poses = compute_frame_poses(scene, arrays.q)
-    moving = [name for name, T in poses.items() if (T[:1] != T).any()]
-    infos = {
-        camera: make_camera_info(
-            make_message, scene.camera(camera).camera, _make_header(start, camera)
-        )
-        for camera in arrays.marks
-    }
-    origin = experiment.origin
+    moving = {name: T for name, T in poses.items() if (T[:1] != T).any()}
+    standing = {name: T[0] for name, T in poses.items() if name not in moving}
+    yield from _first_messages(experiment, standing, start)
+    for i in range(0, len(times), BLOCK):
+        some = slice(i, i + BLOCK)
+        topic_messages = [
+            *_joint_messages(arrays, some, times[some]),
+            _frame_messages({name: T[some] for name, T in moving.items()}, times[some]),
+        ]
+        for camera in arrays.marks:
+            topic_messages.append(_lens_messages(scene, camera, times[some]))
+            topic_messages.append(_detection_messages(arrays, camera, some, times[some]))
+        for k, time in enumerate(times[some].tolist()):
+            for topic, kind, data in topic_messages:
+                yield TopicMessage(topic, kind, time, data[k])
+
+
+def _first_messages(
+    experiment: Experiment, standing: Mapping[str, Array], start: int
+) -> Iterator[TopicMessage]:
+    """Yield the experiment, and the poses of the frames that do not move."""
+    origin, store = experiment.origin, message_types.load_typestore()
     for text in (origin["scenario"], origin.get("stored_data")):
         if text:
-            message = make_message(message_types.TEXT, data=text)
-            yield TopicMessage(topics.EXPERIMENT, message_types.TEXT, start, message)
-    standing = {name: poses[name][0] for name in poses if name not in moving}
+            kind = message_types.TEXT
+            data = bytes(store.serialize_cdr(make_message(kind, data=text), kind))
+            yield TopicMessage(topics.EXPERIMENT, kind, start, data)
     still = make_transforms(make_message, standing, start)
-    yield TopicMessage(topics.STATIC_FRAMES, message_types.FRAMES, start, still)
-    for i, time in enumerate(times.tolist()):
-        yield from _joint_messages(arrays, i, time)
-        moving_poses = {name: poses[name][i] for name in moving}
-        yield TopicMessage(
-            topics.FRAMES,
-            message_types.FRAMES,
-            time,
-            make_transforms(make_message, moving_poses, time),
-        )
-        for camera, first in infos.items():
-            info = replace(first, header=_make_header(time, camera))
-            yield TopicMessage(
-                topics.camera_topic(camera, "camera_info"), message_types.LENS, time, info
-            )
-            seen = _detections_message(arrays, camera, i, time)
-            yield TopicMessage(
-                topics.camera_topic(camera, "detections"), message_types.DETECTIONS, time, seen
-            )
+    data = bytes(store.serialize_cdr(still, message_types.FRAMES))
+    yield TopicMessage(topics.STATIC_FRAMES, message_types.FRAMES, start, data)
 
 
-def _joint_messages(arrays: _RunArrays, i: int, time: int) -> Iterator[TopicMessage]:
-    """Yield the messages of coordinates and commanded velocities or efforts at an instant."""
-    state = make_joint_state(make_message, time, arrays.coordinates, arrays.q[i], arrays.rates[i])
-    yield TopicMessage(topics.JOINTS, message_types.JOINTS, time, state)
-    names, qd = arrays.velocities, arrays.qd[i]
-    velocity, effort = (NONE, qd) if arrays.commands_torques else (qd, NONE)
-    command = make_joint_state(make_message, time, names, NONE, velocity, effort)
-    yield TopicMessage(topics.COMMANDS, message_types.JOINTS, time, command)
+def _joint_messages(arrays: _RunArrays, some: slice, times: Times) -> Iterator[_TopicMessages]:
+    """Yield the messages of coordinates and of commanded velocities or efforts."""
+    q, rates, qd = arrays.q[some], arrays.rates[some], arrays.qd[some]
+    state = make_joint_state(make_message, 0, arrays.coordinates, q[0], rates[0])
+    yield _serialize_topic(topics.JOINTS, message_types.JOINTS, state, times, np.hstack([q, rates]))
+    velocity, effort = (NONE, qd[0]) if arrays.commands_torques else (qd[0], NONE)
+    command = make_joint_state(make_message, 0, arrays.velocities, NONE, velocity, effort)
+    yield _serialize_topic(topics.COMMANDS, message_types.JOINTS, command, times, qd)
 
 
-def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Message:
-    """Return the Detection2DArray of the marks that a camera sees at an instant."""
-    pixels = arrays.pixels[i, [mark for mark, _ in arrays.marks[camera]]]
-    seen = np.flatnonzero(np.isfinite(pixels).all(axis=1))
-    ids = [arrays.marks[camera][i][1] for i in seen]
-    return make_detections(make_message, _make_header(time, camera), ids, pixels[seen])
+def _frame_messages(poses: Mapping[str, Array], times: Times) -> _TopicMessages:
+    """Return the messages of the poses (T, 7) of frames."""
+    first = make_transforms(make_message, {name: T[0] for name, T in poses.items()}, 0)
+    values = np.hstack([np.empty((len(times), 0)), *poses.values()])
+    return _serialize_topic(topics.FRAMES, message_types.FRAMES, first, times, values)
+
+
+def _lens_messages(scene: Scene, camera: str, times: Times) -> _TopicMessages:
+    """Return the messages of the intrinsics of a camera."""
+    lens, kind = scene.camera(camera).camera, message_types.LENS
+    info = make_camera_info(make_message, lens, _make_header(0, camera))
+    numbers = np.concatenate([info.d, info.k, info.r, info.p])
+    topic = topics.camera_topic(camera, "camera_info")
+    return _serialize_topic(topic, kind, info, times, np.tile(numbers, (len(times), 1)))
+
+
+def _detection_messages(
+    arrays: _RunArrays, camera: str, some: slice, times: Times
+) -> _TopicMessages:
+    """Return the messages of the marks that a camera sees; those of the same marks at once."""
+    pixels = arrays.pixels[some][:, [mark for mark, _ in arrays.marks[camera]]]
+    names = np.array([name for _, name in arrays.marks[camera]], dtype=object)
+    patterns, rows = np.unique(np.isfinite(pixels).all(axis=2), axis=0, return_inverse=True)
+    topic, kind = topics.camera_topic(camera, "detections"), message_types.DETECTIONS
+    found: list[bytes] = [b""] * len(times)
+    for k, seen in enumerate(patterns):
+        alike = np.flatnonzero(rows == k)
+        marks = pixels[alike][:, seen]
+        ids, header = names[seen].tolist(), _make_header(0, camera)
+        first = make_detections(make_message, header, ids, marks[0])
+        boxes = np.zeros((*marks.shape[:2], BOX))
+        boxes[:, :, :2] = marks
+        some_messages = _serialize_topic(topic, kind, first, times[alike], boxes)
+        for i, data in zip(alike.tolist(), some_messages.data, strict=True):
+            found[i] = data
+    return _TopicMessages(topic, kind, found)
+
+
+def _serialize_topic(
+    topic: str, kind: str, example: Message, times: Times, numbers: Array
+) -> _TopicMessages:
+    """Return messages of a topic that differ from an example in their times and numbers."""
+    return _TopicMessages(topic, kind, MessageLayout(kind, example).serialize(times, numbers))

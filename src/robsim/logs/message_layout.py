@@ -1,0 +1,156 @@
+"""The places of times and numbers in messages that differ in nothing else."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
+from itertools import count
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.logs import message_types
+from robsim.run.log import NANO, Times
+
+_ONES = 0x01010101  # no byte of this number is zero
+_OTHER = float(np.full(8, 1, np.uint8).view(np.float64)[0])  # nor of this one
+_STAMP = "builtin_interfaces/msg/Time"
+Build = Callable[[Sequence[Any]], Any]  # of the parts of a message
+
+
+class MessageLayout:
+    """The layout of messages in CDR that differ from an example in stamps and numbers only.
+
+    The example is serialised by rosbags with other stamps, and with other float64 numbers: where
+    its bytes differ, a stamp or a number is stored.
+
+    Parameters
+    ----------
+    kind : str
+        Type of the messages.
+    example : object
+        Message of rosbags with the strings and the lengths of all messages.
+    """
+
+    def __init__(self, kind: str, example: message_types.Message) -> None:
+        self.kind, self._plain = kind, _serialize(kind, _fill(example, 0, 0.0))
+        self._stamps = np.flatnonzero(_serialize(kind, _fill(example, _ONES, 0.0)) != self._plain)
+        numbers = _serialize(kind, _fill(example, 0, _OTHER)) != self._plain
+        self._numbers = np.flatnonzero(numbers)
+        self._parts, self._fixed = self._find_parts()
+        places = iter(i for i in count() if i not in self._fixed)
+        self._example, self._build = example, _make_builder(example, places)
+
+    def serialize(self, times: Times, numbers: Array) -> list[bytes]:
+        """Return the messages of times (T,) in nanoseconds and of all their numbers (T, N)."""
+        rows = np.tile(self._plain, (len(times), 1))
+        stamps = np.stack([times // NANO, times % NANO], axis=1).astype("<u4").view(np.uint8)
+        rows[:, self._stamps] = np.tile(stamps, (1, len(self._stamps) // 8))
+        doubles = np.ascontiguousarray(numbers, dtype="<f8").reshape(len(times), -1)
+        rows[:, self._numbers] = doubles.view(np.uint8)
+        return [row.tobytes() for row in rows]
+
+    def parse(self, data: bytes) -> message_types.Message | None:
+        """Return the message, or None if it differs from the example in other parts."""
+        if len(data) != self._parts.size:
+            return None
+        parts = self._parts.unpack(data)
+        if any(parts[i] != fixed for i, fixed in self._fixed.items()):
+            return None
+        return self._build(parts) if self._build else self._example
+
+    def _find_parts(self) -> tuple[struct.Struct, dict[int, bytes]]:
+        """Return the parts of a message, and those that all messages have in common."""
+        kinds = np.zeros(len(self._plain), np.int8)
+        kinds[self._stamps], kinds[self._numbers] = 1, 2
+        text, fixed, at, number = "<", dict[int, bytes](), 0, 0
+        while at < len(kinds):
+            if kinds[at]:
+                text, size, width = (text + "iI", 8, 2) if kinds[at] == 1 else (text + "d", 8, 1)
+            else:
+                size, width = int(np.argmax(np.append(kinds[at:], 1) != 0)), 1
+                text += f"{size}s"
+                fixed[number] = self._plain[at : at + size].tobytes()
+            at, number = at + size, number + width
+        return struct.Struct(text), fixed
+
+
+def _serialize(kind: str, message: message_types.Message) -> NDArray[np.uint8]:
+    """Return the bytes of a message in CDR, little-endian."""
+    store = message_types.load_typestore()
+    return np.frombuffer(store.serialize_cdr(message, kind, little_endian=True), np.uint8)
+
+
+def _fill(value: Any, stamp: int, number: float) -> Any:
+    """Return a part of a message with all seconds and nanoseconds, and all numbers, replaced."""
+    if isinstance(value, float):
+        return number
+    if isinstance(value, np.ndarray) and value.dtype == np.float64:
+        return np.full_like(value, number)
+    if isinstance(value, list):
+        return [_fill(each, stamp, number) for each in value]
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    if _is_stamp(value):
+        return replace(value, sec=stamp, nanosec=stamp)
+    return replace(
+        value, **{k: _fill(getattr(value, k), stamp, number) for k in _list_field_names(value)}
+    )
+
+
+def _make_builder(value: Any, places: Iterator[int]) -> Build | None:
+    """Return the function that builds a part of a message like `value` from the parts at places.
+
+    The result is None for a part that all messages share.
+    """
+    if isinstance(value, float):
+        return itemgetter(next(places))
+    if isinstance(value, np.ndarray) and value.dtype == np.float64 and len(value):
+        return _build_array(*[next(places) for _ in value])
+    if isinstance(value, list):
+        return _build_sequence(value, [_make_builder(item, places) for item in value], None)
+    if not is_dataclass(value) or isinstance(value, type):
+        return None
+    names = _list_field_names(value)
+    fixed = [getattr(value, name) for name in names]
+    if _is_stamp(value):
+        each: list[Build | None] = [itemgetter(next(places)) for _ in names]
+    else:
+        each = [_make_builder(part, places) for part in fixed]
+    return _build_sequence(fixed, each, type(value))
+
+
+def _build_array(first: int, *others: int) -> Build:
+    """Return the function that builds an array of consecutive numbers."""
+    end = first + len(others) + 1
+    return lambda parts: np.array(parts[first:end])
+
+
+def _build_sequence(
+    fixed: Sequence[Any], each: Sequence[Build | None], kind: Callable[..., Any] | None
+) -> Build | None:
+    """Return the function that builds a list, or a message of a kind; None if all is fixed."""
+    changing = [(i, build) for i, build in enumerate(each) if build is not None]
+    if not changing:
+        return None
+
+    def build_all(parts: Sequence[Any]) -> Any:
+        items = list(fixed)
+        for i, build in changing:
+            items[i] = build(parts)
+        return kind(*items) if kind else items
+
+    return build_all
+
+
+def _list_field_names(value: Any) -> list[str]:
+    """Return the names of the fields of a message, without the name of its type."""
+    return [field.name for field in fields(value) if field.name != "__msgtype__"]
+
+
+def _is_stamp(value: Any) -> bool:
+    return str(getattr(value, "__msgtype__", "")) == _STAMP
