@@ -39,7 +39,7 @@ print(json.dumps([sorted(names), bits.hex()]))
 def simulated(folder, limit=None):
     """The names of the kernels that a short simulation loads, and its bits, with a cache folder."""
     done = subprocess.run(
-        [sys.executable, "-c", SIMULATE],
+        [sys.executable, "-B", "-c", SIMULATE],  # -B: else byte code would be cut
         capture_output=True,
         text=True,
         check=False,
