@@ -93,8 +93,9 @@ def run(code, room):
             resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     arguments = [] if isinstance(code, str) else code
-    return subprocess.run([sys.executable, "-B", "-c", lines + catch, *arguments],  # -B: see
-                          capture_output=True, text=True,  # tests/attack/cache_files.py preexec_fn=limit, timeout=PATIENCE, check=False)  # fmt: skip
+    command = [sys.executable, "-B", "-c", lines + catch, *arguments]  # byte code would be cut
+    return subprocess.run(command, capture_output=True, text=True, preexec_fn=limit,
+                          timeout=PATIENCE, check=False)  # fmt: skip
 
 
 def mount(room):
