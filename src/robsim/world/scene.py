@@ -52,8 +52,8 @@ class View(NamedTuple):
 
 
 GREY = Number(least=0, most=255)
-# cached properties that stay the same in a revised scene
 LAST_CONTROLLER = "_last_controller"  # attribute that holds the last controller of a servo task
+# cached properties that stay the same in a revised scene
 KEPT_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
     *("nq", "nv", "prescribed"),
