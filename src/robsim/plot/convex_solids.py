@@ -24,7 +24,7 @@ def find_convex_solids(solids: Sequence[Sequence[Array]]) -> list[bool]:
 
 
 def measure_tolerance(faces: Sequence[Array]) -> float:
-    """Return the distance up to which a corner of the scene is in a plane."""
+    """Return the largest distance of a corner in a plane from it."""
     return CLOSE * (float(np.ptp(np.concatenate(faces), axis=0).max()) if faces else 1.0)
 
 

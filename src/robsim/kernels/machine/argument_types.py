@@ -133,8 +133,8 @@ class ArgumentTypes:
     def wrapper(self, results: Sequence[str]) -> str:
         """Return the code of a function that calls the kernel `body`.
 
-        The pointers `words` and `numbers` have the same address, at which the function finds the
-        values of the leaves and writes the results. It returns a status: 1 without a call if an
+        The pointers `words` and `numbers` have the same address. The function reads the values of
+        the leaves there and writes the results. It returns a status: 1 without a call if an
         argument does not fit, and 2 otherwise. The status is 0 after a failure.
         """
         lines = ["def wrapper(types, words, numbers):"]

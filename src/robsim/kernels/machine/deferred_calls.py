@@ -1,4 +1,4 @@
-"""Calls of linked stages, whose code is found when a kernel first calls them.
+"""Calls of linked stages. Their code is found when a kernel first calls them.
 
 Few runs need the code of singular values or of distorted pixels, and a kernel with a call of it
 does not load or compile it. The kernel calls a small function in place of the stage. As long as the

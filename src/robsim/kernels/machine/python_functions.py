@@ -1,4 +1,4 @@
-"""Functions of Python whose code is machine code, so a call runs no code in Python.
+"""Functions of Python that are machine code, so a call runs no code in Python.
 
 Python passes the addresses of the arguments to such a function (METH_FASTCALL in the stable part of
 Python's C interface). All these functions share one code, `call_entry`. It turns numbers into
@@ -110,7 +110,7 @@ def make_call_entry() -> Callable[..., Any]:
     head = OBJECT_HEAD  # a part of the key in the cache, as all variables from outside
 
     def call_entry(this, arguments, count):
-        """Call the C function whose record is the array at the address `this`."""
+        """Call the C function of the record at the address `this`."""
         record, given = _words_at(_word_at(this + head)), _words_at(arguments)
         python, memory = _words_at(record[_PYTHON]), _reserve_words()
         words, numbers = _words_at(memory), _numbers_at(memory)
@@ -149,7 +149,7 @@ _python = np.array(
     + [id(None)],
     dtype=np.int64,
 )
-_kept: list[Any] = []  # what the functions refer to by an address
+_kept: list[Any] = []  # objects at the addresses that the functions hold
 
 
 def build_function(

@@ -51,7 +51,7 @@ def arrange_faces(
     body : array of int, shape (F,)
         Solid of each face.
     near : float
-        Distance up to which a corner is in a plane.
+        Largest distance of a corner in a plane from it.
     rank : array of int, shape (bodies,)
         Places of the convex solids in the order of depth; -1 for other solids.
     pieces : array of int, shape (3, room)

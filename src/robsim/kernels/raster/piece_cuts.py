@@ -1,4 +1,4 @@
-"""The sides of planes on which pieces of faces are, and cuts of pieces at planes."""
+"""Sides of planes for pieces of faces, and cuts of pieces at planes."""
 
 from typing import Any, NamedTuple
 

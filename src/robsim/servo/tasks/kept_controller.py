@@ -1,4 +1,4 @@
-"""The last controller in a scene, whose parts later tasks use again."""
+"""The last controller in a scene. Later tasks use its parts again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.world.scene import LAST_CONTROLLER, Scene
 if TYPE_CHECKING:
     from robsim.servo.servo_controller import ServoController
 
-# fields of servo tasks on which the bound features do not depend
+# fields of servo tasks that do not change the bound features
 OTHER_FIELDS = frozenset(
     (
         *("tolerance", "gain", "law", "inverse", "feed_forward"),
