@@ -70,7 +70,7 @@ def test_rows_of_another_shape_are_refused_in_every_call_of_a_shipped_program(ca
         if hasattr(scenario.task, "bind"):
             assert scenario.loop().sequence.program.calls
         else:
-            scenario.run()
+            scenario.run(duration=2 * scenario.dt)
     assert len(calls) > 300 and count_refusals(calls) > 2500
 
 
