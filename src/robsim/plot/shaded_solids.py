@@ -52,15 +52,16 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         self._pool = PolygonPool()
         dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
-        corners = _pad_faces([wire.faces[i] for wire, i in faces])
-        super().__init__(corners, linewidths=0.6, zorder=SHADED)
+        super().__init__([], linewidths=0.6, zorder=SHADED)
         self.move(wires)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
         """Move the faces to new poses of the same solids, and shade them for these poses."""
+        faces = [face for wire in wires for face in wire.faces]
+        self.set_verts(_pad_faces(faces))
+        self.set_facecolor(shade_faces(self._pale, faces))
         self._order = FaceOrder([wire.faces for wire in wires], self._order)
         self._viewer = np.zeros(4)
-        self.set_facecolor(shade_faces(self._pale, [face for each in wires for face in each.faces]))
 
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
