@@ -103,7 +103,8 @@ def explain_failure(views: CalibrationViews, also: tuple[str, ...], noise: float
 
 def _judge_trials(trials: list[CauseFit], count: int, noise: float | None) -> Iterator[MisfitTrial]:
     """Yield trials with their criterion, and whether the likeliest of them explain the misfit."""
-    criteria = [_information_criterion(trial, count, noise) for trial in trials]
+    # rounded: causes with the same effect stay in their order, on every processor
+    criteria = [round(_information_criterion(trial, count, noise), 6) for trial in trials]
     for place, i in enumerate(np.argsort(criteria, kind="stable").tolist()):
         explains = place < LIKELY and not assess_fit(trials[i].fit, noise).misfit
         yield MisfitTrial(trials[i].cause, trials[i].fit, criteria[i], explains)
@@ -250,7 +251,7 @@ def _select_finalists(faults: Iterable[ViewFault]) -> list[tuple[ViewFault, Cali
         error = _closed_form_error(fault.views, model)
         if math.isfinite(error):
             ranked.append((error, fault, model))
-    ranked.sort(key=lambda each: each[0])
+    ranked.sort(key=lambda each: float(f"{each[0]:.8g}"))  # as equal criteria
     return [(fault, model) for _, fault, model in ranked[:FINALISTS]]
 
 
