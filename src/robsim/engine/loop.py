@@ -54,7 +54,7 @@ class Loop:
     first_run: int = 0
     numbers: NDArray[np.int64] | None = None  # numbers of the runs, which determine their noise
     record: Record = "summary"
-    single: bool = False  # whether the start is one vector, not a batch of one
+    single: bool = False  # whether the start is a vector, not a batch with one row
     limited: bool = True  # whether joint limits end a run
     endings: tuple[Ending, ...] = ()
     guard: SafetyGuard | None = None

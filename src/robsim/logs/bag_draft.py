@@ -63,7 +63,7 @@ class TopicWriter:
 
     def write_message(self, topic: str, kind: str, time: int, message: Any) -> None:
         """Write a message of rosbags, with its time in ns."""
-        self.write(topic, kind, time, self._store.serialize_cdr(message, kind))
+        self.write(topic, kind, time, message_types.serialize_message(kind, message))
 
 
 class BagDraft:

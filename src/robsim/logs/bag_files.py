@@ -113,7 +113,7 @@ class Bag:
     def _deserialize(
         self, payload: bytes, connection: Any, layouts: dict[str, MessageLayout]
     ) -> message_types.Message:
-        """Return a message in CDR; one with the layout of the last one of its topic is faster."""
+        """Return the message of a payload, fast if the last message of the topic has its layout."""
         topic, kind = connection.topic, connection.msgtype
         message = layouts[topic].parse(payload) if topic in layouts else None
         if message is None:

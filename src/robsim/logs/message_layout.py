@@ -80,9 +80,8 @@ class MessageLayout:
 
 
 def _serialize(kind: str, message: message_types.Message) -> NDArray[np.uint8]:
-    """Return the bytes of a message in CDR, little-endian."""
-    store = message_types.load_typestore()
-    return np.frombuffer(store.serialize_cdr(message, kind, little_endian=True), np.uint8)
+    """Return the bytes of a message in CDR."""
+    return np.frombuffer(message_types.serialize_message(kind, message), np.uint8)
 
 
 def _fill(value: Any, stamp: int, number: float) -> Any:
@@ -139,6 +138,7 @@ def _build_sequence(
         return None
 
     def build_all(parts: Sequence[Any]) -> Any:
+        """Return the list or message with the changing items from the parts."""
         items = list(fixed)
         for i, build in changing:
             items[i] = build(parts)

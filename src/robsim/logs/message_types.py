@@ -72,6 +72,11 @@ def make_message(kind: str, **fields: Any) -> Message:
     return load_typestore().types[kind](**fields)
 
 
+def serialize_message(kind: str, message: Message) -> bytes:
+    """Return a message in CDR, little-endian."""
+    return bytes(load_typestore().serialize_cdr(message, kind, little_endian=True))
+
+
 def header_time(message: object) -> int | None:
     """Return the time in nanoseconds in the header of a message, or None without a header.
 

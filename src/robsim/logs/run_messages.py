@@ -110,14 +110,14 @@ def _first_messages(
     experiment: Experiment, standing: Mapping[str, Array], start: int
 ) -> Iterator[TopicMessage]:
     """Yield the experiment, and the poses of the frames that do not move."""
-    origin, store = experiment.origin, message_types.load_typestore()
+    origin = experiment.origin
     for text in (origin["scenario"], origin.get("stored_data")):
         if text:
             kind = message_types.TEXT
-            data = bytes(store.serialize_cdr(make_message(kind, data=text), kind))
+            data = message_types.serialize_message(kind, make_message(kind, data=text))
             yield TopicMessage(topics.EXPERIMENT, kind, start, data)
     still = make_transforms(make_message, standing, start)
-    data = bytes(store.serialize_cdr(still, message_types.FRAMES))
+    data = message_types.serialize_message(message_types.FRAMES, still)
     yield TopicMessage(topics.STATIC_FRAMES, message_types.FRAMES, start, data)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.plot.polygons import list_following
 
 MOST_FACES = 480  # of a solid that is tested
 CLOSE = 1e-7  # distance of a corner in a plane, as a share of the size of the scene
@@ -37,10 +38,15 @@ def _is_convex(solid: Sequence[Array], near: float) -> bool:
     offsets = (np.array([face[0] for face in solid]) * normals).sum(axis=1)
     if (np.concatenate(solid) @ normals.T - offsets).max() > near:
         return False
-    corners = [[corner.tobytes() for corner in face] for face in solid]
-    sides = [side for each in corners for side in zip(each, each[1:] + each[:1], strict=True)]
+    sides = list_sides(solid)
     known = set(sides)
     return len(known) == len(sides) and all((other, one) in known for one, other in sides)
+
+
+def list_sides(faces: Sequence[Array]) -> list[tuple[bytes, bytes]]:
+    """Return the bytes of both ends of each side, face by face."""
+    corners = [[corner.tobytes() for corner in face] for face in faces]
+    return [side for each in corners for side in zip(each, each[1:] + each[:1], strict=True)]
 
 
 def compute_area_vectors(faces: Sequence[Array]) -> Array:
@@ -50,8 +56,6 @@ def compute_area_vectors(faces: Sequence[Array]) -> Array:
     counts = np.array([len(face) for face in faces])
     starts = np.cumsum(counts) - counts
     points = np.concatenate(faces)
-    following = np.arange(1, len(points) + 1)
-    following[starts + counts - 1] = starts
     first = np.repeat(points[starts], counts, axis=0)
-    pieces = np.cross(points - first, points[following] - first)
+    pieces = np.cross(points - first, points[list_following(starts, counts)] - first)
     return np.asarray(np.add.reduceat(pieces, starts, axis=0))

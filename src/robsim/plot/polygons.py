@@ -19,6 +19,13 @@ def expand_ranges(starts: Indices, counts: Indices) -> Indices:
     return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + counts, counts)
 
 
+def list_following(starts: Indices, counts: Indices) -> Indices:
+    """Return the index of the next corner of its polygon, for each corner of all polygons."""
+    following = np.arange(1, int(counts.sum()) + 1)
+    following[starts + counts - 1] = starts
+    return following
+
+
 class PolygonPool:
     """Closed polygons as paths of Matplotlib, which are used again for other corners."""
 

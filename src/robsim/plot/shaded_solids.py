@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.face_order import FaceOrder, PaintedFaces, find_viewer
-from robsim.plot.polygons import Indices, PolygonPool, expand_ranges
+from robsim.plot.polygons import Indices, PolygonPool, expand_ranges, list_following
 from robsim.plot.solid_shadows import ShadowOutlines
 from robsim.plot.wireframe import WireSolid
 
@@ -85,8 +85,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         whole = bordered & np.logical_and.reduceat(painted.is_side, starts)
         part = np.repeat(np.arange(len(starts)), painted.counts)  # of each corner
         side = np.flatnonzero(painted.is_side & (bordered & ~whole)[part])
-        following = np.arange(1, len(part) + 1)
-        following[ends - 1] = starts
+        following = list_following(starts, painted.counts)
         owner = np.concatenate([np.arange(len(starts)), part[side]])
         is_line = np.arange(len(owner)) >= len(starts)
         order = np.argsort(2 * painted.groups[owner] + is_line, kind="stable")
@@ -194,6 +193,7 @@ def _add_shadow_collection(
     shadows = ShadowOutlines(solids)
 
     def outlines(now: Sequence[WireSolid]) -> Array:
+        """Return the outlines (N, n, 3) on the ground."""
         return _project_to_ground(_pad_faces(shadows.compute(now)), ground)
 
     collection = Poly3DCollection(outlines(solids), **look)

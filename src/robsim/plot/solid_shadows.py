@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids
+from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids, list_sides
 from robsim.plot.wireframe import WireSolid
 
 
@@ -52,13 +52,9 @@ class ShadowOutlines:
 
 def _find_opposite_sides(solids: Sequence[Sequence[Array]]) -> NDArray[np.int64]:
     """Return the index of the same side of the other face, for the side after each corner."""
-    opposite, first = [], 0
+    opposite: list[int] = []
     for solid in solids:
-        found: dict[tuple[bytes, bytes], int] = {}
-        for face in solid:
-            corners = [corner.tobytes() for corner in face]
-            for side in zip(corners, corners[1:] + corners[:1], strict=True):
-                found[side] = first + len(found)
+        first = len(opposite)
+        found = {side: first + i for i, side in enumerate(list_sides(solid))}
         opposite += [found[other, one] for one, other in found]
-        first += len(found)
     return np.array(opposite, dtype=np.int64)

@@ -47,7 +47,7 @@ class SimulationVariables:
         return self._assemble(self.makers, self.coordinates)
 
     def single_dataset(self, name: str) -> xr.Dataset | None:
-        """Return the Dataset of one variable and its coordinates; None if there is none."""
+        """Return the Dataset of a variable and its coordinates, or None without such a variable."""
         if name not in self.makers:
             return None
         dims = set(self._get_variable(name).dims)

@@ -343,7 +343,7 @@ def _fit_corners(flat, width, height, cell, lines, square):
 
 @routine
 def _fit_side(flat, width, height, a, b, bow, w, gap, spacing, lines, out):
-    """Compute the fit of the edge from a to b; return whether there is one.
+    """Compute the fit of the edge from a to b; return whether the fit has a result.
 
     `out` are the outward offsets of both ends of a straight edge, the bow, the square of the
     bow relative to its variance, the deviation of the blur, and the projection of a bow on both

@@ -21,7 +21,7 @@ OBJECT_HEAD = object.__basicsize__  # bytes before NumPy's fields; the last 8 po
 
 
 def describe_array_types() -> Any:
-    """Return the numbers by which machine code knows arrays.
+    """Return the numbers that describe arrays to machine code.
 
     They are the size of the head of an object, and the addresses of the type of arrays and of the
     element types.

@@ -67,17 +67,3 @@ def load_word(typing: Any, address: Any) -> Any:
         return builder.load(builder.inttoptr(args[0], number.as_pointer()))
 
     return types.int64(address), emit
-
-
-@intrinsic
-def store_number(typing: Any, address: Any, i: Any, value: Any) -> Any:
-    """Write a number as float64 to address[i]."""
-
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        first = builder.inttoptr(args[0], context.get_value_type(types.float64).as_pointer())
-        index = context.cast(builder, args[1], sig.args[1], types.int64)
-        number = context.cast(builder, args[2], sig.args[2], types.float64)
-        builder.store(number, builder.gep(first, [index]))
-        return context.get_dummy_value()
-
-    return types.void(address, i, value), emit
