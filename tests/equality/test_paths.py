@@ -17,9 +17,10 @@ from robsim.run.experiment_paths import (
 
 FEW = {"adaptive_gain": 9, "calibration_errors": 11, "car": 17, "wrong_dh": 23}  # every so many
 NAMES = sorted(examples.names())
+PARTS = 3  # of the values of a number; an experiment tries one part, the next one another
 EACH = [
-    *[pytest.param(name, every, id=f"some of {name}") for name, every in FEW.items()],
-    *[pytest.param(name, 1, id=name, marks=pytest.mark.full) for name in NAMES],
+    *[pytest.param(name, every, None, id=f"some of {name}") for name, every in FEW.items()],
+    *[pytest.param(name, 1, i, id=name, marks=pytest.mark.full) for i, name in enumerate(NAMES)],
 ]
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
@@ -29,10 +30,13 @@ DERIVED = "follows.length"  # a file without `at` derives this number, too
 
 
 def controls(experiment):
-    """The controls of numbers, with their paths."""
+    """The controls of numbers, with their paths: of bodies and links that are alike, the first."""
+    kinds = {}
     for each in experiment.controls():
         if each.form in ("number", "whole", "numbers"):
-            yield each
+            names = each.path.split(".")
+            kinds.setdefault((names[0], len(names), names[-1]), each)
+    return list(kinds.values())
 
 
 def in_file(name, changes):
@@ -59,15 +63,20 @@ def list_other_values(control):
     return [(value * 1.01).tolist(), (value + 1e-3).tolist(), (value - 1e-3).tolist()]
 
 
+def take_part(values, i, part):
+    """Return the values that an experiment tries for its number i; all of them without a part."""
+    return values if part is None else values[(i + part) % PARTS :: PARTS]
+
+
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
-@pytest.mark.parametrize(("name", "every"), EACH)
-def test_a_number_changed_by_its_path_agrees_with_the_file(name, every):
+@pytest.mark.parametrize(("name", "every", "part"), EACH)
+def test_a_number_changed_by_its_path_agrees_with_the_file(name, every, part):
     experiment = rs.load_scenario(examples.path(name))
     compared = 0
-    for control in list(controls(experiment))[::every]:
+    for i, control in enumerate(controls(experiment)[::every]):
         if control.path.endswith(DERIVED) or (name == "wrong_dh" and AGREED in control.path):
             continue
-        for value in list_other_values(control):
+        for value in take_part(list_other_values(control), i, part):
             changes = control.changes(value)
             made, said = by_path(experiment, changes), in_file(name, changes)
             assert (made is None) == (said is None), (control.path, value)
@@ -80,13 +89,13 @@ def test_a_number_changed_by_its_path_agrees_with_the_file(name, every):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
-@pytest.mark.parametrize(("name", "every"), EACH)
-def test_a_value_that_a_file_refuses_is_refused_by_a_path(name, every):
+@pytest.mark.parametrize(("name", "every", "part"), EACH)
+def test_a_value_that_a_file_refuses_is_refused_by_a_path(name, every, part):
     experiment = rs.load_scenario(examples.path(name))
     refused = 0
-    for control in list(controls(experiment))[::every]:
+    for i, control in enumerate(controls(experiment)[::every]):
         size = np.shape(control.value)
-        for value in BAD:
+        for value in take_part(BAD, i, part):
             given = np.full(size, value).tolist() if size else value
             changes = control.changes(given)
             if by_path(experiment, changes) is not None:

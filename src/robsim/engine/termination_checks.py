@@ -46,27 +46,69 @@ class TerminationChecks:
         limited: bool,
     ) -> None:
         """Add the stages that compute the criteria and the outcome, and classify stalls."""
-        program, c = self.program, self.controller
-        add, size, norm = program.add, program.rows(), program.rows()
-        tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
-        add(outcome_rules.measure_error, errors=command.error, scale=scale, size=size, norm=norm)
-        if command.step is not None:
-            add(outcome_rules.include_step, share=command.step, tolerance=tolerance, size=size)
-        task = {"A": command.task_jacobian, "scale": scale}
-        paced_task = {**task, "pace": self.pace, "tolerance": tolerance}
+        task = {"A": command.task_jacobian, "scale": self.scale}
+        paced_task = {**task, "pace": self.pace, "tolerance": self.tolerance}
         commanded, moving_at = self._find_rates(plant, command)
-        add(outcome_rules.count_still_periods, **paced_task, qd=moving_at, periods=self.still)
-        moving = self._moving_frame(plant, images)
-        status = add_maximum(program, [images.status, command.status])
-        assert status is not None
+        size, norm = self._measure_error(command)
+        self.program.add(
+            outcome_rules.count_still_periods, **paced_task, qd=moving_at, periods=self.still
+        )
+        self._measure_path(plant, images)
+        self._judge_outcome(plant, images, command, size, norm, hold, limited)
+        self._classify_stall(task)
+        if not images.fresh or plant.moves:
+            self._defer_convergence(plant, images, paced_task, commanded, size)
+        if plant.driven is not None:
+            from robsim.kernels.dynamics.joint_drives import judge_stability  # late: needs a drive
+
+            code = self.program.constant(kernels.UNSTABLE)
+            self.program.add(
+                judge_stability, unstable=plant.driven.unstable, code=code, outcome=self.outcome
+            )
+        if self.endings:
+            self.program.call(
+                lambda blocks, step: self._check_endings(blocks, step, plant, images, command)
+            )
+
+    def _measure_error(self, command: ControllerOutputs) -> tuple[BlockRows, BlockRows]:
+        """Return the rows of the largest error by its tolerance, and of the norm of the error."""
+        add, size, norm = self.program.add, self.program.rows(), self.program.rows()
         add(
+            outcome_rules.measure_error,
+            errors=command.error,
+            scale=self.scale,
+            size=size,
+            norm=norm,
+        )
+        if command.step is not None:
+            add(outcome_rules.include_step, share=command.step, tolerance=self.tolerance, size=size)
+        return size, norm
+
+    def _measure_path(self, plant: Plant, images: ImageStream) -> None:
+        """Add the stage that sums the length of the path of the moving frame."""
+        self.program.add(
             outcome_rules.accumulate_path_length,
-            T=moving,
-            before=program.rows(3),
+            T=self._moving_frame(plant, images),
+            before=self.program.rows(3),
             length=self.length,
         )
+
+    def _judge_outcome(
+        self,
+        plant: Plant,
+        images: ImageStream,
+        command: ControllerOutputs,
+        size: BlockRows,
+        norm: BlockRows,
+        hold: bool,
+        limited: bool,
+    ) -> None:
+        """Add the stage that computes the outcome."""
+        program = self.program
+        status = add_maximum(program, [images.status, command.status])
+        assert status is not None
         slack = np.array([-1.0, 1.0]) * (LIMIT_SLACK if limited else np.inf)
-        add(
+        program.add(
             outcome_rules.judge_outcome,
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack).T),
@@ -75,49 +117,48 @@ class TerminationChecks:
             qd=command.qd,
             size=size,
             norm=norm,
-            tolerance=tolerance,
+            tolerance=self.tolerance,
             hold=program.constant(1.0) if hold else command.busy,
             bounds=program.rows(2),
             still_periods=self.still,
             steps=self.steps,
-            outcome=outcome,
+            outcome=self.outcome,
         )
+
+    def _classify_stall(self, task: dict[str, BlockRows]) -> None:
+        """Add the stage that distinguishes the causes of a standstill."""
+        program, c = self.program, self.controller
         k, n = c.k, c.columns.size
-        room, full = (
-            program.scratch(k * n + k + n + count_truncation_rows(k, n)),
-            program.number(c.full_rank),
-        )
-        rcond = program.constant(c.rcond)
-        add(
+        program.add(
             outcome_rules.classify_stall,
             **task,
-            rcond=rcond,
-            full_rank=full,
-            outcome=outcome,
-            scratch=room,
+            rcond=program.constant(c.rcond),
+            full_rank=program.number(c.full_rank),
+            outcome=self.outcome,
+            scratch=program.scratch(k * n + k + n + count_truncation_rows(k, n)),
         )
-        if not images.fresh or plant.moves:
-            rates = [plant.rates[i] for i in c.columns] if plant.moves else []
-            add(
-                outcome_rules.defer_convergence,
-                **paced_task,
-                qd=commanded,
-                size=size,
-                age=images.age,
-                periods=program.rows(),
-                outcome=outcome,
-                steps=self.steps,
-                rates=rates,
-            )
-        if plant.driven is not None:
-            from robsim.kernels.dynamics.joint_drives import judge_stability  # late: needs a drive
 
-            code = program.constant(kernels.UNSTABLE)
-            add(judge_stability, unstable=plant.driven.unstable, code=code, outcome=outcome)
-        if self.endings:
-            program.call(
-                lambda blocks, step: self._check_endings(blocks, step, plant, images, command)
-            )
+    def _defer_convergence(
+        self,
+        plant: Plant,
+        images: ImageStream,
+        paced_task: dict[str, BlockRows],
+        commanded: BlockRows,
+        size: BlockRows,
+    ) -> None:
+        """Add the stage that waits for an image of the present pose before a run converges."""
+        columns = self.controller.columns
+        self.program.add(
+            outcome_rules.defer_convergence,
+            **paced_task,
+            qd=commanded,
+            size=size,
+            age=images.age,
+            periods=self.program.rows(),
+            outcome=self.outcome,
+            steps=self.steps,
+            rates=[plant.rates[i] for i in columns] if plant.moves else [],
+        )
 
     def _find_rates(self, plant: Plant, command: ControllerOutputs) -> tuple[BlockRows, BlockRows]:
         """Return the rows of the velocities to reach, and of those that show a standstill.
