@@ -4,6 +4,7 @@ The compiler cannot prove that two columns of a block do not overlap. If reads a
 it must reload one column after each number that is written to the other column.
 """
 
+from robsim.kernels.machine.intrinsics import fragment
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import get, put
 
@@ -16,7 +17,7 @@ def padded_height(rows):
     return -(-rows // HEIGHT) * HEIGHT
 
 
-@part
+@fragment
 def load_column(block, at):
     """Return eight rows of a block."""
     return (
@@ -25,14 +26,14 @@ def load_column(block, at):
     )  # fmt: skip
 
 
-@part
+@fragment
 def dot_columns(a, b):
     """Return the dot product of two columns, summed pairwise for short dependency chains."""
     low = (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
     return low + ((a[4] * b[4] + a[5] * b[5]) + (a[6] * b[6] + a[7] * b[7]))
 
 
-@part
+@fragment
 def put_difference(block, at, a, b, share):
     """Write a - share b to eight rows at `at`."""
     put(block, at, a[0] - share * b[0])

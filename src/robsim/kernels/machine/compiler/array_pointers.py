@@ -3,12 +3,12 @@
 from functools import cache
 from typing import Any
 
-from numba import carray, types  # type: ignore[attr-defined]
+from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
 
 from robsim.kernels.machine.lanes import WIDTH
-
-__all__ = ["carray"]
 
 
 @cache
@@ -24,6 +24,37 @@ def make_address_cast(kind: str) -> Any:
         return types.CPointer(number)(address), emit
 
     return function
+
+
+@intrinsic
+def carray(typing: Any, pointer: Any, sizes: Any) -> Any:
+    """Return the array in C order at an address, with some sizes.
+
+    Numba's own `carray` compiles a function for each type of arrays, and needs its runtime.
+    """
+    array = types.Array(pointer.dtype, len(sizes), "C")
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        shape = [
+            context.cast(builder, size, kind, types.intp)
+            for size, kind in zip(cgutils.unpack_tuple(builder, args[1]), sizes, strict=True)
+        ]
+        made = make_array(array)(context, builder)
+        size = context.get_abi_sizeof(context.get_data_type(array.dtype))
+        strides = [context.get_constant(types.intp, size)]
+        for length in shape[:0:-1]:
+            strides.insert(0, builder.mul(strides[0], length))
+        populate_array(
+            made,
+            data=builder.bitcast(args[0], made.data.type),
+            shape=shape,
+            strides=strides,
+            itemsize=strides[-1],
+            meminfo=None,
+        )
+        return made._getvalue()
+
+    return array(pointer, sizes), emit
 
 
 @intrinsic

@@ -32,6 +32,8 @@ class RoutineFlags(Flags):
         return HASH  # Numba's own is the same for all options, and computed each time
 
     def __eq__(self, other: object) -> bool:
+        if other is self:
+            return True
         if isinstance(other, RoutineFlags):
             return bool(self._values == other._values)
         return bool(super().__eq__(other))
