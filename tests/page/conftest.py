@@ -8,13 +8,15 @@ import subprocess
 import pytest
 from page.desk import open_desk
 from page.drivers import FirefoxDriver
+from page.tabs import Tabs, heed_console
 from page.waiting import until
 
 import robsim as rs
 from robsim.page.export import export_html
 
 SWITCHES = (
-    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",  # for WebGL alone: texts and curves are drawn faster without it
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 
@@ -116,25 +118,28 @@ def firefox(firefox_driver):
 @pytest.fixture
 def opened(chromium):
     """Open an address without a network; fail if the page complains or requests more files."""
-    contexts, complaints = [], []
+    addresses, complaints = set(), []
+
+    def heed(asked):
+        if asked.url not in addresses:
+            complaints.append(asked.url)
+
+    tabs = Tabs(
+        chromium,
+        console=heed_console(complaints),
+        pageerror=lambda error: complaints.append(str(error)),
+        request=heed,
+    )
 
     def open_page(address, **options):
-        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
-        context = chromium.new_context(**{**look, **options}, offline=True)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda said: complaints.append(said.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "request", lambda asked: complaints.append(asked.url) if asked.url != address else 0
-        )
+        page = tabs.take(**options, offline=True)
+        addresses.add(address)
         page.goto(address)
         until(page, "document.body.dataset.ready")
         return page
 
     yield open_page
-    for context in contexts:
-        context.close()
+    tabs.leave()
     assert not complaints
 
 

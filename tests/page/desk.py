@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 
+from page.tabs import Tabs, heed_console
 from page.waiting import until
 
 from robsim.studio.studio import studio
@@ -19,7 +20,13 @@ class Desk:
     """Pages of a studio, which may send requests to their server alone, and complain of nothing."""
 
     def __init__(self, browser, server):
-        self.browser, self.server, self.complaints, self.contexts = browser, server, [], []
+        self.server, self.complaints = server, []
+        self.tabs = Tabs(
+            browser,
+            console=heed_console(self.complaints),
+            pageerror=lambda error: self.complaints.append(str(error)),
+            request=lambda asked: self.heed(asked.url),
+        )
         self.origin = server.address.partition("?")[0]
 
     @property
@@ -28,13 +35,7 @@ class Desk:
         return self.server._app
 
     def page(self, **options):
-        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
-        context = self.browser.new_context(**{**look, **options}, accept_downloads=True)
-        self.contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda said: self.complaints.append(said.text))
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("request", lambda asked: self.heed(asked.url))
+        page = self.tabs.take(**options, accept_downloads=True)
         page.goto(self.server.address)
         until(page, "document.body.dataset.ready")
         return page
@@ -50,6 +51,5 @@ def open_desk(browser, *shown):
     with studio(*shown) as server:
         desk = Desk(browser, server)
         yield desk
-        for context in desk.contexts:
-            context.close()
+        desk.tabs.leave()
     assert not desk.complaints

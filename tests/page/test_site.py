@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from page.tabs import Tabs
 from page.test_browser import picture
 from page.waiting import until
 
@@ -37,16 +38,16 @@ def site(tmp_path_factory):
 @pytest.fixture
 def visit(chromium, site):
     """Open a page of the site; fail if it complains or requests anything but files of the site."""
-    contexts, complaints = [], []
+    complaints = []
+    tabs = Tabs(
+        chromium,
+        console=lambda m: complaints.append(m.text) if m.type == "error" else None,
+        pageerror=lambda error: complaints.append(str(error)),
+        request=lambda r: None if is_own(r.url) else complaints.append(r.url),
+    )
 
     def open_page(name, **options):
-        look = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
-        context = chromium.new_context(**{**look, **options}, offline=True)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("request", lambda r: None if is_own(r.url) else complaints.append(r.url))
+        page = tabs.take(**options, offline=True)
         address, _, words = name.partition("?")
         page.goto((site / f"{address}.html").as_uri() + (f"?{words}" if words else ""))
         until(page, "document.body.dataset.ready")
@@ -56,8 +57,7 @@ def visit(chromium, site):
         return url.startswith((site.parent.as_uri(), "data:", "blob:"))
 
     yield open_page
-    for context in contexts:
-        context.close()
+    tabs.leave()
     assert not complaints
 
 
