@@ -16,7 +16,7 @@ from robsim.page.export import export_html
 
 SWITCHES = (
     "--no-sandbox",
-    "--enable-unsafe-swiftshader",  # for WebGL alone: texts and curves are drawn faster without it
+    "--enable-unsafe-swiftshader",  # for WebGL alone; texts and curves are drawn faster without it
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 

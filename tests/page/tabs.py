@@ -1,7 +1,7 @@
-"""Tabs of a browser: a tab that one test has left serves the next one.
+"""Tabs of a browser that tests use one after the other.
 
-A new tab starts a process, which compiles the scripts of a page anew; a page in a tab that has
-shown one before is ready in half the time.
+A new tab starts a process, which compiles the scripts of a page. A page in a used tab is ready in
+half the time.
 """
 
 import json
@@ -10,27 +10,19 @@ from weakref import WeakKeyDictionary
 from playwright.sync_api import Error
 
 LOOK = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
-COPY = "GPU stall due to ReadPixels"  # as Chromium itself copies a canvas; no page reads pixels
-FREE = WeakKeyDictionary()  # the tabs that nobody uses, by browser and look
+COPY = "GPU stall due to ReadPixels"  # Chromium's own copy of a canvas; our pages read no pixels
+FREE = WeakKeyDictionary()  # the tabs that no test uses, by browser and look
 
 
 class Tabs:
-    """Tabs of one test, with what it listens to.
-
-    Parameters
-    ----------
-    browser : playwright.sync_api.Browser
-    **listeners : callable
-        What is called on each event of a page, by the name of the event.
-
-    """
+    """Tabs of one test, with its listeners for the events of a page, by the names of the events."""
 
     def __init__(self, browser, **listeners):
         self.free, self.browser = FREE.setdefault(browser, {}), browser
         self.listeners, self.taken = listeners, []
 
     def take(self, **options):
-        """Return an empty tab of the look in the options, such as its viewport."""
+        """Return an empty tab with the options of a context, such as its viewport."""
         look = {**LOOK, **options}
         key = json.dumps(look, sort_keys=True)
         free = self.free.setdefault(key, [])
@@ -41,7 +33,7 @@ class Tabs:
         return page
 
     def leave(self):
-        """Let the next test use the tabs that this one has not closed."""
+        """Leave the open tabs to the next test."""
         for page, viewport, free in self.taken:
             if page.is_closed():
                 continue
@@ -57,12 +49,12 @@ class Tabs:
 
 
 def heed_console(complaints):
-    """Return a listener that notes each message, but what the graphics say of Chromium's copy."""
+    """Return a listener that adds messages to `complaints`, except those with `COPY`."""
     return lambda said: None if COPY in said.text else complaints.append(said.text)
 
 
 def empty(page, viewport):
-    """Remove everything that a test has left in a tab."""
+    """Restore the state of a new tab."""
     for other in page.context.pages:
         if other is not page:
             other.close()
