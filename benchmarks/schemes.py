@@ -113,6 +113,7 @@ def microseconds(scene, task, runs, steps, start=None, **imperfect):
         starts = starts + np.random.default_rng(0).uniform(-0.002, 0.002, starts.shape)
     elif len(scene.home) != 7 or len(scene.velocity_names) == 7:  # no quaternion
         starts = starts + np.random.default_rng(0).uniform(-0.02, 0.02, starts.shape)
+        starts[:, scene.robots[0].nq :] = scene.home[scene.robots[0].nq :]  # others rest
     loop = {"duration": steps * 0.04, "hold": True, "record": "summary"}
     experiment = rs.Experiment(scene, task, starts, **loop, **imperfect)
     times = []
