@@ -7,8 +7,6 @@ half the time.
 import json
 from weakref import WeakKeyDictionary
 
-from playwright.sync_api import Error
-
 LOOK = {"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce"}
 COPY = "GPU stall due to ReadPixels"  # Chromium's own copy of a canvas; our pages read no pixels
 FREE = WeakKeyDictionary()  # the tabs that no test uses, by browser and look
@@ -34,6 +32,8 @@ class Tabs:
 
     def leave(self):
         """Leave the open tabs to the next test."""
+        from playwright.sync_api import Error
+
         for page, viewport, free in self.taken:
             if page.is_closed():
                 continue
