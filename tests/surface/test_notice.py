@@ -150,7 +150,7 @@ def test_a_lost_kernel_is_reported_once_with_its_reason(teller, capsys, monkeypa
 @pytest.mark.full  # as processes are started
 def test_a_process_reports_it_on_stderr_once_and_the_next_reports_nothing(tmp_path):
     environment = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
-    environment["ROBSIM_CACHE_DIR"] = str(tmp_path)
+    environment |= {"ROBSIM_CACHE_DIR": str(tmp_path), "ROBSIM_USE_NUMBA": "1"}
     command = [sys.executable, "-c", CODE]
     first, second = (
         subprocess.run(command, capture_output=True, text=True, check=True, env=environment)

@@ -10,7 +10,7 @@ from robsim.cli import warm_command, warm_workload
 from robsim.declare import families
 from robsim.kernels.machine import cache_files
 from robsim.kernels.machine.code_archive import CodeArchive
-from robsim.kernels.machine.machine_code import PACKAGE_CODE
+from robsim.kernels.machine.machine_code import PACKAGE_CODE, USES_NUMBA
 from robsim.kernels.machine.sources import digest_of_all
 
 
@@ -100,7 +100,9 @@ def test_bitcode_of_the_package_is_translated_in_processes(monkeypatch, called, 
 
 
 @pytest.mark.full  # as a process of its own is started
+@pytest.mark.usefixtures("package")
 def test_a_process_of_its_own_does_the_work(monkeypatch, called):
+    monkeypatch.setenv(USES_NUMBA, "1")
     monkeypatch.setattr(
         warm_workload, "list_workload", lambda: [("change", "sensing.noise=1"), ("example", "none")]
     )
