@@ -118,22 +118,19 @@ def firefox(firefox_driver):
 @pytest.fixture
 def opened(chromium):
     """Open an address without a network; fail if the page complains or requests more files."""
-    addresses, complaints = set(), []
-
-    def heed(asked):
-        if asked.url not in addresses:
-            complaints.append(asked.url)
-
+    complaints = []
     tabs = Tabs(
         chromium,
         console=heed_console(complaints),
         pageerror=lambda error: complaints.append(str(error)),
-        request=heed,
     )
 
     def open_page(address, **options):
-        page = tabs.take(**options, offline=True)
-        addresses.add(address)
+        def heed(asked):
+            if asked.url != address:
+                complaints.append(asked.url)
+
+        page = tabs.take({"request": heed}, **options, offline=True)
         page.goto(address)
         until(page, "document.body.dataset.ready")
         return page

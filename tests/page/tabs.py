@@ -19,14 +19,15 @@ class Tabs:
         self.free, self.browser = FREE.setdefault(browser, {}), browser
         self.listeners, self.taken = listeners, []
 
-    def take(self, **options):
-        """Return an empty tab with the options of a context, such as its viewport."""
+    def take(self, listeners=(), **options):
+        """Return an empty tab with the options of a context, and with listeners of its own."""
+        heard = {**self.listeners, **dict(listeners)}
         look = {**LOOK, **options}
         key = json.dumps(look, sort_keys=True)
         free = self.free.setdefault(key, [])
         page = free.pop() if free else self.browser.new_context(**look).new_page()
-        self.taken.append((page, look["viewport"], free))
-        for event, listener in self.listeners.items():
+        self.taken.append((page, look["viewport"], free, heard))
+        for event, listener in heard.items():
             page.on(event, listener)
         return page
 
@@ -34,10 +35,10 @@ class Tabs:
         """Leave the open tabs to the next test."""
         from playwright.sync_api import Error
 
-        for page, viewport, free in self.taken:
+        for page, viewport, free, heard in self.taken:
             if page.is_closed():
                 continue
-            for event, listener in self.listeners.items():
+            for event, listener in heard.items():
                 page.remove_listener(event, listener)
             try:
                 empty(page, viewport)
@@ -49,8 +50,13 @@ class Tabs:
 
 
 def heed_console(complaints):
-    """Return a listener that adds messages to `complaints`, except those with `COPY`."""
-    return lambda said: None if COPY in said.text else complaints.append(said.text)
+    """Return a listener that adds messages to `complaints`, except warnings with `COPY`."""
+
+    def heed(said):
+        if said.type != "warning" or COPY not in said.text:
+            complaints.append(said.text)
+
+    return heed
 
 
 def empty(page, viewport):

@@ -46,7 +46,7 @@ class RoutineLibrary(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Leave the code as it is."""
+        """Skip the optimisation, which the caller does for its whole module."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
