@@ -1,6 +1,5 @@
 """Scenes that several tests use, and which rows of a product of choices run by default."""
 
-import gc
 import signal
 import sys
 from pathlib import Path
@@ -51,12 +50,6 @@ def pytest_sessionfinish(session):
 @pytest.hookimpl(tryfirst=True)  # before pytest deselects by marks
 def pytest_collection_modifyitems(items):
     thin(items)
-
-
-def pytest_collection_finish():
-    """Exclude the collected tests from garbage collections, which take less time without them."""
-    gc.collect()
-    gc.freeze()
 
 
 @pytest.fixture(autouse=True)
