@@ -14,9 +14,10 @@ from robsim.base.atomic_files import write_whole
 from robsim.base.errors import FileError
 from robsim.cli.console import print_text
 from robsim.cli.figure_files import write_mission_figure, write_run_figures
+from robsim.cli.figure_kernels import compile_figure_kernels
 from robsim.cli.options import output, set_option, views
 from robsim.cli.output_files import CHECKPOINT, claim_results_folder, path_exists, remove_file
-from robsim.cli.page_and_films import VIEWS, check_views, write_views
+from robsim.cli.page_and_films import PAGE, VIEWS, check_views, write_views
 from robsim.cli.progress import exit_if_drawing_stops, run_and_save
 from robsim.cli.report import print_mission_report, print_run_report
 from robsim.cli.scenarios import load_with_changes
@@ -103,15 +104,14 @@ def simulate_into_folder(
             print_run_report(result, folder, scenario.safety)
 
     work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
-    result = run_and_save(
-        work, partial(_save_run_and_scenario, scenario=scenario, folder=folder), folder, report_end
-    )
-    with exit_if_drawing_stops("run is"):
-        if figures:
-            (write_mission_figure if _is_mission_run(result) else write_run_figures)(
-                result, scenario, folder
-            )
-        write_views(result, scenario, folder, views, camera)
+    keep = partial(_save_run_and_scenario, scenario=scenario, folder=folder)
+    with compile_figure_kernels(scenario, figures, PAGE in views):
+        result = run_and_save(work, keep, folder, report_end)
+        with exit_if_drawing_stops("run is"):
+            if figures:
+                write = write_mission_figure if _is_mission_run(result) else write_run_figures
+                write(result, scenario, folder)
+            write_views(result, scenario, folder, views, camera)
 
 
 def _is_mission_run(result: Any) -> bool:
