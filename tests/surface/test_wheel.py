@@ -31,6 +31,20 @@ run = rs.load_scenario(rs.examples.path("eye_in_hand")).run()
 digest = hashlib.sha256(run.q.values.tobytes()).hexdigest()
 print(json.dumps([digest, sys.modules.get("numba") is not None]))
 """
+PLAIN_TEXTS = """
+import hashlib, sys
+sys.path.insert(0, sys.argv[1])
+import numba_texts
+from plain_modules import PlainModules
+found = [each for each in numba_texts.list_c_functions() if each[0].split(".")[-1] in sys.argv[2:]]
+numba_texts.list_c_functions = lambda: found
+texts = numba_texts.record_numba_texts()
+plain = PlainModules(texts)
+for symbol in texts.functions:
+    lines = plain.make(symbol).split("\\n")
+    text = "".join(each for each in lines if "inttoptr (i64" not in each)  # unused: LLVM removes it
+    print(symbol, hashlib.sha256(text.encode()).hexdigest())
+"""
 SHARED_CACHE = {"ROBSIM_CACHE_DIR": str(cache_files.USER_CACHE)}
 WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None\n"
 OWN_STAGE = """
@@ -114,6 +128,18 @@ def test_the_wheel_is_pure_and_small(wheel, installed):
     files = {path.stem: path.stat().st_size for path in archives(installed).iterdir()}
     assert files.keys() == {code_archive.BITCODE, *processor_levels.LEVELS}
     assert sum(files.values()) < MOST_BYTES
+
+
+def test_two_builds_write_the_same_code():
+    """Numba names the exceptions of a kernel by addresses, which differ in each process."""
+    tools, kernels = ROOT / "tools/machine_code", ["find_log_shares", "region_stage"]
+    command = [sys.executable, "-c", PLAIN_TEXTS, tools, *kernels]
+    environment = {**os.environ, "ROBSIM_USE_NUMBA": "1", "PYTHONHASHSEED": "0"}
+    first, second = (
+        subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+        for _ in range(2)
+    )
+    assert first == second and len(first.split("\n")) == 3
 
 
 def test_all_scenarios_have_the_same_bits_without_numba(installed):

@@ -7,8 +7,11 @@ A plain module holds only the functions that the C function calls, under short n
 import re
 
 NAME = re.compile(r'@("[^"]+"|[\w.$-]+)')
+EXCEPTION = ".const.picklebuf"
+GLOBAL = "numba.dynamic.globals"  # an address of this process; a use of it stops the build
+ADDRESS = re.compile(rf"({re.escape(EXCEPTION)}|{re.escape(GLOBAL)})\.\w+")
 HEAD = 'target triple = "TRIPLE"\ntarget datalayout = "LAYOUT"\n'  # of the machine, set later
-_EXCEPTION = "{i8*, i32, i8*, i8*, i32}"
+_EXCEPTION_TYPE = "{i8*, i32, i8*, i8*, i32}"
 _C_TYPES = {"int64": "i64", "uint64": "i64", "float64": "double"}
 _C_TYPES |= {f"{name}*": f"{kind}*" for name, kind in _C_TYPES.items()}
 _RENAMED = {
@@ -18,8 +21,12 @@ _RENAMED = {
 
 
 def split_module(text):
-    """Return {name: (kind of definition, its text)} of a module."""
-    found, lines, i = {}, text.split("\n"), 0
+    """Return {name: (kind of definition, its text)} of a module.
+
+    Numba names exceptions and globals by the addresses of objects, which differ in each process:
+    all have one name here.
+    """
+    found, lines, i = {}, ADDRESS.sub(r"\1", text).split("\n"), 0
     while i < len(lines):
         line = lines[i]
         if line.startswith("define"):
@@ -61,11 +68,7 @@ class PlainModules:
         known = self._definitions(code.library)
         needed = _reach(known, code.name)
         body = "\n".join(_clean(name, *known[name]) for name in sorted(needed))
-        defined = sorted(
-            name
-            for name in needed
-            if known[name][0] != "declare" and not name.startswith("numba.dynamic.globals")
-        )
+        defined = sorted(name for name in needed if known[name][0] != "declare" and name != GLOBAL)
         short = {name: f"f{i}" for i, name in enumerate(defined)} | _RENAMED
         text = f"{HEAD}{body}\n{_wrapper(symbol, code)}"
         return NAME.sub(lambda found: "@" + short.get(found[1].strip('"'), found[1]), text)
@@ -96,16 +99,16 @@ def _reach(known, first):
         if name not in known:
             raise RuntimeError(f"no definition of {name}")
         reached.add(name)
-        if not name.startswith(".const.picklebuf."):
+        if name != EXCEPTION:
             waiting += [each.strip('"') for each in NAME.findall(known[name][1])]
     return reached
 
 
 def _clean(name, kind, text):
     """Return a definition that only its own module sees, in the syntax of any LLVM."""
-    if name.startswith(".const.picklebuf."):  # an exception: only its status counts
-        return f'@"{name}" = internal constant {_EXCEPTION} zeroinitializer'
-    if name.startswith("numba.dynamic.globals"):  # of this process; a use of it stops the build
+    if name == EXCEPTION:  # only its status counts
+        return f'@"{name}" = internal constant {_EXCEPTION_TYPE} zeroinitializer'
+    if name == GLOBAL:
         return f'@"{name}" = external global i8*'
     if kind == "define":
         text = re.sub(r"^define (linkonce_odr |internal )?", "define internal ", text, count=1)
@@ -122,8 +125,8 @@ def _wrapper(symbol, code):
     lines = [
         f'define {"i64" if code.returns_status else "void"} @"{symbol}"({arguments}) {{',
         f"  %r = alloca {result}",
-        f"  %e = alloca {_EXCEPTION}*",
-        f'  %status = call i32 @"{code.name}"({result}* %r, {_EXCEPTION}** %e, {arguments})',
+        f"  %e = alloca {_EXCEPTION_TYPE}*",
+        f'  %status = call i32 @"{code.name}"({result}* %r, {_EXCEPTION_TYPE}** %e, {arguments})',
     ]
     if code.returns_status:
         lines += ["  %failed = icmp sgt i32 %status, 0", f"  %v = load {result}, {result}* %r"]
