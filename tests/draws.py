@@ -10,7 +10,9 @@ def try_samples(few, many, **strategies):
     def tried(check):
         @pytest.mark.parametrize("draws", [few, pytest.param(many, marks=pytest.mark.full)])
         def test(draws):
-            settings(max_examples=draws, deadline=None)(given(**strategies)(check))()
+            settings(max_examples=draws, deadline=None, derandomize=True)(
+                given(**strategies)(check)
+            )()
 
         test.__name__ = check.__name__
         test.__doc__ = check.__doc__

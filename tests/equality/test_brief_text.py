@@ -319,6 +319,13 @@ def test_any_tables_are_laid_out_as_toml(tables):
     assert tables_of(format_toml(tables), "text") == tables
 
 
+def test_a_table_whose_only_entry_is_a_list_of_tables_is_laid_out():
+    """A text of sixty lines or more has the densest layout, without a section for this table."""
+    items = [{"name": f"point {i}", "place": [i, 2 * i, 3 * i]} for i in range(5)]
+    tables = {f"part{i}": {"points": items} for i in range(20)}
+    assert tables_of(format_toml(tables), "text") == tables
+
+
 def test_the_default_folder_is_the_current_one():
     scenario = load_scenario(examples.path("visp_tutorial"))
     assert scenario.to_toml() == scenario.to_toml(folder=os.curdir)

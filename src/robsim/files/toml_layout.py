@@ -77,8 +77,9 @@ def _format_value_lines(start: str, raw: Any, indent: str, end: str = "") -> Ite
     if isinstance(raw, Mapping) and len(whole) > WIDTH:
         name, last = next((each for each in raw.items() if _is_list_of_tables(each[1])), ("", None))
         if last is not None:
-            rest = _format_inline({key: each for key, each in raw.items() if key != name})
-            start = f"{start}{rest.removesuffix('}').rstrip()}, {_format_key(name)} = "
+            rest = {key: each for key, each in raw.items() if key != name}
+            opening = f"{_format_inline(rest).removesuffix(' }')}," if rest else "{"
+            start = f"{start}{opening} {_format_key(name)} = "
             raw, end = last, f" }}{end}"
     if len(whole) <= WIDTH or not isinstance(raw, list):
         yield whole
