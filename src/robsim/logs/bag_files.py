@@ -102,13 +102,13 @@ class Bag:
                         each.msgtype, definition, f"topic {each.topic}"
                     )
                 for connection, logged, data in reader.messages(connections) if connections else ():
-                    with self._convert_errors(connection.topic):
+                    try:
                         payload = decompression.decompress_message(data)
                         message = self._deserialize(payload, connection, layouts)
-                        timed = RecordedMessage(
-                            int(logged), message_types.header_time(message), message
-                        )
-                    yield connection.topic, timed
+                        stamped = message_types.header_time(message)
+                    except Exception as error:  # noqa: BLE001  see _convert_error
+                        raise self._convert_error(error, f"topic {connection.topic}: ") from None
+                    yield connection.topic, RecordedMessage(int(logged), stamped, message)
 
     def _deserialize(
         self, payload: bytes, connection: Any, layouts: dict[str, MessageLayout]
@@ -145,24 +145,25 @@ class Bag:
             raise FileError(f"{count} messages; at most {MOST} are read")
 
     @contextmanager
-    def _convert_errors(self, topic: str = "") -> Iterator[None]:
-        """Convert any exception of a bag reader to a FileError, without names of private files."""
-        where = f"topic {topic}: " if topic else ""
+    def _convert_errors(self) -> Iterator[None]:
+        """Convert any exception of a bag reader to a FileError."""
         try:
             yield
-        except RobSimError as error:
-            raise FileError(f"{where}{error}") from None
-        except OSError as error:
-            reason = error.strerror or type(error).__name__
-            raise FileError(f"{where}the bag cannot be read: {reason}") from None
         except Exception as error:  # noqa: BLE001  damaged files raise many kinds of errors
-            words = str(error)
-            for place in self._private_paths:
-                words = words.replace(place, "it")
-            reason = " ".join(words.split()) or type(error).__name__
-            raise FileError(
-                f"{where}not a ROS 2 bag, or truncated or damaged: {reason:.200}"
-            ) from None
+            raise self._convert_error(error) from None
+
+    def _convert_error(self, error: Exception, where: str = "") -> FileError:
+        """Return the FileError for an exception of a bag reader, without names of private files."""
+        if isinstance(error, RobSimError):
+            return FileError(f"{where}{error}")
+        if isinstance(error, OSError):
+            reason = error.strerror or type(error).__name__
+            return FileError(f"{where}the bag cannot be read: {reason}")
+        words = str(error)
+        for place in self._private_paths:
+            words = words.replace(place, "it")
+        reason = " ".join(words.split()) or type(error).__name__
+        return FileError(f"{where}not a ROS 2 bag, or truncated or damaged: {reason:.200}")
 
 
 def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:
