@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 
-from robsim.logs import message_types
+from robsim.logs import message_layout, message_types
 from robsim.logs.command_messages import make_header, make_joint_state
 from robsim.logs.message_layout import MessageLayout
 from robsim.logs.message_types import make_message
@@ -109,3 +109,28 @@ def test_other_strings_and_lengths_are_not_parsed():
         detections(1, [1.0, 2.0, 3.0, 4.0]), kind, little_endian=False
     )
     assert layout.parse(bytes(big_endian)) is None
+
+
+def test_messages_that_always_differ_have_few_layouts(monkeypatch):
+    made = []
+
+    class Counted(MessageLayout):
+        def __init__(self, kind, example):
+            made.append(example)
+            super().__init__(kind, example)
+
+    monkeypatch.setattr(message_layout, "MessageLayout", Counted)
+    kind, learned = message_types.DETECTIONS, message_layout.LearnedLayout(message_types.DETECTIONS)
+    parsed = 0
+    for i in range(100):
+        count = 1 + i % 3
+        numbers = np.arange(2.0 * count) + i
+        sent = detections(i, numbers, [f"plate.{j}" for j in range(count)])
+        message = learned.parse(serialize(kind, sent))
+        if message is None:
+            learned.learn(sent)
+        else:
+            parsed += 1
+            found = [each.bbox.center.position for each in message.detections]
+            assert [x for each in found for x in (each.x, each.y)] == numbers.tolist()
+    assert len(made) <= 7 and parsed >= 25
