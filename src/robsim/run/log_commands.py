@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -53,6 +54,23 @@ class ImageTimes(NamedTuple):
         return cls(instants, instants[:, None] - ages)
 
 
+class _LogController(Controller):
+    """A controller that computes signals without the health of its commands."""
+
+    def compute_period(self, observed: Iterable[MarkObservation], q: Array, t: float) -> Signals:
+        """Return the signals of `decide` at the start of a period, for images with NaN as gaps.
+
+        They are zero until enough marks have been seen.
+        """
+        self._clock.advance(t)
+        self._q, now = self._joints(q), self._clock.now
+        self._images.store_joints(self._q, now)
+        self._images.store(observed, self._q, now)
+        if self._images.are_known:
+            self._perform(True, self._images.age(now))
+        return self._standalone.outputs.read_signals(self._blocks)
+
+
 def compute_signals(
     experiment: Experiment, q: Array, pixels: Array, clock: ImageTimes | None = None
 ) -> Signals:
@@ -62,7 +80,7 @@ def compute_signals(
     has instants at multiples of its period, and images of the ages in `clock`; an image that is
     held has one time. None means that all images are new.
     """
-    controller = Controller(experiment)
+    controller = _LogController(experiment)
     times = controller.dt * np.arange(len(q), dtype=np.float64)
     stamps = _stamp_images(clock, times, pixels.shape[1])
     finite = np.where(np.isfinite(pixels), pixels, np.nan)
@@ -72,7 +90,7 @@ def compute_signals(
         taken = zip(finite[:, own], stamps[:, own].min(axis=1).tolist(), strict=True)
         images.append([MarkObservation(sight, *each) for each in taken])
     observed = zip(*images, strict=True) if images else repeat((), len(q))
-    rows = map(controller.replay, observed, q, times.tolist())
+    rows = map(controller.compute_period, observed, q, times.tolist())
     return Signals(*map(np.array, zip(*rows, strict=True)))
 
 

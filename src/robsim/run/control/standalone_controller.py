@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -26,12 +26,12 @@ from robsim.run.control.drive_command import (
 )
 from robsim.run.control.frame_input import FrameBuffer
 from robsim.run.control.image_buffer import ImageBuffer
-from robsim.run.control.mark_input import MarkObservation, Marks, Pixels
+from robsim.run.control.mark_input import Marks, Pixels
 from robsim.run.experiment import Coordinates, Experiment, load_scenario
 from robsim.run.experiment_paths import make_command_guard
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.servo.camera_target import CameraTarget
-from robsim.servo.command import Decision, Signals
+from robsim.servo.command import Decision
 from robsim.servo.constraints.start_check import check_constraints
 from robsim.servo.single_step import SingleStepController
 from robsim.servo.task_controller import TaskController
@@ -309,20 +309,6 @@ class Controller:
         self._images.clear_new()
         self._step(pixels, None, q, self._clock.advance(t) > 0, True)
         return self._standalone.decision(self._blocks)
-
-    def replay(self, observed: Iterable[MarkObservation], q: Array, t: float) -> Signals:
-        """Return the signals of `decide` at the start of a period, for images with NaN as gaps.
-
-        The health of the controller is not computed. The signals are zero until enough marks have
-        been seen.
-        """
-        self._clock.advance(t)
-        self._q, now = self._joints(q), self._clock.now
-        self._images.store_joints(self._q, now)
-        self._images.store(observed, self._q, now)
-        if self._images.are_known:
-            self._perform(True, self._images.age(now))
-        return self._standalone.outputs.read_signals(self._blocks)
 
     def _begin(self, pixels: Any, images: Any, q: Any, run: Any) -> DriveCommand:
         """Return the first command; after an error the controller is reset."""
