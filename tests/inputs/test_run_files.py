@@ -125,6 +125,7 @@ def test_the_same_run_gives_the_same_file(run, path):
         {"when": ("time", np.arange(11).astype("datetime64[s]"))},
         {"odd": ("time", np.arange(11) * 1j)},
         {"a/b": ("time", np.arange(11))},
+        {"mixed": ("time", np.arange(11), {"parts": ["a", 1]})},
         {"outcome": 77},
         {"q": ("time", np.zeros(11))},
     ],

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.run.control.mark_input import Marks
+from robsim.run.log import NANO
+from robsim.run.log_commands import ImageTimes, compute_signals
 
 JITTERS = (0.0, 1e-9, 1e-7, 1e-6, 1e-3, 8e-3)  # seconds; a period is 0.04 s
 
@@ -196,3 +199,29 @@ def test_commands_that_begin_late_have_no_age_before(rhino, run, tmp_path):
     assert np.isnan(log.command_age.values[:5]).all() and not log.command_age.values[5:].any()
     assert log.attrs["held_commands"] == 5 and not log.qd.values[:5].any()
     assert rs.open_run(rs.save_run(log, tmp_path / "log.nc")).identical(log)
+
+
+@pytest.mark.parametrize("name", ["stereo_in_hand", "marks_that_lie", "view_without_depth"])
+def test_the_signals_of_a_log_are_those_of_decide_at_each_instant(name):
+    experiment = rs.load_scenario(rs.examples.path(name))
+    run = experiment.run(duration=20 * experiment.dt, hold=True)
+    q, pixels = run.q.values, run.pixels.values.copy()
+    pixels[5:9, 0] = np.nan  # a mark is hidden
+    instants = np.rint(np.arange(len(q)) * experiment.dt * NANO).astype(np.int64)
+    taken = instants - round(0.4 * experiment.dt * NANO)
+    taken[12:15], pixels[12:15] = taken[11], pixels[11]  # an image is held
+    clock = ImageTimes(instants, np.repeat(taken[:, None], pixels.shape[1], axis=1))
+    found = compute_signals(experiment, q, pixels, clock)
+    alone, last = rs.Controller(experiment), -np.inf
+    for i, joints in enumerate(q):
+        t, seen = i * experiment.dt, pixels[i]
+        last = t - clock.ages[i, 0] if i not in (12, 13, 14) else last
+        images = {}
+        for sight in alone.sights:
+            count = len(sight.target.marks)
+            images[sight.key], seen = Marks(seen[:count], last), seen[count:]
+        command, *_, weights = alone.decide(images, joints, t)
+        for row, expected in zip(found[:3], command, strict=False):
+            np.testing.assert_array_equal(row[i], expected[:, 0])
+        np.testing.assert_array_equal(found.weights[i], [] if weights is None else weights[:, 0])
+    assert np.ptp(found.qd, axis=0).any()

@@ -135,7 +135,7 @@ def _write_netcdf(
         file.attrs["_NCProperties"] = np.bytes_(versions)
         stored = write_variables(run, file)
         for entry in entries:
-            place = stored[entry.name].id
+            place = stored[entry.name]
             if entry.bytes not in (0, place.get_storage_size()):
                 raise ValueError(f"{entry.name}: not written in one piece")
             yield replace(entry, offset=place.get_offset() or 0)

@@ -14,7 +14,7 @@ from robsim.base.errors import FileError, RobSimError, prefix_errors
 from robsim.base.file_content import check_regular_file
 from robsim.logs import decompression, message_types
 from robsim.logs.mcap_checksums import McapChunk, verify_mcap
-from robsim.logs.message_layout import MessageLayout
+from robsim.logs.message_layout import LearnedLayout
 from robsim.run.log import NANO
 
 Clock = Literal["header", "log"]
@@ -92,34 +92,34 @@ class Bag:
 
     def messages(self, *topics: str) -> Iterator[tuple[str, RecordedMessage]]:
         """Yield (topic, message) for the messages of some topics, in the order of recording."""
-        layouts: dict[str, MessageLayout] = {}  # of the last message of each topic
+        layouts: dict[str, LearnedLayout] = {}
         for reader in self._readers:
             with self._convert_errors():
                 connections = [each for each in reader.connections if each.topic in topics]
                 for each in connections:
+                    layouts.setdefault(each.topic, LearnedLayout(each.msgtype))
                     definition = _message_definition(each)
                     message_types.check_message_definition(
                         each.msgtype, definition, f"topic {each.topic}"
                     )
                 for connection, logged, data in reader.messages(connections) if connections else ():
-                    with self._convert_errors(connection.topic):
+                    try:
                         payload = decompression.decompress_message(data)
-                        message = self._deserialize(payload, connection, layouts)
-                        timed = RecordedMessage(
-                            int(logged), message_types.header_time(message), message
-                        )
-                    yield connection.topic, timed
+                        message = self._deserialize(payload, connection, layouts[connection.topic])
+                        stamped = message_types.header_time(message)
+                    except Exception as error:  # noqa: BLE001  see _convert_error
+                        raise self._convert_error(error, f"topic {connection.topic}: ") from None
+                    yield connection.topic, RecordedMessage(int(logged), stamped, message)
 
     def _deserialize(
-        self, payload: bytes, connection: Any, layouts: dict[str, MessageLayout]
+        self, payload: bytes, connection: Any, layout: LearnedLayout
     ) -> message_types.Message:
-        """Return the message of a payload, fast if the last message of the topic has its layout."""
-        topic, kind = connection.topic, connection.msgtype
-        message = layouts[topic].parse(payload) if topic in layouts else None
+        """Return the message of a payload, fast if it has a layout that the topic had before."""
+        message = layout.parse(payload)
         if message is None:
-            message = self._deserialize_padded(payload, kind)
-            if kind in LAID_OUT:
-                layouts[topic] = MessageLayout(kind, message)
+            message = self._deserialize_padded(payload, connection.msgtype)
+            if connection.msgtype in LAID_OUT:
+                layout.learn(message)
         return message
 
     def _deserialize_padded(self, payload: bytes, kind: str) -> message_types.Message:
@@ -145,24 +145,25 @@ class Bag:
             raise FileError(f"{count} messages; at most {MOST} are read")
 
     @contextmanager
-    def _convert_errors(self, topic: str = "") -> Iterator[None]:
-        """Convert any exception of a bag reader to a FileError, without names of private files."""
-        where = f"topic {topic}: " if topic else ""
+    def _convert_errors(self) -> Iterator[None]:
+        """Convert any exception of a bag reader to a FileError."""
         try:
             yield
-        except RobSimError as error:
-            raise FileError(f"{where}{error}") from None
-        except OSError as error:
-            reason = error.strerror or type(error).__name__
-            raise FileError(f"{where}the bag cannot be read: {reason}") from None
         except Exception as error:  # noqa: BLE001  damaged files raise many kinds of errors
-            words = str(error)
-            for place in self._private_paths:
-                words = words.replace(place, "it")
-            reason = " ".join(words.split()) or type(error).__name__
-            raise FileError(
-                f"{where}not a ROS 2 bag, or truncated or damaged: {reason:.200}"
-            ) from None
+            raise self._convert_error(error) from None
+
+    def _convert_error(self, error: Exception, where: str = "") -> FileError:
+        """Return the FileError for an exception of a bag reader, without names of private files."""
+        if isinstance(error, RobSimError):
+            return FileError(f"{where}{error}")
+        if isinstance(error, OSError):
+            reason = error.strerror or type(error).__name__
+            return FileError(f"{where}the bag cannot be read: {reason}")
+        words = str(error)
+        for place in self._private_paths:
+            words = words.replace(place, "it")
+        reason = " ".join(words.split()) or type(error).__name__
+        return FileError(f"{where}not a ROS 2 bag, or truncated or damaged: {reason:.200}")
 
 
 def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:

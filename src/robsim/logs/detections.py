@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from math import isfinite
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def read_marks(
         seen_ids.add(name)
         if name not in ids:
             others[name] = None
-        elif np.isfinite(pixel).all():
+        elif isfinite(pixel[0]) and isfinite(pixel[1]):
             key, number = ids[name]
             values[key][number] = pixel
     return values

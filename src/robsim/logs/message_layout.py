@@ -19,6 +19,14 @@ from robsim.run.log import NANO, Times
 _ONES = 0x01010101  # no byte of this number is zero
 _OTHER = float(np.full(8, 1, np.uint8).view(np.float64)[0])  # nor of this one
 _STAMP = "builtin_interfaces/msg/Time"
+_UNREAD = {  # fields of numbers that are not read, by the type of the message
+    "vision_msgs/msg/Detection2D": ("header",),
+    "vision_msgs/msg/ObjectHypothesis": ("score",),
+    "vision_msgs/msg/ObjectHypothesisWithPose": ("pose",),
+    "vision_msgs/msg/BoundingBox2D": ("size_x", "size_y"),
+    "vision_msgs/msg/Pose2D": ("theta",),
+    "sensor_msgs/msg/CameraInfo": ("d", "r", "p"),
+}
 Build = Callable[[Sequence[Any]], Any]  # of the parts of a message
 
 
@@ -37,13 +45,18 @@ class MessageLayout:
     """
 
     def __init__(self, kind: str, example: message_types.Message) -> None:
-        self.kind, self._plain = kind, _serialize(kind, _fill(example, 0, 0.0))
-        self._stamps = np.flatnonzero(_serialize(kind, _fill(example, _ONES, 0.0)) != self._plain)
-        numbers = _serialize(kind, _fill(example, 0, _OTHER)) != self._plain
+        plain = _fill(example, 0, 0.0)
+        self.kind, self._plain = kind, _serialize(kind, plain)
+        self._stamps = np.flatnonzero(_serialize(kind, _fill(plain, _ONES, 0.0)) != self._plain)
+        numbers = _serialize(kind, _fill(plain, 0, _OTHER)) != self._plain
         self._numbers = np.flatnonzero(numbers)
-        self._parts, self._fixed = self._find_parts()
-        places = iter(i for i in count() if i not in self._fixed)
-        self._example, self._build = example, _make_builder(example, places)
+        is_read = _serialize(kind, _fill(plain, _ONES, _OTHER, unread=False)) != self._plain
+        self._parts, fixed = self._find_parts(is_read)
+        self._get_fixed = itemgetter(*fixed)
+        self._fixed = self._get_fixed(self._parts.unpack(self._plain.tobytes()))
+        self._example = _drop_unread(example)
+        places = iter(i for i in count() if i not in fixed)
+        self._build = _make_builder(self._example, places)
 
     def serialize(self, times: Times, numbers: Array) -> list[bytes]:
         """Return the messages of times (T,) in nanoseconds and of all their numbers (T, N)."""
@@ -55,28 +68,60 @@ class MessageLayout:
         return [row.tobytes() for row in rows]
 
     def parse(self, data: bytes) -> message_types.Message | None:
-        """Return the message, or None if it differs from the example in other parts."""
+        """Return the message, or None if it differs from the example in other parts.
+
+        Fields of numbers that are not read are None.
+        """
         if len(data) != self._parts.size:
             return None
         parts = self._parts.unpack(data)
-        if any(parts[i] != fixed for i, fixed in self._fixed.items()):
+        if self._get_fixed(parts) != self._fixed:
             return None
         return self._build(parts) if self._build else self._example
 
-    def _find_parts(self) -> tuple[struct.Struct, dict[int, bytes]]:
-        """Return the parts of a message, and those that all messages have in common."""
+    def _find_parts(self, is_read: NDArray[np.bool_]) -> tuple[struct.Struct, list[int]]:
+        """Return the parts of a message, and the numbers of those that all messages share."""
         kinds = np.zeros(len(self._plain), np.int8)
         kinds[self._stamps], kinds[self._numbers] = 1, 2
-        text, fixed, at, number = "<", dict[int, bytes](), 0, 0
+        kinds[(kinds > 0) & ~is_read] = 3
+        text, fixed, at, number = "<", list[int](), 0, 0
         while at < len(kinds):
-            if kinds[at]:
-                text, size, width = (text + "iI", 8, 2) if kinds[at] == 1 else (text + "d", 8, 1)
+            form, size, width = "", int(np.argmax(np.append(kinds[at:], -1) != kinds[at])), 1
+            if kinds[at] == 0:
+                form = f"{size}s"
+                fixed.append(number)
+            elif kinds[at] == 1:
+                form, size, width = "iI", 8, 2
+            elif kinds[at] == 2:
+                form, size = "d", 8
             else:
-                size, width = int(np.argmax(np.append(kinds[at:], 1) != 0)), 1
-                text += f"{size}s"
-                fixed[number] = self._plain[at : at + size].tobytes()
-            at, number = at + size, number + width
+                form, width = f"{size}x", 0
+            text, at, number = text + form, at + size, number + width
         return struct.Struct(text), fixed
+
+
+class LearnedLayout:
+    """The layout of one of the last messages of a topic, to parse those that are alike.
+
+    It takes as long to find a layout as to read tens of messages. It is found again after twice as
+    many other messages each time, so messages that always differ cost no more than by rosbags.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+        self._layout: MessageLayout | None = None
+        self._others, self._patience = 0, 1
+
+    def parse(self, data: bytes) -> message_types.Message | None:
+        """Return the message, or None if it has another layout."""
+        return self._layout.parse(data) if self._layout else None
+
+    def learn(self, message: message_types.Message) -> None:
+        """Take a message with another layout into account."""
+        self._others += 1
+        if self._others == self._patience:
+            self._layout = MessageLayout(self._kind, message)
+            self._others, self._patience = 0, 2 * self._patience
 
 
 def _serialize(kind: str, message: message_types.Message) -> NDArray[np.uint8]:
@@ -84,67 +129,86 @@ def _serialize(kind: str, message: message_types.Message) -> NDArray[np.uint8]:
     return np.frombuffer(message_types.serialize_message(kind, message), np.uint8)
 
 
-def _fill(value: Any, stamp: int, number: float) -> Any:
-    """Return a part of a message with all seconds and nanoseconds, and all numbers, replaced."""
+def _fill(value: Any, stamp: int, number: float, unread: bool = True) -> Any:
+    """Return a part of a message with all seconds and nanoseconds, and all numbers, replaced.
+
+    `unread` also replaces the fields that are not read.
+    """
     if isinstance(value, float):
         return number
     if isinstance(value, np.ndarray) and value.dtype == np.float64:
         return np.full_like(value, number)
     if isinstance(value, list):
-        return [_fill(each, stamp, number) for each in value]
+        return [_fill(each, stamp, number, unread) for each in value]
     if not is_dataclass(value) or isinstance(value, type):
         return value
     if _is_stamp(value):
         return replace(value, sec=stamp, nanosec=stamp)
-    return replace(
-        value, **{k: _fill(getattr(value, k), stamp, number) for k in _list_field_names(value)}
-    )
+    kept = () if unread else _list_unread(value)
+    names = [name for name in _list_field_names(value) if name not in kept]
+    return replace(value, **{k: _fill(getattr(value, k), stamp, number, unread) for k in names})
 
 
-def _make_builder(value: Any, places: Iterator[int]) -> Build | None:
-    """Return the function that builds a part of a message like `value` from the parts at places.
+def _drop_unread(value: Any) -> Any:
+    """Return a part of a message with None as each field that is not read."""
+    if isinstance(value, list):
+        return [_drop_unread(each) for each in value]
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    read = set(_list_field_names(value)) - set(_list_unread(value))
+    changes: dict[str, Any] = dict.fromkeys(_list_unread(value))
+    return replace(value, **changes | {k: _drop_unread(getattr(value, k)) for k in read})
+
+
+def _make_builder(example: Any, places: Iterator[int]) -> Build | None:
+    """Return the function that builds a message like an example from the parts at places.
+
+    It is compiled from one expression, as rosbags does it, because nested functions would take
+    twice the time. The result is None if all messages are equal.
+    """
+    objects: dict[str, Any] = {"array": np.array}
+    text = _write_expression(example, places, objects)
+    build: Build | None = eval(f"lambda parts: {text}", objects) if text else None
+    return build
+
+
+def _write_expression(value: Any, places: Iterator[int], objects: dict[str, Any]) -> str | None:
+    """Return the expression of a part of a message like `value`, and name its objects.
 
     The result is None for a part that all messages share.
     """
     if isinstance(value, float):
-        return itemgetter(next(places))
+        return f"parts[{next(places)}]"
     if isinstance(value, np.ndarray) and value.dtype == np.float64 and len(value):
-        return _build_array(*[next(places) for _ in value])
+        numbers = [next(places) for _ in value]
+        return f"array(parts[{numbers[0]}:{numbers[-1] + 1}])"
     if isinstance(value, list):
-        return _build_sequence(value, [_make_builder(item, places) for item in value], None)
+        items = [_write_expression(item, places, objects) for item in value]
+        return f"[{_join_expressions(value, items, objects)}]" if any(items) else None
     if not is_dataclass(value) or isinstance(value, type):
         return None
-    names = _list_field_names(value)
-    fixed = [getattr(value, name) for name in names]
+    contents = [getattr(value, name) for name in _list_field_names(value)]
     if _is_stamp(value):
-        each: list[Build | None] = [itemgetter(next(places)) for _ in names]
+        items = [f"parts[{next(places)}]" for _ in contents]
     else:
-        each = [_make_builder(part, places) for part in fixed]
-    return _build_sequence(fixed, each, type(value))
-
-
-def _build_array(first: int, *others: int) -> Build:
-    """Return the function that builds an array of consecutive numbers."""
-    end = first + len(others) + 1
-    return lambda parts: np.array(parts[first:end])
-
-
-def _build_sequence(
-    fixed: Sequence[Any], each: Sequence[Build | None], kind: Callable[..., Any] | None
-) -> Build | None:
-    """Return the function that builds a list, or a message of a kind; None if all is fixed."""
-    changing = [(i, build) for i, build in enumerate(each) if build is not None]
-    if not changing:
+        items = [_write_expression(each, places, objects) for each in contents]
+    if not any(items):
         return None
+    return f"{_name(type(value), objects)}({_join_expressions(contents, items, objects)})"
 
-    def build_all(parts: Sequence[Any]) -> Any:
-        """Return the list or message with the changing items from the parts."""
-        items = list(fixed)
-        for i, build in changing:
-            items[i] = build(parts)
-        return kind(*items) if kind else items
 
-    return build_all
+def _join_expressions(
+    values: Sequence[Any], items: Sequence[str | None], objects: dict[str, Any]
+) -> str:
+    """Return the expressions of values, separated by commas; shared values are named."""
+    pairs = zip(values, items, strict=True)
+    return ", ".join(text or _name(value, objects) for value, text in pairs)
+
+
+def _name(value: Any, objects: dict[str, Any]) -> str:
+    """Return a new name of an object, and store the object under it."""
+    objects[name := f"object{len(objects)}"] = value
+    return name
 
 
 def _list_field_names(value: Any) -> list[str]:
@@ -152,5 +216,15 @@ def _list_field_names(value: Any) -> list[str]:
     return [field.name for field in fields(value) if field.name != "__msgtype__"]
 
 
+def _list_unread(value: Any) -> Sequence[str]:
+    """Return the names of the fields of a message that are not read."""
+    return _UNREAD.get(_get_type(value), ())
+
+
 def _is_stamp(value: Any) -> bool:
-    return str(getattr(value, "__msgtype__", "")) == _STAMP
+    return _get_type(value) == _STAMP
+
+
+def _get_type(value: Any) -> str:
+    """Return the type of a message."""
+    return str(getattr(value, "__msgtype__", ""))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
+from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,11 +13,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, ReplayWarning
 from robsim.base.unit_warnings import find_user_stacklevel
-from robsim.run.control.mark_input import Marks
+from robsim.run.control.mark_input import MarkObservation
 from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Times
-from robsim.servo.command import Decision
+from robsim.servo.command import Signals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,28 +54,44 @@ class ImageTimes(NamedTuple):
         return cls(instants, instants[:, None] - ages)
 
 
-def compute_decisions(
+class _LogController(Controller):
+    """A controller that computes signals without the health of its commands."""
+
+    def compute_period(self, observed: Iterable[MarkObservation], q: Array, t: float) -> Signals:
+        """Return the signals of `decide` at the start of a period, for images with NaN as gaps.
+
+        They are zero until enough marks have been seen.
+        """
+        self._clock.advance(t)
+        self._q, now = self._joints(q), self._clock.now
+        self._images.store_joints(self._q, now)
+        self._images.store(observed, self._q, now)
+        if self._images.are_known:
+            self._perform(True, self._images.age(now))
+        return self._standalone.outputs.read_signals(self._blocks)
+
+
+def compute_signals(
     experiment: Experiment, q: Array, pixels: Array, clock: ImageTimes | None = None
-) -> list[Decision]:
-    """Return the decisions for coordinates (T, nq) and pixels (T, N, 2), one per period.
+) -> Signals:
+    """Return the signals for coordinates (T, nq) and pixels (T, N, 2), one row per period.
 
     A mark with NaN pixels keeps its last observed pixels, as in `Controller.step`. The controller
     has instants at multiples of its period, and images of the ages in `clock`; an image that is
     held has one time. None means that all images are new.
     """
-    controller = Controller(experiment)
-    last = np.cumsum([len(sight.target.marks) for sight in controller.sights]).tolist()
-    own = {s.key: slice(i, j) for s, i, j in zip(controller.sights, [0, *last], last, strict=False)}
-    stamps = _stamp_images(
-        clock, controller.dt * np.arange(len(q), dtype=np.float64), pixels.shape[1]
-    )
-    decided = []
-    for step, row in enumerate(q):
-        seen = {
-            key: Marks(pixels[step, some], stamps[step, some].min()) for key, some in own.items()
-        }
-        decided.append(controller.decide(seen, row, step * controller.dt))
-    return decided
+    controller = _LogController(experiment)
+    times = controller.dt * np.arange(len(q), dtype=np.float64)
+    stamps = _stamp_images(clock, times, pixels.shape[1])
+    finite = np.where(np.isfinite(pixels), pixels, np.nan)
+    images, first = [], 0
+    for sight in controller.sights:
+        own = slice(first, first := first + len(sight.target.marks))
+        taken = zip(finite[:, own], stamps[:, own].min(axis=1).tolist(), strict=True)
+        images.append([MarkObservation(sight, *each) for each in taken])
+    observed = zip(*images, strict=True) if images else repeat((), len(q))
+    rows = map(controller.compute_period, observed, q, times.tolist())
+    return Signals(*map(np.array, zip(*rows, strict=True)))
 
 
 def _stamp_images(clock: ImageTimes | None, times: Array, marks: int) -> Array:
@@ -104,8 +122,7 @@ def recompute_commands(run: xr.Dataset, experiment: Experiment) -> tuple[NDArray
     names = run["velocity"].values.tolist()
     columns = np.array([names.index(name) for name in controller.velocity_names], dtype=np.int64)
     clock = ImageTimes.of(run)
-    decided = compute_decisions(experiment, run["q"].values, run["pixels"].values, clock)
-    return columns, np.array([each.command.qd[:, 0] for each in decided])
+    return columns, compute_signals(experiment, run["q"].values, run["pixels"].values, clock).qd
 
 
 def replay_log_run(run: xr.Dataset) -> xr.Dataset:

@@ -25,9 +25,8 @@ from robsim.run.log_alignment import (
     index_images,
     interpolate_stream,
 )
-from robsim.run.log_commands import LOG_ATTRIBUTE, ImageTimes, compute_decisions
+from robsim.run.log_commands import LOG_ATTRIBUTE, ImageTimes, compute_signals
 from robsim.run.provenance import compute_whole_duration
-from robsim.servo.command import Decision
 
 CONVERGED_AT = "converged_at"  # attribute of a log that converged: seconds until convergence
 LONG_NAMES = {
@@ -59,17 +58,16 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     seconds = compute_whole_duration(len(q) - 1, experiment.dt)
     log_experiment = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
     clock = ImageTimes(samples.clock, image_times)
-    decided = compute_decisions(log_experiment, q, pixels, clock)
+    computed = compute_signals(log_experiment, q, pixels, clock)
     command_source, qd = samples.commands(q)
-    s = np.array([each.command.s[:, 0] for each in decided])
     loop = log_experiment.loop()
-    weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
     small = (
-        _is_error_small(loop, decided, pixels)
+        _is_error_small(loop, computed.error, pixels)
         if log.activity is None
         else log.activity.flag_convergence(samples.clock)
     )
-    signals = [q, qd, samples.rates(), s, pixels.reshape(len(q), -1), np.array(weights)]
+    marks = pixels.reshape(len(q), -1)
+    signals = [q, qd, samples.rates(), computed.s, marks, computed.weights]
     _fill_recorder(loop, signals, small)
     run = log_experiment.dataset(loop)
     if int(run["outcome"]) == Outcome.CONVERGED:
@@ -190,16 +188,16 @@ def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> 
     loop.recorder.ends[0] = [*series[-1], *ends]
 
 
-def _is_error_small(loop: Loop, decided: list[Decision], pixels: Array) -> NDArray[np.bool_]:
-    """Return a mask (T,) of the periods with an error below the tolerance.
+def _is_error_small(loop: Loop, errors: Array, pixels: Array) -> NDArray[np.bool_]:
+    """Return a mask (T,) of the periods with errors (T, k) below the tolerances.
 
     In the last period no mark of the pixels (T, N, 2) may be missing.
     """
     controller = loop.controller
-    errors = [controller.scale_to_tolerances(each).command.error for each in decided]
-    small = np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
+    scaled = errors * (controller.tolerance / controller.tolerances)
+    small = np.abs(scaled).max(axis=1, initial=0.0) < controller.tolerance
     small[-1] &= not _lacks_marks(loop, pixels[-1])
-    return small
+    return np.asarray(small)
 
 
 def _find_settling_period(small: NDArray[np.bool_]) -> int:

@@ -17,6 +17,15 @@ class Command(NamedTuple):
     task_jacobian: Array  # (k, n, B) L J
 
 
+class Signals(NamedTuple):
+    """The signals of one run at one instant, or at several instants with the time first."""
+
+    s: Array  # (k,)
+    error: Array  # (k,)
+    qd: Array  # (n,) of the commanded joints
+    weights: Array  # (k,) of the components of s, or (0,) without a weighting
+
+
 class LawInput(NamedTuple):
     """Input of the law of one servo task: the error and the state."""
 

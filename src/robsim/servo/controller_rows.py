@@ -12,7 +12,7 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.fk_stages import FKStages
 from robsim.servo.camera_target import CameraTarget, PairKey
-from robsim.servo.command import Command, Decision, LawInput
+from robsim.servo.command import Command, Decision, LawInput, Signals
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,11 @@ class ControllerOutputs:
         command = Command(*map(get, (self.s, self.error, self.qd, self.task_jacobian)))
         weights = None if self.weights is None else get(self.weights)
         return Decision(command, self.J(blocks), self.basis(blocks), weights)
+
+    def read_signals(self, blocks: Blocks) -> Signals:
+        """Return the signals of the first run."""
+        weights = BlockRows(0, (0,)) if self.weights is None else self.weights
+        return Signals(*map(blocks.first, (self.s, self.error, self.qd, weights)))
 
 
 def allocate_inputs(

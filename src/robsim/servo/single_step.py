@@ -99,11 +99,12 @@ class SingleStepController:
         and whether the controller is busy.
         """
         first, c = blocks.first, self.outputs
-        reasons, at_limit = (
-            int(first(self.safety_stages.reasons)),
-            first(self.safety_stages.at_limit),
-        )
+        reasons, at_limit = self.read_reasons(blocks), first(self.safety_stages.at_limit)
         return reasons, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
+
+    def read_reasons(self, blocks: Blocks) -> int:
+        """Return the bits of the active limits of the first run."""
+        return int(blocks.first(self.safety_stages.reasons))
 
     def name_active_constraints(self, blocks: Blocks) -> tuple[str, ...]:
         """Return the names of the constraints that hold the command of the first run back."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -153,8 +153,13 @@ class ImageBuffer:
 
     def take(self, pixels: Any, q: Array, t: float) -> tuple[str, ...]:
         """Store new images with the joints at a time, and return the names of unused data."""
+        rejected = self.store(list(self.reader.read(pixels, t)), q, t)
+        return (*self.reader.unused, *rejected)
+
+    def store(self, observed: Iterable[MarkObservation], q: Array, t: float) -> list[str]:
+        """Store the new ones of some images, and return the names of those that are rejected."""
         rejected = []
-        for each in list(self.reader.read(pixels, t)):
+        for each in observed:
             image, name = self.each[each.sight.key], each.sight.eye.name
             if each.t > t + AHEAD:
                 rejected.append(f"image of {name} taken in the future")
@@ -163,7 +168,7 @@ class ImageBuffer:
                 self._new.add(each.sight.key)
             elif each.t < image.image_time:
                 rejected.append(f"late image of {name}")
-        return (*self.reader.unused, *rejected)
+        return rejected
 
     def take_picture(self, sight: CameraTarget, q: Array, t: float) -> None:
         """Store the time and the joints of a picture that replaces the marks of a pair."""

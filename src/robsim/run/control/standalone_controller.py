@@ -358,24 +358,34 @@ class Controller:
     def _command(self, released: bool, unused: tuple[str, ...], fault: str = "") -> DriveCommand:
         """Return the command of the period, computed by the stages of the loop.
 
-        In a period that resets the memory the robot may not move. A robot that continued its last
-        command in a pause brakes to rest, and the memory is reset in each of these periods.
+        A robot that continued its last command in a pause brakes to rest, and the memory is reset
+        in each of these periods.
         """
-        age, step = self._images.age(self._clock.now), self._released_periods
-        reset_reason = self._reset_reason
-        if reset_reason:
-            released, step, fault = False, 0, "; ".join(filter(None, (fault, reset_reason)))
+        age, reset_reason = self._images.age(self._clock.now), self._reset_reason
+        self._perform(released, age)
+        command = self._make_command(unused, age, "; ".join(filter(None, (fault, reset_reason))))
+        self._rests_first = self._rests_first and bool(self._last_numbers.any())
+        if self._rests_first:
+            self._reset_reason = reset_reason
+        return command
+
+    def _perform(self, released: bool, age: float) -> None:
+        """Perform the stages of the period.
+
+        In a period that resets the memory the robot may not move.
+        """
+        step = self._released_periods
+        if self._reset_reason:
+            released, step = False, 0
         images = self._images.each.items()
         permission = -1.0 if released and self._is_late() else float(released)
         self._standalone.take(self._blocks, self._q, images, age, permission)
         store_pictures(self._blocks, self._frames.release())
         self._standalone.perform(self._blocks, step)
         self._released_periods, self._reset_reason = self._released_periods + (permission > 0), ""
-        command = self._make_command(unused, age, fault)
-        self._rests_first = self._rests_first and bool(self._last_numbers.any())
-        if self._rests_first:
-            self._reset_reason = reset_reason
-        return command
+        self._command_time = self._clock.now
+        if self._standalone.read_reasons(self._blocks) & command_limits.NOT_FINITE:
+            self._reset_reason = "not finite before: the memory of the scheme is reset"
 
     @property
     def _last_numbers(self) -> Array:
@@ -390,10 +400,7 @@ class Controller:
 
     def _make_command(self, unused: tuple[str, ...], age: float, fault: str) -> DriveCommand:
         """Return the command and the health that the stages of the period have computed."""
-        self._command_time = self._clock.now
         why, at_limit, error, qd, busy = self._standalone.read(self._blocks)
-        if why & command_limits.NOT_FINITE:
-            self._reset_reason = "not finite before: the memory of the scheme is reset"
         small = bool((np.abs(error * self._scale) < self._tolerance).all())
         free = not busy and not why & command_limits.HELD
         converged = small and free and self._images.complete
