@@ -33,13 +33,22 @@ def _curvature_rows(w, N, now, inverse, error, L, B):
 
 @kernel
 def _lower_gram(w, B, rows, H):
-    """Compute the lower half of H = B' B."""
-    for i in range(6):
-        for j in range(i + 1):
-            total = get(w, B + i) * get(w, B + j)
-            for r in range(1, rows):
-                total = total + get(w, B + 6 * r + i) * get(w, B + 6 * r + j)
-            put(w, H + 6 * i + j, total)
+    """Compute the lower half of H = B' B in tiles of two rows and two columns.
+
+    A single sum would wait for each addition; the four sums of a tile overlap.
+    """
+    for i in range(B, B + 6, 2):
+        for j in range(B, i + 1, 2):
+            a, b, c, d = get(w, i), get(w, i + 1), get(w, j), get(w, j + 1)
+            ac, ad, bc, bd = a * c, a * d, b * c, b * d
+            for r in range(6, 6 * rows, 6):
+                a, b, c, d = get(w, i + r), get(w, i + 1 + r), get(w, j + r), get(w, j + 1 + r)
+                ac, ad, bc, bd = ac + a * c, ad + a * d, bc + b * c, bd + b * d
+            at = H + 6 * (i - B) + j - B
+            put(w, at, ac)
+            put(w, at + 1, ad)
+            put(w, at + 6, bc)
+            put(w, at + 7, bd)
 
 
 @kernel
