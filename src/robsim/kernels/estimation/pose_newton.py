@@ -150,7 +150,8 @@ def newton_update(w, N, image, weights, L, slow, moving, u, scratch):
     for i in range(2 * N):
         put(w, slow_error + i, where(slow, get(w, error + i), 0.0))
     flat = moving
-    for attempt in range(2):  # a loop compiles the common code once
+    # The loop compiles the common code once. Without slow runs L' L is the Hessian.
+    for attempt in range(0 if any_lane(slow) else 1, 2):
         if attempt == 0:
             pose_hessian(w, N, now, inverse, slow_error, weights, L, scratch)
         else:
