@@ -3,7 +3,7 @@
 `robsim.kernels.control.task_priorities` finds a basis of the free motions, the columns of N, or the
 projector P in the runs without a basis. If all tasks act through the Jacobian of a camera, its
 orthonormal rows Q complete the basis: P = N N' + I - Q'Q. A motion is projected by products with N
-and Q, which takes 24 n operations for Q instead of 2 n^2 for P, and 13 n^2 to compute P.
+and Q, which takes 24 n operations for Q; P takes 6 n^2 to compute and 2 n^2 to multiply.
 """
 
 from robsim.kernels.machine.kernel import kernel, part
