@@ -4,10 +4,21 @@ import numpy as np
 import pytest
 from numba import njit
 
-from robsim.kernels.formulas.lane_math import cos_sin
+from robsim.kernels.formulas.lane_math import cos_sin, log_of_fraction
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
 from robsim.kernels.machine.compiler import dispatchers  # noqa: F401  Numba learns of lanes
-from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.lanes import (
+    WIDTH,
+    absolute,
+    any_lane,
+    fill_lanes,
+    get,
+    get_lane,
+    put,
+    replace_lane,
+    sqrt,
+    where,
+)
 
 ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])
 
@@ -54,6 +65,39 @@ def turned(block):
     c, s = cos_sin(get(block, 0))
     put(block, 1, c)
     put(block, 2, s)
+
+
+@njit
+def filled(block, x, i, y):
+    """Lanes that hold x, with y in lane i; return the numbers in the lanes i and i + 1."""
+    lanes = replace_lane(fill_lanes(x), i, y)
+    put(block, 0, lanes)
+    return get_lane(lanes, i), get_lane(lanes, i + 1)
+
+
+def test_a_number_fills_all_lanes_and_another_replaces_it_in_one():
+    block = np.zeros(WIDTH)
+    assert filled(block, 2.5, 3, -1.0) == (-1.0, 2.5)
+    np.testing.assert_array_equal(block, [2.5, 2.5, 2.5, -1.0, 2.5, 2.5, 2.5, 2.5])
+
+
+@njit
+def taken(block):
+    """The logarithm of row 0, in row 1."""
+    put(block, 1, log_of_fraction(get(block, 0)))
+
+
+def test_logarithms_of_fractions_are_correct_to_one_unit_in_the_last_place():
+    rng = np.random.default_rng(1)
+    near_one, near_root = 1.0 - 2.0 ** -rng.uniform(1, 53, 800), rng.uniform(-1e-9, 1e-9, 800)
+    special = np.append(2.0 ** -np.arange(64.0), [1.0 - 2.0**-53, 0.75, *[0.5] * 6])
+    small, roots = 2.0 ** -rng.uniform(0, 63, 800), np.sqrt(0.5) * (1.0 + near_root)
+    x = np.concatenate([rng.random(800), near_one, roots, small, special]).reshape(-1, WIDTH)
+    for each in x:
+        block = np.concatenate([each, np.empty(WIDTH)])
+        taken(block)
+        exact = np.log(each.astype(np.longdouble))
+        assert (np.abs(block[WIDTH:] - exact) <= np.spacing(np.abs(exact.astype(float)))).all()
 
 
 @pytest.mark.parametrize("far", [2e5, -1e300, np.inf, np.nan])

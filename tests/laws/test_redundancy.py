@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.kernels.control.null_space import sigmoid_switch
 from robsim.kernels.machine.program import evaluate_stages
+from robsim.servo.shaping.free_motions import add_priorities
 from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,
     SecondaryMotion,
-    add_priorities,
     large_projection,
     null_space,
     solve_priorities,
@@ -248,7 +248,8 @@ def solve_by_camera(levels, J):
 
     def add(program, J, *rows):
         pairs = list(zip(rows[::2], rows[1::2], strict=True))
-        return add_priorities(program, pairs, RCOND, J)
+        qd, free_motions = add_priorities(program, pairs, RCOND, J)
+        return qd, free_motions.add_projector()
 
     products = [(np.einsum("kmb,mnb->knb", L, J), rate) for L, rate in levels]
     found = evaluate_stages(add, [J, *(array for level in products for array in level)])
@@ -286,6 +287,27 @@ def test_four_points_and_a_redundant_arm_leave_the_null_space_of_its_jacobian(n)
         pinv = np.linalg.pinv(J[..., b])
         close(P[..., b], np.eye(n) - pinv @ J[..., b], 1e-13)
         close(qd[:, b], pinv @ np.linalg.pinv(L[..., b]) @ rate[:, b], 1e-12)
+
+
+@steady
+@given(seeds, st.lists(st.integers(1, 9), max_size=3), st.integers(7, 12), st.booleans())
+def test_a_free_motion_is_the_product_with_the_projector_in_any_batch(seed, shapes, n, by_camera):
+    rng, stack = np.random.default_rng(seed), stacks(seed, [2, *shapes], 6)
+    J = last(*(camera_jacobian(rng, n) for _ in stack))
+    tasks = [array for L, rate in batch(stack) for array in (np.einsum("kmb,mnb->knb", L, J), rate)]
+    motion, qd = rng.normal(size=(2, n, len(stack)))
+
+    def add(program, J, motion, qd, *rows):
+        pairs = list(zip(rows[::2], rows[1::2], strict=True))
+        _, free_motions = add_priorities(program, pairs, RCOND, J if by_camera else None)
+        return free_motions.add_motion(motion, qd), free_motions.add_projector()
+
+    arrays = [J, motion, qd, *tasks]
+    whole, P = evaluate_stages(add, arrays)
+    close(whole, qd + np.einsum("nmb,mb->nb", P, motion), 1e-13)
+    for b in range(len(stack)):
+        alone, _ = evaluate_stages(add, [np.ascontiguousarray(a[..., b : b + 1]) for a in arrays])
+        np.testing.assert_array_equal(alone[:, 0], whole[:, b])
 
 
 @pytest.mark.parametrize("least", 10.0 ** -np.arange(0, 18))

@@ -239,8 +239,9 @@ def scale_length_unit(
 def weight_matrix_rows(w, step, A="n, m", n="count", m="count", weights="n", B="n, m"):
     """Compute B, the matrix A with each row multiplied by its weight."""
     for i in range(n):
+        weight = get(w, weights + i)
         for j in range(m):
-            put(w, B + i * m + j, get(w, weights + i) * get(w, A + i * m + j))
+            put(w, B + i * m + j, weight * get(w, A + i * m + j))
 
 
 @stage
@@ -339,9 +340,9 @@ def estimate_drift(
 def mask_hidden_rows(w, step, A="n, m", n="count", m="count", hidden="n", out="n, m"):
     """Compute out, the matrix A with zeros in its hidden rows."""
     for i in range(n):
+        is_hidden = get(w, hidden + i) > 0.0
         for j in range(m):
-            at = i * m + j
-            put(w, out + at, where(get(w, hidden + i) > 0.0, 0.0, get(w, A + at)))
+            put(w, out + i * m + j, where(is_hidden, 0.0, get(w, A + i * m + j)))
 
 
 @stage

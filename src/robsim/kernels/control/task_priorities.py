@@ -3,9 +3,9 @@
 Usually the task matrix A has full rank in the remaining null space, and an orthonormal basis N of
 this space has as many columns as there are free numbers. A QR factorisation of A N then solves the
 task and shortens N. If the condition of A N is doubtful in a run, the run uses singular values, and
-the projector P onto the null space instead of N. The rank is decided for each direction, relative
-to the largest singular value of A. A threshold relative to A P would be wrong: tasks of higher
-priority may leave only rounding errors in A P, and these would be inverted.
+from then on the projector P onto the null space instead of N. The rank is decided for each
+direction, relative to the largest singular value of A. A threshold relative to A P would be wrong:
+tasks of higher priority may leave only rounding errors in A P, and these would be inverted.
 
 All tasks of one camera have matrices A = L J with the camera Jacobian J (6, n). Their ranks are at
 most 6, and A N never has full rank if more than 6 joints move the camera. The first basis N then
@@ -15,6 +15,7 @@ A = A N N' for every such task. The motions I - N N' are free in all tasks.
 
 import numpy as np
 
+from robsim.kernels.control.free_motions import put_projector
 from robsim.kernels.linear_algebra import svd
 from robsim.kernels.linear_algebra.householder import (
     apply_reflections,
@@ -51,17 +52,19 @@ def solve_priority(
     Q="6, n or none",
     qd="n",
     P="n, n",
-    N="n, n",
+    N="columns, n",
     usual="row",
     scratch="size",
     size="count",
+    columns="count",
 ):
-    """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
+    """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from the projector P (n, n).
 
     Singular values of A P below rcond times the largest singular value of A count as zero. `first`
-    is 1 for the first task. N (n, n) holds `free` columns in column-major order, a basis of the
-    null space in the runs with usual = 1. With J, the basis omits the motions that leave J qd
-    unchanged, and the rows of Q are an orthonormal basis of all other motions.
+    is 1 for the first task. In the runs with usual = 1, the first `free` columns of N, stored in
+    column-major order, are a basis of the null space, and P is not computed. With J, the basis
+    omits the motions that leave J qd unchanged, and the rows of Q are an orthonormal basis of all
+    other motions.
     """
     numbers = A, k, n, rate, rcond, free, qd, P, N, usual, scratch, first
     if first:
@@ -75,15 +78,20 @@ def solve_priority(
     new_qd, rest = scratch, scratch + n
     _remaining_rate(w, numbers, rest)
     bound = _solve_by_reflections(w, numbers, new_qd, rest)
-    sound = (bound < 1.0) & (get(w, usual) > 0.0)
+    had_basis = get(w, usual) > 0.0
+    sound = (bound < 1.0) & had_basis
     put(w, usual, where(sound, 1.0, 0.0))
-    if any_lane(~sound):
+    doubtful = any_lane(~sound)
+    if doubtful:
         if first:
             _put_identity(w, n, P)
+        else:
+            put_projector(w, n, N, free, Q, had_basis, P)
+    _shorten_basis(w, k, n, free, N, rest + k)
+    if doubtful:
         _solve_by_singular_values(w, numbers)
     for i in range(n):
         put(w, qd + i, where(sound, get(w, new_qd + i), get(w, qd + i)))
-    _shorten_basis(w, n, free, min(k, free), N, 0.0 * get(w, rcond), Q, sound, P)
 
 
 @part
@@ -105,8 +113,8 @@ def _begin_row_space(w, J, n, N, Q, scratch):
         put(w, scratch + i, get(w, J + i))
         put(w, N + i, 1.0 if i % n == i // n else 0.0)
     factorise_qr(w, scratch, n, 6, betas, R)
-    for c in range(6):
-        apply_reflections_back(w, scratch, n, 6, betas, N + n * c)
+    for c in range(6):  # the later reflections do not change the rows of this column
+        apply_reflections_back(w, scratch, n, c + 1, betas, N + n * c)
     for i in range(6 * n):
         put(w, Q + i, get(w, N + i))
 
@@ -124,10 +132,7 @@ def _remaining_rate(w, p, out):
 
 @part
 def _solve_by_reflections(w, p, late, rest):
-    """Compute qd + N (A N)^+ rest, and rotate N: its last columns span the new null space.
-
-    Return a bound. A N has full rank if the bound is below 1.
-    """
+    """Compute qd + N (A N)^+ rest. Return a bound: A N has full rank if the bound is below 1."""
     A, k, n, free, N = p[0], p[1], p[2], p[5], p[8]
     m, wide = min(k, free), k < free
     M, height = rest + k, free if wide else k
@@ -143,9 +148,6 @@ def _solve_by_reflections(w, p, late, rest):
     else:
         _solve_least_squares(w, inverse, m, rest, M, height, betas, x)
     _add_null_space_motion(w, n, p[6], N, free, x, late)
-    if wide:
-        for i in range(n):
-            apply_reflections(w, M, height, m, betas, N + i, n)
     return _squared_condition_bound(w, A, k * n, inverse, m, get(w, p[4]))
 
 
@@ -202,21 +204,16 @@ def _squared_condition_bound(w, A, size, inverse, m, rcond):
 
 
 @part
-def _shorten_basis(w, n, free, m, N, zero, Q, sound, P):
-    """Keep the columns of N from m on. In sound runs replace P by N N', or N N' + I - Q' Q."""
-    for i in range(n * (free - m)):
-        put(w, N + i, get(w, N + n * m + i))
-    for i in range(n):
-        for j in range(i + 1):
-            total = zero
-            if Q >= 0:
-                for c in range(6):
-                    total = total + get(w, Q + n * c + i) * get(w, Q + n * c + j)
-                total = (1.0 if i == j else 0.0) - total
-            for c in range(free - m):
-                total = total + get(w, N + n * c + i) * get(w, N + n * c + j)
-            put(w, P + n * i + j, where(sound, total, get(w, P + n * i + j)))
-            put(w, P + n * j + i, where(sound, total, get(w, P + n * j + i)))
+def _shorten_basis(w, k, n, free, N, M):
+    """Rotate N so that its last columns span the new null space, and keep only these columns.
+
+    M holds the reflections of `_solve_by_reflections`.
+    """
+    if k < free:
+        for i in range(n):
+            apply_reflections(w, M, free, k, M + k * free, N + i, n)
+        for i in range(n * (free - k)):
+            put(w, N + i, get(w, N + n * k + i))
 
 
 @part

@@ -51,10 +51,10 @@ def reproject_marks(w, marks, N, T, x, weights, image):
 def _weighted_interaction(w, N, now, inverse, weights, L):
     """Compute the interaction matrix L of the marks, with weighted rows."""
     for n in range(N):
-        x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
+        x, y, weight = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, weights + n)
         put_point_rates(w, L + 12 * n, x, y, get(w, inverse + n))
         for i in range(12):
-            put(w, L + 12 * n + i, get(w, weights + n) * get(w, L + 12 * n + i))
+            put(w, L + 12 * n + i, weight * get(w, L + 12 * n + i))
 
 
 @part

@@ -33,13 +33,22 @@ def _curvature_rows(w, N, now, inverse, error, L, B):
 
 @kernel
 def _lower_gram(w, B, rows, H):
-    """Compute the lower half of H = B' B."""
-    for i in range(6):
-        for j in range(i + 1):
-            total = get(w, B + i) * get(w, B + j)
-            for r in range(1, rows):
-                total = total + get(w, B + 6 * r + i) * get(w, B + 6 * r + j)
-            put(w, H + 6 * i + j, total)
+    """Compute the lower half of H = B' B in tiles of two rows and two columns.
+
+    A single sum would wait for each addition; the four sums of a tile overlap.
+    """
+    for i in range(B, B + 6, 2):
+        for j in range(B, i + 1, 2):
+            a, b, c, d = get(w, i), get(w, i + 1), get(w, j), get(w, j + 1)
+            ac, ad, bc, bd = a * c, a * d, b * c, b * d
+            for r in range(6, 6 * rows, 6):
+                a, b, c, d = get(w, i + r), get(w, i + 1 + r), get(w, j + r), get(w, j + 1 + r)
+                ac, ad, bc, bd = ac + a * c, ad + a * d, bc + b * c, bd + b * d
+            at = H + 6 * (i - B) + j - B
+            put(w, at, ac)
+            put(w, at + 1, ad)
+            put(w, at + 6, bc)
+            put(w, at + 7, bd)
 
 
 @kernel
@@ -141,7 +150,8 @@ def newton_update(w, N, image, weights, L, slow, moving, u, scratch):
     for i in range(2 * N):
         put(w, slow_error + i, where(slow, get(w, error + i), 0.0))
     flat = moving
-    for attempt in range(2):  # a loop compiles the common code once
+    # The loop compiles the common code once. Without slow runs L' L is the Hessian.
+    for attempt in range(0 if any_lane(slow) else 1, 2):
         if attempt == 0:
             pose_hessian(w, N, now, inverse, slow_error, weights, L, scratch)
         else:

@@ -1,9 +1,10 @@
 """Elementary functions on lanes. The bits of a lane do not depend on its neighbours.
 
-Sine and cosine reduce the argument by multiples of pi/2 in three parts (Cody and Waite 1980) and
-evaluate the polynomials of degree 13 and 14 of fdlibm (Sun Microsystems 1993). The results are
-correct to one unit in the last place. For large arguments the reduction would lose digits, so
-these are computed by the library, number by number.
+The logarithm scales its argument by powers of two to m, from sqrt(1/2) to sqrt(2), and evaluates
+the polynomial of fdlibm (Sun Microsystems 1993) in (m - 1)/(m + 1). Sine and cosine reduce the
+argument by multiples of pi/2 in three parts (Cody and Waite 1980) and evaluate the polynomials of
+degree 13 and 14 of fdlibm. All results are correct to one unit in the last place. For large angles
+the reduction would lose digits, so these are computed by the library, number by number.
 """
 
 import math
@@ -20,6 +21,7 @@ from robsim.kernels.machine.lanes import (
 )
 
 LARGE = 1e5  # radians: for larger arguments k * PI_2[0] is not exact
+LN_2, ROOT_2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10), math.sqrt(2.0)
 PI_2 = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 
 
@@ -84,3 +86,31 @@ def cos_sin(x):
     if any_lane(is_large_angle(x)):
         return _library_cos_sin(x, c, s)
     return c, s
+
+
+@part
+def _scale_up(m, k, factor, power):
+    """Multiply lanes by factor = 2^power if this keeps them below sqrt(2), and subtract from k."""
+    scaled = m * factor
+    small = scaled < ROOT_2
+    return where(small, scaled, m), where(small, k - power, k)
+
+
+@kernel
+def log_of_fraction(x):
+    """Return the natural logarithm of lanes between 2^-63 and 1."""
+    m, k = _scale_up(x, 0.0 * x, 2.0**32, 32.0)
+    m, k = _scale_up(m, k, 2.0**16, 16.0)
+    m, k = _scale_up(m, k, 2.0**8, 8.0)
+    m, k = _scale_up(m, k, 2.0**4, 4.0)
+    m, k = _scale_up(m, k, 2.0**2, 2.0)
+    m, k = _scale_up(m, k, 2.0, 1.0)  # x = m 2^k
+    f = m - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    even = 3.999999999940941908e-1 + w * (2.222219843214978396e-1 + w * 1.531383769920937332e-1)
+    odd = 2.857142874366239149e-1 + w * (1.818357216161805012e-1 + w * 1.479819860511658591e-1)
+    rest = w * even + z * (6.666666666666735130e-1 + w * odd)
+    half = 0.5 * f * f
+    return k * LN_2[0] - ((half - (s * (half + rest) + k * LN_2[1])) - f)

@@ -1,15 +1,18 @@
 """Counter-based random numbers. Their bits do not depend on the order, chunks or threads.
 
 The generator is Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1,
-2, 3", SC11), checked with the known answers published with Random123.
+2, 3", SC11), checked with the known answers published with Random123. Normal numbers are computed
+on lanes without library calls, so their bits are the same on all systems.
 """
 
 import math
 
 import numpy as np
 
+from robsim.kernels.formulas.lane_math import log_of_fraction, near_cos_sin
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, fill_lanes, get, get_lane, put, replace_lane, sqrt
 
 _MASK, _HIGH = np.uint64(0xFFFFFFFF), np.uint64(32)
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
@@ -45,16 +48,17 @@ def _uniform_pair(seed, run, step, stream, n):
 
 @part
 def _transform_to_normal(first, second):
-    """Return two normal numbers from two uniform numbers, by the method of Box and Muller."""
-    radius, angle = math.sqrt(-2.0 * math.log(first)), 2.0 * math.pi * second
-    return radius * math.cos(angle), radius * math.sin(angle)
+    """Return normal numbers from uniform numbers, on lanes, by the method of Box and Muller."""
+    radius, (c, s) = sqrt(-2.0 * log_of_fraction(first)), near_cos_sin(2.0 * math.pi * second)
+    return radius * c, radius * s
 
 
 @kernel
 def normal_pair(seed, run, step, stream, n):
     """Return two independent standard normal numbers, the n-th pair of a run at this step."""
     first, second = _uniform_pair(seed, run, step, stream, n)
-    return _transform_to_normal(first, second)
+    x, y = _transform_to_normal(fill_lanes(first), fill_lanes(second))
+    return get_lane(x, 0), get_lane(y, 0)
 
 
 @kernel
@@ -66,14 +70,38 @@ def uniform_number(seed, run, step, stream, n):
     return _uniform_pair(seed, run, step, stream, n)[0]
 
 
+@part
+def _load_lanes(x, b):
+    """Return the numbers x[b...] as lanes. The lanes after the last number are 1."""
+    if b + WIDTH <= x.size:
+        return get(x, b // WIDTH)
+    lanes = fill_lanes(1.0)
+    for i in range(x.size - b):
+        lanes = replace_lane(lanes, i, x[b + i])
+    return lanes
+
+
+@part
+def _store_lanes(x, b, lanes):
+    """Write lanes to x[b...], up to the last number of x."""
+    if b + WIDTH <= x.size:
+        put(x, b // WIDTH, lanes)
+    else:
+        for i in range(x.size - b):
+            x[b + i] = get_lane(lanes, i)
+
+
 @entry("uint64, uint64[::1], int64, int64, out float64[:, :, ::1]")
 def fill_normal_pairs(seed, runs, step, stream, out):
     """Compute independent standard normal numbers out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[2]):  # whole numbers alone, which the compiler vectorises
             out[n, 0, b], out[n, 1, b] = _uniform_pair(seed, runs[b], step, stream, n)
-        for b in range(out.shape[2]):
-            out[n, 0, b], out[n, 1, b] = _transform_to_normal(out[n, 0, b], out[n, 1, b])
+        x, y = out[n, 0], out[n, 1]
+        for b in range(0, x.size, WIDTH):
+            first, second = _transform_to_normal(_load_lanes(x, b), _load_lanes(y, b))
+            _store_lanes(x, b, first)
+            _store_lanes(y, b, second)
 
 
 @entry("uint64, uint64[::1], int64, int64, out float64[:, ::1]")

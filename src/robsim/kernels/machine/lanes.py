@@ -17,6 +17,7 @@ def _operation(name: str) -> Intrinsic:
 
 get, put = _operation("get"), _operation("put")
 get_lane, replace_lane = _operation("get_lane"), _operation("replace_lane")
+fill_lanes = _operation("fill_lanes")
 sqrt, absolute, floor = _operation("sqrt"), _operation("absolute"), _operation("floor")
 where, any_lane, least_lane = _operation("where"), _operation("any_lane"), _operation("least_lane")
 align_stack = _operation("align_stack")

@@ -16,7 +16,8 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.controller_rows import ControllerInputs
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.redundancy import AvoidLimits, Posture, SecondaryMotion, add_priorities
+from robsim.servo.shaping.free_motions import add_priorities
+from robsim.servo.shaping.redundancy import AvoidLimits, Posture, SecondaryMotion
 from robsim.servo.shaping.speed_limit import SpeedLimit
 from robsim.world.scene import Scene
 
@@ -98,8 +99,8 @@ class CommandShaper:
         program, n = inputs.program, qd.size
         if self.secondary is not None:
             motion = self._add_secondary(self.secondary, inputs, n)
-            P = self._add_projector(program, error, A, J if is_product else None)
-            qd = program.result(kernels.add_projected_motion, "out", n, P=P, motion=motion, qd=qd)
+            task = error, A, J if is_product else None
+            qd = self._add_projected_motion(program, motion, qd, *task)
         if self.smooth_start is not None:
             arguments = {"mu": program.number(self.smooth_start), "initial": program.rows(n)}
             qd = program.result(
@@ -107,15 +108,24 @@ class CommandShaper:
             )
         return qd if self.limit is None else self.limit.stages(program, J, qd)
 
-    def _add_projector(
-        self, program: Program, error: BlockRows, A: BlockRows, J: BlockRows | None
+    def _add_projected_motion(
+        self,
+        program: Program,
+        motion: BlockRows,
+        qd: BlockRows,
+        error: BlockRows,
+        A: BlockRows,
+        J: BlockRows | None,
     ) -> BlockRows:
-        """Add the stages of the projector onto the free motions of the task."""
-        _, P = add_priorities(program, [(A, program.rows(error.size))], RCOND, J)
-        if self.projection:
-            bounds = program.constant([self.projection.low, self.projection.high])
-            program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
-        return P
+        """Add the stages that add a motion to qd, projected onto the free motions of the task."""
+        _, free = add_priorities(program, [(A, program.rows(error.size))], RCOND, J)
+        if not self.projection:
+            return free.add_motion(motion, qd)
+        P = free.add_projector()
+        bounds = program.constant([self.projection.low, self.projection.high])
+        program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
+        arguments = {"P": P, "motion": motion, "qd": qd}
+        return program.result(kernels.add_projected_motion, "out", qd.size, **arguments)
 
     def _add_secondary(
         self, secondary: SecondaryMotion, inputs: ControllerInputs, n: int

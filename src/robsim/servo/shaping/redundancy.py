@@ -14,10 +14,10 @@ from robsim.base.errors import InputError, format_value
 from robsim.declare import DeclaredValue, KindOf, Number, PerRun, family, register
 from robsim.declare.joint_numbers import PerJoint, get_commanded_axes
 from robsim.kernels.control import null_space as kernels
-from robsim.kernels.control.task_priorities import count_priority_rows, solve_priority
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.servo.laws.gain import PER_SECOND
+from robsim.servo.shaping.free_motions import add_priorities
 
 
 def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
@@ -55,35 +55,11 @@ def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tup
     """
 
     def add(program: Program, *rows: BlockRows) -> tuple[BlockRows, BlockRows]:
-        return add_priorities(program, list(zip(rows[::2], rows[1::2], strict=True)), rcond)
+        pairs = list(zip(rows[::2], rows[1::2], strict=True))
+        qd, free_motions = add_priorities(program, pairs, rcond)
+        return qd, free_motions.add_projector()
 
     qd, P = evaluate_stages(add, [array for level in levels for array in level])
-    return qd, P
-
-
-def add_priorities(
-    program: Program,
-    levels: Sequence[tuple[BlockRows, BlockRows]],
-    rcond: float,
-    J: BlockRows | None = None,
-) -> tuple[BlockRows, BlockRows]:
-    """Add the stages of `solve_priorities` for rows (A_i, rate_i); return the rows of qd and P.
-
-    J (6, n) is the Jacobian of a camera if every A_i is a product L_i J.
-    """
-    n = levels[0][0].shape[1]
-    qd, P = program.rows(n), program.rows(n, n)
-    redundant = J is not None and n > 6
-    camera = {"J": J, "Q": program.rows(6, n)} if redundant else {"J": None, "Q": None}
-    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows(), **camera}
-    share, free = program.constant(rcond), 6 if redundant else n
-    for i, (A, rate) in enumerate(levels):
-        k = A.shape[0]
-        arguments = {"A": A, "rate": rate, "rcond": share, "first": int(i == 0), "free": free}
-        program.add(
-            solve_priority, **arguments, **state, scratch=program.rows(count_priority_rows(k, n))
-        )
-        free = max(free - k, 0)
     return qd, P
 
 

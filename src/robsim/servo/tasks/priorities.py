@@ -21,7 +21,7 @@ from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
 from robsim.servo.shaping.command_shaper import CommandShaper
-from robsim.servo.shaping.redundancy import add_priorities
+from robsim.servo.shaping.free_motions import add_priorities
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.composite import (
     CompositeController,

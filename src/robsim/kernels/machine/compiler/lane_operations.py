@@ -247,6 +247,16 @@ def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
 
 
 @intrinsic
+def fill_lanes(typing: Any, x: Any) -> Any:
+    """Return lanes that all hold a scalar."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _broadcast(context, builder, sig.args[0], args[0])
+
+    return LANES(x), emit
+
+
+@intrinsic
 def get_lane(typing: Any, x: Any, i: Any) -> Any:
     """Return the number in lane i."""
 
