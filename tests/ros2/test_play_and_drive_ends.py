@@ -20,7 +20,7 @@ def test_either_side_is_killed_and_started_again(braking_cell, robsim, listener)
     changes = np.abs(np.diff(motion.velocities(since), axis=0))
     assert changes.max() <= 1.01 * ACCELERATION * DT
     drive = robsim("ros2", "drive", path)
-    wait_until(lambda: motion.speed() > MOVES, "motion by a new node")
+    wait_until(lambda: motion.speed() > 0.0, "motion by a new node")  # slower, nearer to the goal
 
     line = drive.mark()
     play.finish(signal.SIGKILL)
