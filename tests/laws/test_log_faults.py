@@ -60,16 +60,16 @@ def test_a_healthy_drive_has_no_finding():
 
 
 @pytest.mark.full
-def test_of_39_drives_at_least_36_are_named():
-    """Thirteen kinds of faults, each three times."""
+def test_of_26_drives_at_least_24_are_named():
+    """Thirteen kinds of faults, each twice."""
     kinds = list(plant.FAULTS)
-    named = [drive_with(kinds[i % len(kinds)], 500 + i)[1] for i in range(39)]
-    assert sum(named) >= 36, [kinds[i % len(kinds)] for i in np.flatnonzero(~np.array(named))]
+    named = [drive_with(kinds[i % len(kinds)], 500 + i)[1] for i in range(26)]
+    assert sum(named) >= 24, [kinds[i % len(kinds)] for i in np.flatnonzero(~np.array(named))]
 
 
 @pytest.mark.full
-def test_of_25_healthy_drives_none_has_a_finding():
-    found = [bool(healthy_drive(1000 + seed).causes) for seed in range(25)]
+def test_of_15_healthy_drives_none_has_a_finding():
+    found = [bool(healthy_drive(1000 + seed).causes) for seed in range(15)]
     assert not any(found), np.flatnonzero(found)
 
 
