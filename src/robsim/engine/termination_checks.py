@@ -35,7 +35,7 @@ class TerminationChecks:
         self.ending = program.constant(-1.0)
         self.tolerance = program.constant(controller.tolerance)
         self.pace = program.number(controller.pace)
-        self.scale = program.constant(controller.tolerance / controller.tolerances)
+        self.scale = program.constant(controller.tolerance_scale)
 
     def judge(
         self,

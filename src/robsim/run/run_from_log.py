@@ -194,7 +194,7 @@ def _is_error_small(loop: Loop, errors: Array, pixels: Array) -> NDArray[np.bool
     In the last period no mark of the pixels (T, N, 2) may be missing.
     """
     controller = loop.controller
-    scaled = errors * (controller.tolerance / controller.tolerances)
+    scaled = errors * controller.tolerance_scale
     small = np.abs(scaled).max(axis=1, initial=0.0) < controller.tolerance
     small[-1] &= not _lacks_marks(loop, pixels[-1])
     return np.asarray(small)

@@ -131,11 +131,12 @@ class TaskController(ABC):
 
     def scale_to_tolerances(self, decision: Decision) -> Decision:
         """Return a decision with error and task Jacobian scaled to one tolerance."""
-        if self._scale is None:
+        scale = self.tolerance_scale[:, None]
+        if (scale == 1.0).all():
             return decision
         command = decision.command
-        error = command.error * self._scale
-        task_jacobian = command.task_jacobian * self._scale[:, None]
+        error = command.error * scale
+        task_jacobian = command.task_jacobian * scale[:, None]
         return decision._replace(command=command._replace(error=error, task_jacobian=task_jacobian))
 
     @property
@@ -160,6 +161,6 @@ class TaskController(ABC):
         return float(self.tolerances[0])
 
     @cached_property
-    def _scale(self) -> Array | None:
-        scale = self.tolerance / self.tolerances
-        return None if (scale == 1.0).all() else scale[:, None]
+    def tolerance_scale(self) -> Array:
+        """Factors (k,) that scale the features to the tolerance of the first one."""
+        return np.asarray(self.tolerance / self.tolerances)

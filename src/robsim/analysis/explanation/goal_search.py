@@ -88,7 +88,7 @@ def _error_and_rates(servo: ServoController, T: Array) -> tuple[Array, Array]:
     pairs = list(zip(regulated.parts, views, strict=True))
     s = np.concatenate([part.measure(view) for part, view in pairs])
     L = np.concatenate([part.interaction(view) for part, view in pairs])
-    scale = (servo.tolerance / servo.tolerances)[:, None]
+    scale = servo.tolerance_scale[:, None]
     e = scale * (s - regulated.s_goal)
     seen = np.isfinite(e).all(0)
     usable = seen & np.isfinite(L).all((0, 1))

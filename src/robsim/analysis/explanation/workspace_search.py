@@ -101,7 +101,7 @@ def _error_and_rates(analysis: RunAnalysis, q: Array) -> tuple[Array, Array]:
     controller, case = analysis.controller, analysis.case
     truth = compute_true_error(case.task, remove_image_borders(case.scene), q)
     assert truth is not None
-    scale = np.asarray(controller.tolerance / controller.tolerances)
+    scale = controller.tolerance_scale
     e, A = truth.error * scale, truth.rates[..., controller.columns] * scale[:, None]
     usable = np.asarray(np.isfinite(e).all(axis=1) & np.isfinite(A).all(axis=(1, 2)))
     return np.where(usable[:, None], e, np.inf), np.where(usable[:, None, None], A, 0.0)

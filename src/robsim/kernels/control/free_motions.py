@@ -60,7 +60,7 @@ def _subtract_components(w, n, rows, count, x, out, sign):
 
 
 @part
-def _project_motion(w, n, P, motion, i):
+def project_motion(w, n, P, motion, i):
     """Return component i of P motion."""
     total = 0.0 * get(w, P)
     for j in range(n):
@@ -97,5 +97,5 @@ def add_free_motion(
     for i in range(n):
         projected = get(w, out + i)
         if any_projector:
-            projected = where(has_basis, projected, _project_motion(w, n, P, motion, i))
+            projected = where(has_basis, projected, project_motion(w, n, P, motion, i))
         put(w, out + i, get(w, qd + i) + projected)

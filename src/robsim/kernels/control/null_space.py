@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from robsim.kernels.control.free_motions import project_motion
 from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.kernel import kernel
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
@@ -81,10 +82,7 @@ def compute_limit_avoidance(
 def add_projected_motion(w, step, n="count", P="n, n", motion="n", qd="n", out="n"):
     """Add a secondary motion, projected by P into the null space, to the command qd."""
     for i in range(n):
-        total = 0.0 * get(w, P)
-        for j in range(n):
-            total = total + get(w, P + n * i + j) * get(w, motion + j)
-        put(w, out + i, get(w, qd + i) + total)
+        put(w, out + i, get(w, qd + i) + project_motion(w, n, P, motion, i))
 
 
 @stage

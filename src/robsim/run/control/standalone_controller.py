@@ -102,8 +102,7 @@ class Controller:
         self._standalone = SingleStepController(bound, self.dt, guard)
         self._safety, self._longest_hold = guard.safety, guard.hold
         self._longest_pause = max(PAUSE, PERIODS * self.dt, guard.hold)
-        scale = bound.tolerance / bound.tolerances
-        self._scale, self._tolerance = scale, bound.tolerance
+        self._scale, self._tolerance = bound.tolerance_scale, bound.tolerance
         self._bounds = _compute_measurable_range(self.scene.limits)
         self.velocity_names = tuple(self.scene.velocity_names[i] for i in bound.columns)
         self.reset()
