@@ -299,3 +299,30 @@ def test_a_kept_controller_warns_each_time():
 )
 def test_only_our_own_values_are_taken_as_constant(value, stays):
     assert is_immutable(value) is stays
+
+
+def test_the_joints_of_a_goal_cannot_change():
+    task = rs.FollowJoints({"link1": 0.5}, duration=2.0)
+    for change in (
+        lambda to: to.update(link1=0.7),
+        lambda to: to.__setitem__("link1", 0.7),
+        lambda to: to.pop("link1"),
+        lambda to: to.clear(),
+    ):
+        with pytest.raises(TypeError, match="read-only"):
+            change(task.to)
+    for again in (copy.copy(task), copy.deepcopy(task), pickle.loads(pickle.dumps(task))):
+        assert again == task and again.to == {"link1": 0.5} and is_immutable(again)
+    assert is_immutable(task)
+
+
+def test_a_leg_of_a_mission_makes_no_text_until_it_is_read(monkeypatch):
+    texts = []
+    write = rs.Experiment.to_toml
+    monkeypatch.setattr(
+        rs.Experiment, "to_toml", lambda of, **how: texts.append(of) or write(of, **how)
+    )
+    legs = rs.load_scenario(rs.examples.path("inspection_a")).run().legs
+    before = len(texts)
+    assert before <= 1
+    assert "[task]" in legs[1].run.attrs["scenario"] and len(texts) == before + 1

@@ -106,7 +106,7 @@ def parse(
         wrong = f"{text!r} has {len(words)} numbers, not {count or 1}"
         raise UnitError(f"{wrong}: {_describe_expected(dimension, count, text)}")
     try:
-        numbers = tuple(_scale_decimal(word, units[match[2]]) for word in words)
+        numbers = tuple(scale_decimal(word, match[2], dimension) for word in words)
     except (DecimalException, OverflowError):
         raise UnitError(f"{text!r}: {_describe_expected(dimension, count, text)}") from None
     return numbers if count else numbers[0]
@@ -152,8 +152,13 @@ def make_quantity_pattern(dimension: Dimension) -> str:
     return rf"^[-+0-9.eE,\s]+({units})\s*$"
 
 
-def _scale_decimal(word: str, factor: int | float) -> float:
-    number = Decimal(word)
+def scale_decimal(word: str, unit: str, dimension: Dimension) -> float:
+    """Return a decimal number with a unit in SI; OverflowError if it is not finite.
+
+    >>> scale_decimal("22.86", "cm", "length")
+    0.2286
+    """
+    number, factor = Decimal(word), _UNITS[dimension][unit]
     value = float(number.scaleb(factor)) if isinstance(factor, int) else float(number) * factor
     if not math.isfinite(value):
         raise OverflowError

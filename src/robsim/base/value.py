@@ -37,6 +37,23 @@ class Value:
         return tuple(make_hashable(getattr(self, name)) for name in compared)
 
 
+class ReadOnlyDict(dict[str, Any]):
+    """A dict of which no item can change.
+
+    >>> ReadOnlyDict(a=1.0) == {"a": 1.0}
+    True
+    """
+
+    def _refuse(self, *args: Any, **named: Any) -> Any:
+        raise TypeError("this dict is read-only: make a new value with another dict")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
+
+
 T = TypeVar("T")
 
 
@@ -91,6 +108,8 @@ def is_immutable(value: Any) -> bool:
         return not value.flags.writeable
     if isinstance(value, tuple):
         return all(map(is_immutable, value))
+    if isinstance(value, ReadOnlyDict):
+        return all(map(is_immutable, value.values()))
     return value.holds_still if isinstance(value, Value) else _is_own_immutable(value)
 
 

@@ -16,6 +16,7 @@ from robsim.declare.quantities import DIMENSIONS
 LESS = re.compile(r"\b0\.")  # the start of a number below one
 LONG = re.compile(r"(?<![.\d])\d{4}")  # the start of a number of a thousand or more
 SLACK = 3  # characters by which a number in a common unit may be longer
+NEAR = 1e-14  # a number farther from the exact ratio, relative to it, is another double
 WHOLE = 1e15  # integers below it are written without a decimal point
 
 
@@ -72,9 +73,12 @@ def _format_in_unit(x: float, unit: str, dimension: si_units.Dimension) -> str |
     ratio = x / si_units.get_unit_factor(unit, dimension)
     rounded = (round(ratio, digits) for digits in range(16))
     near = (math.nextafter(ratio, side) for side in (-math.inf, math.inf))
+    tried = None
     for each in (*rounded, ratio, *near):
-        word = _format_decimal(each)
-        if is_identical(si_units.parse(f"{word} {unit}", dimension), x):
+        if each == tried or not abs(each - ratio) <= NEAR * abs(ratio):
+            continue
+        tried, word = each, _format_decimal(each)
+        if is_identical(si_units.scale_decimal(word, unit, dimension), x):
             return word
     return None
 

@@ -22,8 +22,8 @@ from robsim.base.free_memory import get_address_space
 from robsim.container import pack_container, unpack_container
 from robsim.geometry.mesh_parser import ColoredMesh, parse_mesh_file
 
-SECONDS = 3.0  # limit of processor time, plus SECONDS_PER_MB
-SECONDS_PER_MB = 0.3
+SECONDS = 10.0  # limit of processor time, plus SECONDS_PER_MB
+SECONDS_PER_MB = 1.0
 START = 20.0  # limit of the elapsed time in seconds, plus PATIENCE times that of processor time
 PATIENCE = 6.0
 MEMORY = 1 << 30  # limit of memory in bytes, plus BYTES_PER_BYTE for each byte of the file

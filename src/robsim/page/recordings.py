@@ -135,7 +135,7 @@ def _select_run(experiment: Experiment, run: xr.Dataset) -> Experiment:
 def _record_mission(mission: MissionRun) -> Recording:
     """Return the recording of a mission: the motion of all phases, without images."""
     run, legs, ending = mission.run, mission.legs, _describe_mission_ending(mission)
-    motion = SceneMotion.of_mission(mission)
+    motion = SceneMotion.of_mission(mission, run)
     text = mission.attrs.get("scenario", "")
     starts = [{"time": leg.start, "text": leg.name} for leg in legs]
     entries = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from robsim.plot.wireframe import compute_display_pose
 from robsim.robot.robot import Robot
 from robsim.run.mission_run import MissionRun
 from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STILL = 1e-6  # metres; smaller motions count as standing still
 FRUSTUM, LEAST = 0.12, 0.03  # depth of a frustum, and its least value, as shares of the scene
@@ -41,9 +45,9 @@ class SceneMotion:
         return cls(((scene, q),), second)
 
     @classmethod
-    def of_mission(cls, mission: MissionRun) -> SceneMotion:
-        """Return the motion of all phases, at the instants of `mission.run`."""
-        run, legs = mission.run, mission.legs
+    def of_mission(cls, mission: MissionRun, run: xr.Dataset) -> SceneMotion:
+        """Return the motion of all phases, at the instants of `run`, which is `mission.run`."""
+        legs = mission.legs
         counts = [int(sum(run["phase"].values == leg.name)) for leg in legs]
         phases = np.split(run["q"].values, np.cumsum(counts)[:-1])
         return cls(tuple(zip([leg.scene for leg in legs], phases, strict=True)))

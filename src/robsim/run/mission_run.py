@@ -141,10 +141,12 @@ def _get_leg_instants(leg: MissionLeg, *, last: bool) -> xr.Dataset:
 
     The last instant is included only for the last leg, if it is recorded.
     """
-    names = [name for name in OF_LEGS if name in leg.run]
-    run = leg.run[names].drop_vars("run", errors="ignore")
-    short = 1e-9 * float(leg.run.attrs["dt"])
-    kept = run["time"].values < leg.end - leg.start + (short if last else -short)
+    import xarray as xr
+
+    variables = {name: leg.run[name] for name in OF_LEGS if name in leg.run}
+    run = xr.Dataset(variables).drop_vars("run", errors="ignore")
+    rounding = 4 * np.spacing(leg.end)
+    kept = run["time"].values < leg.end - leg.start + (rounding if last else -rounding)
     run = run.isel(time=slice(0, int(kept.sum())))
     run = run.assign_coords(time=run["time"] + leg.start)
     return run.assign_coords(phase=("time", np.full(run.sizes["time"], leg.name)))

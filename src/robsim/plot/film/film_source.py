@@ -96,7 +96,8 @@ def build_film_source(
 
 def _build_mission_source(mission: MissionRun, experiment: Experiment | None) -> FilmSource:
     """Return the content of a film of a mission."""
-    run, motion, first, shots = mission.run, SceneMotion.of_mission(mission), 0, []
+    run = mission.run
+    motion, first, shots = SceneMotion.of_mission(mission, run), 0, []
     for leg, (scene, q) in zip(mission.legs, motion.phases, strict=True):
         if len(q):
             one = run_data.extract_single_run(leg.run).isel(time=slice(0, len(q)))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_float, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value
+from robsim.base.value import ReadOnlyDict
 from robsim.declare import DeclaredValue, KindOf, Number, Time, register
 from robsim.declare.joint_numbers import Axes, PerJoint, get_followed_axes
 from robsim.declare.problems import UnreadableValue
@@ -287,7 +288,8 @@ class FollowJoints(DeclaredValue):
             raise InputError(f"{what}: expected the names of joints, got {format_value(raw)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
-        return {name: as_float(value, f"{what}[{name!r}]") for name, value in raw.items()}
+        goals = {name: as_float(value, f"{what}[{name!r}]") for name, value in raw.items()}
+        return ReadOnlyDict(goals)
 
     def _check_plan(self) -> None:
         """Raise InputError unless exactly one of a trajectory, a duration and limits is given."""
