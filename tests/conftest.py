@@ -1,5 +1,6 @@
 """Scenes that several tests use, and which rows of a product of choices run by default."""
 
+import gc
 import signal
 import sys
 from pathlib import Path
@@ -26,6 +27,7 @@ SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0
 
 
 ROOT = Path(__file__).parents[1]
+gc.set_threshold(50_000, 20, 20)  # a collection visits all tests
 
 
 def _entries():

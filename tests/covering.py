@@ -10,14 +10,34 @@ import pytest
 
 
 def thin(items):
-    """Mark as `full` the rows of a test marked `covering(strength)` that add nothing to others."""
-    thinned = [item for item in items if item.get_closest_marker("covering")]
-    for _, group in groupby(thinned, lambda item: item.nodeid.partition("[")[0]):
-        product = list(group)
-        rows = [tuple(map(repr, item.callspec.params.values())) for item in product]
-        needed = covering(rows, *product[0].get_closest_marker("covering").args)
-        for k in set(range(len(rows))).difference(needed):
-            product[k].add_marker(pytest.mark.full)
+    """Mark as `full` the cases of tests that do not run by default.
+
+    Of a test marked `covering(strength)` those rows run that add something to others, and of a test
+    marked `few(count)` as many cases, evenly distributed.
+    """
+    for cases, strength in _group_cases(items, "covering"):
+        rows = [tuple(map(repr, item.callspec.params.values())) for item in cases]
+        _mark_others(cases, covering(rows, strength))
+    for cases, count in _group_cases(items, "few"):
+        _mark_others(cases, [k * len(cases) // count for k in range(count)])
+
+
+def _group_cases(items, name):
+    """Yield the cases of each test with a mark, except those of `full`, and its argument."""
+    marked = [
+        item
+        for item in items
+        if item.get_closest_marker(name) and not item.get_closest_marker("full")
+    ]
+    for _, group in groupby(marked, lambda item: item.nodeid.partition("[")[0]):
+        cases = list(group)
+        yield cases, *cases[0].get_closest_marker(name).args
+
+
+def _mark_others(cases, chosen):
+    """Mark as `full` all cases but the chosen ones."""
+    for k in set(range(len(cases))).difference(chosen):
+        cases[k].add_marker(pytest.mark.full)
 
 
 def covering(rows, strength):

@@ -12,13 +12,13 @@ SLOW = (
 )  # each case is a process of its own
 CASES = {  # of each class
     **{"api_calls": 800, "cache_files": 1, "checkpoints": 60, "drives": 20, "full_disks": 2},
-    **{"run_files": 20, "stops": 3, "studio": 8, "studio_requests": 12, "study_stores": 60},
+    **{"run_files": 20, "stops": 3, "studio": 8, "studio_requests": 8, "study_stores": 60},
     **{"together": 1, "toml_mutants": 150, "urdf_mutants": 180, "wishes": 15},
 }
 # classes with a part of the cases tried by default, and the others by `full`
 LONG = {
     **{"api_calls": 12, "checkpoints": 10, "study_stores": 4},
-    **{"studio_requests": 12, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
+    **{"studio_requests": 8, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
 }
 
 

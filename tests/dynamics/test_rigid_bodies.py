@@ -74,6 +74,7 @@ def test_forward_dynamics_inverts_inverse_dynamics(robot):
 
 
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.few(1)
 def test_the_energy_changes_by_the_power_of_the_forces(robot):
     """The power v'tau is the rate of T + V, and v'(dM/dt - 2 C)v = 0 (passivity)."""
     (q,), (v,), _, (tau,) = draw_motion(robot, 1, 1)

@@ -51,6 +51,7 @@ EACH = [pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in exam
 
 
 @pytest.mark.parametrize("name", EACH)
+@pytest.mark.few(3)
 def test_a_shipped_scenario_is_as_short_as_its_file(name):
     path = Path(examples.path(name))
     short = both(load_scenario(path))

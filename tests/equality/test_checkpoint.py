@@ -116,6 +116,7 @@ def stop_after(experiment, at, monkeypatch, **how):
 @pytest.mark.parametrize("name", list(cases()))
 @pytest.mark.parametrize("at", [1, 4, 9])
 @pytest.mark.parametrize("chunk", [3, 256])
+@pytest.mark.few(4)
 def test_a_resumed_run_has_the_same_bits(name, at, chunk, monkeypatch):
     experiment = cases()[name]
     part = stop_after(experiment, at, monkeypatch, chunk=chunk, threads=1)

@@ -90,6 +90,7 @@ def test_a_number_changed_by_its_path_agrees_with_the_file(name, every, part):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every", "part"), EACH)
+@pytest.mark.few(2)
 def test_a_value_that_a_file_refuses_is_refused_by_a_path(name, every, part):
     experiment = rs.load_scenario(examples.path(name))
     refused = 0

@@ -333,6 +333,7 @@ def test_any_task_comes_back_from_its_text(seeds):
 
 
 @pytest.mark.parametrize("feature", FEATURES.values(), ids=list(FEATURES))
+@pytest.mark.few(5)
 def test_a_feature_alone_and_in_a_list_stay_as_they_are(feature):
     for features in (
         feature(),
@@ -588,12 +589,14 @@ def repeated(scene, task, q0=None, **told):
 @pytest.mark.covering(1)
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("name", FLYING)
+@pytest.mark.few(7)
 def test_a_run_of_a_flying_camera_is_repeated(name, hold):
     scene = flying(motions=[MOVING] if hold or name.startswith("ff") else [])
     repeated(scene, FLYING[name], hold=hold)
 
 
 @pytest.mark.parametrize("name", FEATURES)
+@pytest.mark.few(4)
 def test_a_run_with_any_feature_is_repeated(name):
     if name == "stereo_points":
         repeated(holding(), rs.IBVS(camera=["left", "right"], target="part", features=name))

@@ -100,6 +100,7 @@ def check_same(experiment):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("name", EACH)
+@pytest.mark.few(2)
 def test_each_run_has_the_bits_of_its_own_experiment(name):
     experiment = rs.load_scenario(examples.path(name))
     experiment = experiment.with_(duration=min(experiment.duration, 40 * experiment.dt))

@@ -113,6 +113,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
+@pytest.mark.few(3)
 def test_bad_input_is_reported_and_leaves_nothing(robsim, case):
     Path("boom.py").write_text("x = 1 / 0", encoding="utf-8")
     Path("exit.py").write_text("raise SystemExit(3)", encoding="utf-8")

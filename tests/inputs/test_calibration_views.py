@@ -137,6 +137,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.few(2)
 def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
     with pytest.warns(rs.errors.FitWarning) as record:
         found = rs.calibrate(WRONG[wrong](views), ALSO)

@@ -17,6 +17,7 @@ def control(experiment, path):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.few(23)
 def test_a_control_shows_the_value_that_it_sets(name):
     experiment = load_scenario(examples.path(name))
     controls = experiment.controls()

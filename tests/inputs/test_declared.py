@@ -243,6 +243,7 @@ every_kind = pytest.mark.parametrize(("kind", "name", "path", "table", "around")
 
 @every_kind
 @pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.full)])
+@pytest.mark.few(15)
 def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around, every):
     tables, own = make_tables(kind, name, path, table, around)
     read(tables)
@@ -279,6 +280,7 @@ def wrongly_told(tables, key, wrong):
 
 
 @every_kind
+@pytest.mark.few(14)
 def test_values_that_are_read_are_written_and_read_again(kind, name, path, table, around):
     made = read(make_tables(kind, name, path, table, around)[0])
     again = Experiment.from_text(made.to_toml(), SOURCE)

@@ -276,6 +276,7 @@ def group(file):
         (group, "q is not a variable"),
     ],
 )
+@pytest.mark.few(2)
 def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, harm, told):
     Path("secret").write_bytes(SECRET)
     with h5py.File("other.nc", "w") as other:

@@ -224,6 +224,7 @@ def test_rows_of_another_seed_are_of_another_study(tmp_path):
 
 
 @pytest.mark.parametrize("store", ["new", "new/inner", "old"])
+@pytest.mark.few(1)
 def test_an_error_leaves_no_new_folder(tmp_path, monkeypatch, store):
     (tmp_path / "old").mkdir()
     far = rs.starts.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))

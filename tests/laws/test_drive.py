@@ -274,6 +274,7 @@ def test_arguments_may_be_used_again(controller, run):
     np.testing.assert_array_equal(command.error, kept[1])
 
 
+@pytest.mark.full
 def test_no_memory_is_taken_as_time_goes_on(controller, run):
     def some(first):
         for step in range(first, first + 1500):

@@ -43,6 +43,7 @@ def drive(experiment, jitter=0.0, late=0, every=1, seed=0, until=("converged",))
 @pytest.mark.parametrize(
     ("jitter", "late", "every"), [(0.0, 0, 1), (0.3, 0, 1), (0.3, 2, 3), (0.0, 2, 2), (0.3, 1, 4)]
 )
+@pytest.mark.few(2)
 def test_a_log_ends_converged_as_its_controller_did(arm, jitter, late, every):
     """The last image may be some periods older than the last row."""
     rows, command = drive(arm, jitter, late, every)

@@ -36,6 +36,7 @@ MARKS = {
 @settings(derandomize=True, max_examples=5, deadline=None)
 @given(seed=st.integers(0, 2**32))
 @pytest.mark.parametrize("name", FEATURES)
+@pytest.mark.few(2)
 def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
     """check_feature: central differences along six motions; their error shrinks as h squared."""
     assert check_feature(FEATURES[name](), MARKS.get(name, SPREAD), seed, runs=200, bits=True) == []

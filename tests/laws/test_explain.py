@@ -297,6 +297,7 @@ KNOWN = [
 @pytest.mark.parametrize(
     ("made", "outcome", "about", "words"), KNOWN, ids=[row[0].__name__ for row in KNOWN]
 )
+@pytest.mark.few(8)
 def test_the_true_cause_is_named(made, outcome, about, words):
     explanation = explained(made)
     assert explanation.outcome.name == outcome, explanation
@@ -817,6 +818,7 @@ ALONE = [name for name in examples.names() if not name.startswith("inspection")]
         for k, name in enumerate(ALONE)
     ],
 )
+@pytest.mark.few(3)
 def test_every_example_is_explained(name):
     run = example(name, duration=3.0)
     explanation = rs.explain(run)

@@ -37,6 +37,7 @@ def arm_seen_from_above(goal, inverse):
 @pytest.mark.parametrize(
     ("inverse", "outcome"), [("pseudo_inverse", "JOINT_LIMIT"), ("damped", "SINGULAR")]
 )
+@pytest.mark.few(3)
 def test_a_goal_beyond_the_workspace_is_named(goal, inverse, outcome):
     """The least error is the distance beyond 2 m, over the height of the camera."""
     run = arm_seen_from_above(goal, inverse).run()

@@ -71,6 +71,7 @@ def test_its_goal_is_an_equilibrium_that_attracts(case):
     np.testing.assert_allclose(found[0].q, scene.home, atol=1e-6)
 
 
+@pytest.mark.few(2)
 def test_it_is_explained_compared_diagnosed_and_drawn(case):
     scene, task, q0, run = case
     explanation = rs.explain(run, trials=False)

@@ -62,6 +62,7 @@ def expected():
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("after", TASKS)
+@pytest.mark.few(4)
 def test_a_run_does_not_depend_on_the_task_before(after, expected):
     experiment = make_anew(SCENE, TASKS[after])
     for name, task in TASKS.items():

@@ -101,6 +101,7 @@ PATTERNS = {  # period, declared longest time between calls, and the times betwe
 
 @pytest.mark.parametrize("acceleration", [4.0, 0.5])
 @pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.few(3)
 def test_a_fence_and_joint_limits_hold_for_calls_up_to_the_declared_interval(
     arm, pattern, acceleration
 ):

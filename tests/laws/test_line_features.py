@@ -53,6 +53,7 @@ def directed(angle):
 @EACH
 @steady
 @given(seed=seeds)
+@pytest.mark.few(1)
 def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, marks, seed):
     assert check_feature(feature, marks, seed, runs=50, bits=True) == []
 

@@ -80,6 +80,7 @@ def check_motion(log):
 
 
 @pytest.mark.parametrize("jitter", JITTERS)
+@pytest.mark.few(2)
 def test_a_row_that_jitters_is_the_row_of_its_instant(rhino, run, jitter, tmp_path):
     """With the last row before k dt, 22 to 94 % of the rows were one period old."""
     rng = np.random.default_rng(11)

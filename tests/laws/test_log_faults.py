@@ -49,6 +49,7 @@ def healthy_drive(seed, steps=220):
         for i, kind in enumerate(plant.FAULTS)
     ],
 )
+@pytest.mark.few(2)
 def test_a_fault_is_named_alone(kind):
     told, named = drive_with(kind, 77)
     assert named and len(told.causes) == 1, str(told)

@@ -88,6 +88,7 @@ def effects(label):
 
 @pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("label", EACH)
+@pytest.mark.few(14)
 def test_each_field_of_a_kind_acts_or_is_refused(label):
     _, dead = effects(label)
     assert not dead, f"{label}: without effect: {dead}"

@@ -192,6 +192,7 @@ def error_and_interaction(T, x):
 @FEATURES
 @steady
 @given(seed=seeds)
+@pytest.mark.few(1)
 def test_the_interaction_matrix_is_the_derivative(feature, seed):
     assert check_feature(feature, seed=seed, runs=50, bits=True) == []
 

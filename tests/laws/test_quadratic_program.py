@@ -25,6 +25,7 @@ FREE = np.full(3, -np.inf), np.full(3, np.inf)
 NO_ROWS = np.zeros((0, 3)), np.zeros(0)
 
 
+@pytest.mark.full
 def test_a_wish_that_satisfies_all_constraints_keeps_its_bits():
     rng = np.random.default_rng(1)
     wish, C = rng.normal(size=3), rng.normal(size=(9, 3))

@@ -185,6 +185,7 @@ CASES = list(product(SCENES, KINDS))
 
 
 @pytest.mark.parametrize(("robot", "kind"), CASES, ids=["-".join(case) for case in CASES])
+@pytest.mark.few(4)
 def test_rows_are_the_derivatives_of_the_distance_by_the_commanded_velocities(robot, kind):
     make, height = KINDS[kind]
     scene, rng = SCENES[robot](), np.random.default_rng(len(kind))

@@ -64,6 +64,7 @@ def count_refusals(calls):
     return count
 
 
+@pytest.mark.full
 def test_rows_of_another_shape_are_refused_in_every_call_of_a_shipped_program(calls):
     for name in rs.examples.names():
         scenario = rs.load_scenario(rs.examples.path(name))
@@ -237,6 +238,7 @@ def by_position(node):
     )
 
 
+@pytest.mark.full
 def test_no_stage_is_given_a_number_by_its_position():
     found = unchecked = 0
     for path in SOURCES.rglob("*.py"):

@@ -195,6 +195,7 @@ def check_cause(fault, noise):
         for i, each in enumerate(FAULTS)
     ],
 )
+@pytest.mark.few(2)
 def test_a_fault_is_named(fault):
     check_cause(FAULTS[fault], NOISE)
 

@@ -44,6 +44,7 @@ def name(group):
 
 
 @pytest.mark.parametrize("group", POSES, ids=name)
+@pytest.mark.few(2)
 def test_poses_without_a_guess_are_as_good_as_opencv(group):
     """Median and 95th percentile within 5 percent of IPPE's and SQPNP's, and no more failures."""
     found, _, total = ours(group["kind"], group["noise"])

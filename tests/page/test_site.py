@@ -21,7 +21,7 @@ PHONE = {"width": 390, "height": 844}
 PAGES = (  # one of each kind
     *("index", "begin/index", "begin/own_arm", "howto/errors", "explanation/interaction_matrices"),
     *("gallery/large_rolls", "examples/quickstart", "experiments/index", "experiments/car"),
-    *("reference/index", "reference/robsim/IBVS", "benchmarks/index", "CHANGELOG"),
+    *("reference/index", "reference/robsim/IBVS", "benchmarks/index"),
 )
 DARK = ("index", "begin/own_arm", "gallery/large_rolls", "examples/quickstart", "experiments/car")
 SCHEMES = [*((name, "light") for name in PAGES), *((name, "dark") for name in DARK)]

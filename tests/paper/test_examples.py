@@ -32,6 +32,7 @@ def outcome(run):
 
 
 @pytest.mark.parametrize("name", [name for name in rs.examples.names() if name not in MISSIONS])
+@pytest.mark.few(18)
 def test_it_ends_as_its_comment_claims(name):
     assert outcome(run_of(name)) == ENDINGS.get(name, "CONVERGED")
 

@@ -185,11 +185,11 @@ def test_a_mesh_is_the_same_value_with_its_file_and_without(tmp_path):
     assert again.links[0].shapes == robot.links[0].shapes and len(list_drawn_shapes(again)) == 1
 
 
-def test_thirty_links_of_a_hundred_thousand_triangles_make_a_page_of_less_than_10_mb(tmp_path):
+def test_ten_links_of_a_hundred_thousand_triangles_make_a_small_page(tmp_path):
     (tmp_path / "meshes").mkdir()
     rng = np.random.default_rng(0)
     links, joints = [], []
-    for i in range(30):
+    for i in range(10):
         mesh = trimesh.creation.uv_sphere(radius=0.1, count=(225, 225))
         mesh.vertices *= 1 + 0.05 * np.sin(mesh.vertices @ rng.normal(scale=60, size=(3, 3)))
         assert len(mesh.faces) > 100_000
@@ -209,7 +209,7 @@ def test_thirty_links_of_a_hundred_thousand_triangles_make_a_page_of_less_than_1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         page = rs.export_html(robot, tmp_path / "chain.html")
-    assert page.stat().st_size < 10e6
+    assert page.stat().st_size < 3.4e6
     for part in list_scene_parts(rs.Scene(robot), 1.0):
         assert 1000 < len(part.wire.faces) < 9000
         assert np.ptp(part.wire.points[:, 2]) > 0.19  # still as large

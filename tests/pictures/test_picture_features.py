@@ -78,6 +78,7 @@ def compare(found, expected):
 
 
 @pytest.mark.parametrize("name", LINEAR)
+@pytest.mark.few(2)
 def test_linear_features_change_with_L(name):
     feature = LINEAR[name].towards(see(GOAL))
     L = feature.interaction(see(BESIDE))[0]

@@ -84,6 +84,7 @@ def by_hand(found, number):
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")
 @pytest.mark.parametrize(("case", "belief"), list(pairs()))
+@pytest.mark.few(4)
 def test_a_row_equals_the_experiment_with_its_values(flying, case, belief):
     found = study_of(flying, case, belief)
     for number in range(found.plan.runs):

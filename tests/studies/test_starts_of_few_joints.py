@@ -193,6 +193,7 @@ FAILURES = {
 
 
 @pytest.mark.parametrize("reason", FAILURES)
+@pytest.mark.few(2)
 def test_a_message_names_the_bound_that_the_joints_violate(reason):
     model, start = FAILURES[reason]
     experiment = experiment_with(model, FEW.get(model))

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 import robsim
 
 PACKAGE = Path(robsim.__file__).parent
@@ -66,6 +68,7 @@ def test_a_circle_is_found():
     assert circles({"a": ["b"], "b": ["c"], "c": ["b"], "d": ["a"]}) == [["b", "c"]]
 
 
+@pytest.mark.full
 def test_no_circle_of_imports_joins_more_than_two_files():
     graph = imports()
     assert len(graph) > 600 and "robsim.declare" in graph["robsim.features.feature"]

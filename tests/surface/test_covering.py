@@ -34,7 +34,7 @@ class Item:
         self.callspec = SimpleNamespace(params=choices)
 
     def get_closest_marker(self, name):
-        return self.marker
+        return self.marker if self.marker and self.marker.name == name else None
 
     def add_marker(self, mark):
         self.marks.append(mark.name)
@@ -53,3 +53,9 @@ def test_each_test_is_thinned_by_itself_and_only_on_request():
         rows = [row for row, item in zip(whole, items[8 * k :], strict=False) if not item.marks]
         assert len(rows) == left and all_met(rows, 2) == all_met(whole, 2)
     assert {mark for item in items for mark in item.marks} == {"full"}
+
+
+def test_a_few_cases_are_chosen_from_first_to_last():
+    items = [Item("one", pytest.mark.few(3).mark, case=case) for case in range(10)]
+    thin(items)
+    assert [k for k, item in enumerate(items) if not item.marks] == [0, 3, 6]

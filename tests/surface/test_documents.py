@@ -42,6 +42,7 @@ def page_name(document):
 
 
 @pytest.mark.parametrize("document", RUN, ids=page_name)
+@pytest.mark.few(12)
 def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {}  # as a reader has them who pastes the page
@@ -57,6 +58,7 @@ def test_the_tests_that_hold_the_promises_exist():
         assert not test or f"def {test}(" in (ROOT / path).read_text(), test
 
 
+@pytest.mark.full
 def test_the_written_pages_agree_with_the_code():
     """In a process of its own, without the kinds that tests register."""
     check = [sys.executable, ROOT / "docs/build.py", "--check"]

@@ -118,6 +118,7 @@ def share_of_wrong_pixels(shapes, view, perspective=False):
         "a camera on a plate, and a ball in a wheel",
     ],
 )
+@pytest.mark.few(2)
 def test_a_pixel_has_the_colour_of_the_nearest_face(name, view):
     assert share_of_wrong_pixels(solids(name), view) == 0.0
 

@@ -428,6 +428,7 @@ def test_export_writes_a_film_of_what_the_camera_of_a_stored_run_saw(called, mon
 
 
 @pytest.mark.parametrize(("seen", "options"), [(True, []), (True, ["--no-open"]), (False, [])])
+@pytest.mark.few(1)
 def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, seen, options):
     served = []
     monkeypatch.chdir(tmp_path)

@@ -3,6 +3,8 @@
 import importlib.util
 from pathlib import Path
 
+import pytest
+
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
 MOST = 4060  # lines of code, without docstrings and comments; with tables of free names
 
@@ -14,6 +16,7 @@ def count_lines():
     return module.machinery()
 
 
+@pytest.mark.full
 def test_the_machinery_does_not_grow():
     lines = count_lines()
     assert "declare/dotted_paths.py" in lines and "geometry/pose_table.py:PoseTable" in lines

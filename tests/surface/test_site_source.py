@@ -46,6 +46,7 @@ def test_the_way_in_has_five_pages_which_end_with_the_next_one(site):
         assert f"]({following.removeprefix('begin/')}.md)" in text.split("\n## ")[-1], page
 
 
+@pytest.mark.full
 def test_every_page_is_in_the_table_of_contents_once(source):
     listed = []
     for page in source.rglob("*.md"):

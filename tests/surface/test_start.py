@@ -63,6 +63,7 @@ def test_help_and_completion_load_no_numbers(code):
     assert not {"numpy", "numba", "llvmlite"} & loaded
 
 
+@pytest.mark.full
 def test_public_names_are_imported_in_any_order_and_once():
     code = "import robsim; names = dir(robsim)\n"
     code += "found = {name: getattr(robsim, name) for name in reversed(names)}\n"
@@ -160,6 +161,7 @@ def test_no_module_but_those_that_compile_imports_a_compiler():
     assert "robsim" in loaded and not COMPILERS & loaded
 
 
+@pytest.mark.full
 def test_only_the_search_for_machine_code_imports_a_compiler():
     """A scenario is read and its loop built, which calls kernels."""
     loaded_by(SCENARIO)

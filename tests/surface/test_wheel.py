@@ -156,19 +156,22 @@ def test_all_scenarios_have_the_same_bits_without_numba(installed):
 
 
 @pytest.mark.parametrize(
-    ("triple", "processor"),
+    ("triple", "processor", "every"),
     [
-        ("aarch64-unknown-linux-gnu", "cortex-a76"),
-        ("arm64-apple-macosx11.0", "apple-m1"),
-        ("x86_64-pc-windows-msvc", "x86-64-v3"),
+        ("aarch64-unknown-linux-gnu", "cortex-a76", 1),
+        ("arm64-apple-macosx11.0", "apple-m1", 4),
+        ("x86_64-pc-windows-msvc", "x86-64-v3", 4),
     ],
 )
-def test_code_of_other_systems_is_emitted_without_fused_operations(installed, triple, processor):
+def test_code_of_other_systems_is_emitted_without_fused_operations(
+    installed, triple, processor, every
+):
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm_modules.make_target_machine(processor, "", triple)
     path = archives(installed) / f"{code_archive.BITCODE}.lzma"
-    for symbol, code in code_archive.unpack_archive(path.read_bytes()).parts.items():
+    parts = code_archive.unpack_archive(path.read_bytes()).parts
+    for symbol, code in list(parts.items())[::every]:
         module = llvm_modules.parse_module(code, machine)
         llvm_modules.optimise(module, machine)
         assembly = machine.emit_assembly(module)

@@ -63,6 +63,7 @@ def page_texts():
 
 
 @pytest.mark.parametrize("texts", [code_texts, page_texts])
+@pytest.mark.full
 def test_sentences_name_their_nouns(texts):
     found = list(texts())
     words = sum(len(text.split()) for text in found)

@@ -59,8 +59,7 @@ def _rank_text(text: str) -> tuple[int, int, int]:
 
 def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[tuple[str, str]]:
     """Yield units and the texts that are read as exactly these numbers, the last one in SI."""
-    if unit in DIMENSIONS:
-        dimension = DIMENSIONS[unit]
+    if dimension := DIMENSIONS.get(unit):
         for each in sorted(si_units.list_units(dimension), key="rad".__eq__):
             words = [_format_in_unit(x, each, dimension) for x in numbers]
             if None not in words:
@@ -73,13 +72,11 @@ def _format_in_unit(x: float, unit: str, dimension: si_units.Dimension) -> str |
     ratio = x / si_units.get_unit_factor(unit, dimension)
     rounded = (round(ratio, digits) for digits in range(16))
     near = (math.nextafter(ratio, side) for side in (-math.inf, math.inf))
-    tried = None
-    for each in (*rounded, ratio, *near):
-        if each == tried or not abs(each - ratio) <= NEAR * abs(ratio):
-            continue
-        tried, word = each, _format_decimal(each)
-        if is_identical(si_units.scale_decimal(word, unit, dimension), x):
-            return word
+    for each in dict.fromkeys((*rounded, ratio, *near)):
+        if abs(each - ratio) <= NEAR * abs(ratio):
+            word = _format_decimal(each)
+            if is_identical(si_units.scale_decimal(word, unit, dimension), x):
+                return word
     return None
 
 
