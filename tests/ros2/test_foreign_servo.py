@@ -12,6 +12,8 @@ import robsim as rs
 HERE = Path(__file__).parent
 CELL, SERVO = HERE / "foreign_cell.toml", HERE / "foreign_servo.py"
 GOAL = np.array([219.5, 139.5, 419.5, 139.5, 419.5, 339.5, 219.5, 339.5])  # columns and rows
+# findings that a busy computer causes
+DELAYS = {"image times", "lost images", "old images", "command delay", "drive lag"}
 
 
 def test_the_servo_is_short_and_knows_nothing_of_robsim():
@@ -35,9 +37,10 @@ def test_a_foreign_servo_is_driven_and_explained(robsim, start, listener, tmp_pa
     wait_until(arrived, "arrival")
     assert play.finish(signal.SIGTERM) == 0
     servo.finish(signal.SIGTERM)
-    (finding,) = rs.explain(rs.logs.read_bag(bag, rs.load_scenario(CELL)), trials=False).causes
-    assert finding.about == "focal length"
-    assert abs(finding.evidence["factor"] - 0.85) < 2e-3
+    causes = rs.explain(rs.logs.read_bag(bag, rs.load_scenario(CELL)), trials=False).causes
+    findings = {each.about: each for each in causes}
+    assert abs(findings.pop("focal length").evidence["factor"] - 0.85) < 2e-3
+    assert {each for about in findings for each in about.split(" or ")} <= DELAYS
     told = robsim("explain", bag, CELL)
     told.wait_for("focal length of 'eye' is 0.85")
     assert told.finish() == 0

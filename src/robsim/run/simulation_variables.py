@@ -12,7 +12,7 @@ import xarray as xr
 from robsim.base.arrays import Array
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
-from robsim.engine.recorder import RecordedSeries, Recorder
+from robsim.engine.recorder import RecordedSeries
 from robsim.files.run_schema import get_variable_dimensions
 from robsim.run.end_variables import list_end_variables
 from robsim.run.frame_motion import compute_frame_motion
@@ -48,7 +48,7 @@ class SimulationVariables:
 
     def single_dataset(self, name: str) -> xr.Dataset | None:
         """Return the Dataset of a variable and its coordinates, or None without such a variable."""
-        if name not in self.makers:
+        if name not in self.end_makers and name not in self.makers:
             return None
         dims = set(self._get_variable(name).dims)
         return self._assemble(
@@ -73,7 +73,7 @@ class SimulationVariables:
         """Return a variable, which is computed at the first call."""
         if name not in self.made:
             with np.errstate(over="ignore", invalid="ignore"):  # runs may end with NaN or infinity
-                data = self.makers[name]()
+                data = (self.end_makers.get(name) or self.makers[name])()
             if name in SOURCES:
                 data = data.copy()
             if name in self.varied:
@@ -95,6 +95,11 @@ class SimulationVariables:
         return self.made[name]
 
     @cached_property
+    def end_makers(self) -> Makers:
+        """Functions that return the variables with one value per run, which need no series."""
+        return list_end_variables(self.loop)
+
+    @cached_property
     def makers(self) -> Makers:
         """Functions that return the variables, in the order of the Dataset."""
         series, controller = self.series, self.loop.controller
@@ -108,14 +113,14 @@ class SimulationVariables:
             **self._list_drives(),
             "pixels_goal": lambda: controller.goal_pixels,
             "s_goal": lambda: s_goal if len(s_goal) > 1 else s_goal[0],
-            **list_end_variables(self.loop),
+            **self.end_makers,
             **{name: _return_array(values) for name, values in self.varied.items()},
         }
 
     @cached_property
     def coordinates(self) -> dict[str, Any]:
         """The coordinates: (dimensions, values) and possibly attributes, by name."""
-        whole = list_coordinates(self.loop, self.scene, self.series.q.shape[1])
+        whole = list_coordinates(self.loop, self.scene, self.instants)
         if "time" in self.absent:
             del whole["time"]
         return {name: (*self._drop_dimensions(*v[:2]), *v[2:]) for name, v in whole.items()}
@@ -129,7 +134,19 @@ class SimulationVariables:
     def series(self) -> RecordedSeries:
         """The recorded instants; of a summary, the last one."""
         recorder = self.loop.recorder
-        return recorder.last if recorder.every is None else _trim_series(recorder)
+        if recorder.every is None:
+            return recorder.last
+        return RecordedSeries(*(part[:, : self.instants] for part in recorder.series))
+
+    @cached_property
+    def instants(self) -> int:
+        """The number of recorded instants; after an interruption, of the simulated ones."""
+        recorder = self.loop.recorder
+        if recorder.every is None:
+            return 1
+        if (recorder.outcome != Outcome.RUNNING).all():
+            return recorder.table.shape[1]
+        return int(np.nanmax(recorder.end_step, initial=0.0)) // recorder.every + 1
 
     def _list_motions(self) -> Makers:
         """Return the functions of q, qd, and the poses and twists of the camera or the frame."""
@@ -187,11 +204,3 @@ def _list_recorded(**arrays: Array) -> Makers:
 def _return_array(array: Array) -> Callable[[], Array]:
     """Return a function that returns an array."""
     return lambda: array
-
-
-def _trim_series(recorder: Recorder) -> RecordedSeries:
-    """Return the recorded instants; after an interruption, only the simulated ones."""
-    if (recorder.outcome != Outcome.RUNNING).all():
-        return recorder.series
-    count = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
-    return RecordedSeries(*(part[:, :count] for part in recorder.series))

@@ -550,6 +550,22 @@ class Camera(Value):
         return make_read_only(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
+    def image_widths(self) -> tuple[float, float]:
+        """The largest distance of two points along an axis of the image, in pixels and at depth 1.
+
+        Infinity if unknown: without a size, or with one camera for each run.
+
+        >>> Camera(np.diag([800, 800, 1]), (640, 480)).image_widths
+        (640.0, 0.8)
+        """
+        if self.size is None or self.K.ndim > 2 or np.ndim(self.distortion) > 1:
+            return np.inf, np.inf
+        corners = np.array(np.meshgrid(*self.border)).reshape(2, -1).T
+        spans = (np.ptp(each, axis=0) for each in (corners, self.normalise(corners)))
+        pixels, normalised = (float(s.max()) if np.isfinite(s).all() else np.inf for s in spans)
+        return pixels, normalised
+
+    @cached_property
     def valid_radius(self) -> float | Array:
         """The largest normalised radius r at which the distortion is monotonic.
 

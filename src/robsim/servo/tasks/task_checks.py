@@ -151,7 +151,7 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
     first = 0
     for part in regulated.parts:
         own, first = tolerances[first : first + part.size], first + part.size
-        widest = _measure_image_width(part.feature, part.sights[0].eye.camera)
+        widest = _get_image_width(part.feature, part.sights[0].eye.camera)
         if len(own) and own.min() >= widest:
             unit = "" if part.feature.unit == "1" else f" {part.feature.unit}"
             raise InputError(
@@ -160,15 +160,11 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
             )
 
 
-def _measure_image_width(feature: Feature, camera: Camera) -> float:
+def _get_image_width(feature: Feature, camera: Camera) -> float:
     """Return the largest distance of two points along an axis of the image; infinity if unknown."""
-    several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # one camera for each run
-    if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
+    if type(feature) not in (Points, PixelPoints):
         return np.inf
-    corners = np.array(np.meshgrid(*camera.border)).reshape(2, -1).T
-    points = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)
-    sides = np.ptp(points, axis=0)
-    return float(sides.max()) if np.isfinite(sides).all() else np.inf
+    return camera.image_widths[0 if isinstance(feature, PixelPoints) else 1]
 
 
 def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
