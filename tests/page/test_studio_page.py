@@ -38,7 +38,7 @@ def test_it_plays_steps_and_goes_back(desk):
 
 def test_the_past_is_looked_at_and_a_page_loaded_again_while_it_goes_on(desk):
     page = desk.page()
-    page.locator("#speed").select_option("4")
+    page.locator("#speed").select_option("0.5")
     page.locator("#play").click()
     until(page, "robsim.clock.times.length > 10")
     page.keyboard.press("Home")
