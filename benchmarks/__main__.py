@@ -47,7 +47,7 @@ def calls():
         "ik near home": lambda: robot.ik(T),
         "closed_ik": lambda: robot.closed_ik(T),
         "simulate, one step": lambda: rs.simulate(scene, task, duration=0.04),
-        "and a new task": lambda: rs.simulate(scene, rs.IBVS(), duration=0.04),
+        "one step, a new task": lambda: rs.simulate(scene, rs.IBVS(), duration=0.04),
     }
     return {name: {"single": 1e6 * least(call)} for name, call in found.items()}
 

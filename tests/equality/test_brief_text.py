@@ -276,6 +276,12 @@ def test_a_number_in_its_shortest_unit_is_the_same_to_the_last_bit(x, unit):
     assert len(text) <= len(ExactQuantity(x, unit))
 
 
+def test_numbers_at_the_ends_of_their_range_have_texts():
+    """In a smaller unit the largest numbers are infinite."""
+    for x in (1.7e308, -1.7e308, 5e-324, -0.0):
+        assert parse(shorten_numbers(ExactQuantity(x, "m")), "length").hex() == x.hex()
+
+
 def test_numbers_are_as_people_write_them():
     options = {
         "22.86 cm": ExactQuantity(0.2286, "m"),

@@ -46,7 +46,7 @@ class SceneMotion:
 
     @classmethod
     def of_mission(cls, mission: MissionRun, run: xr.Dataset) -> SceneMotion:
-        """Return the motion of all phases, at the instants of `run`, which is `mission.run`."""
+        """Return the motion of all phases at the instants of the joined record, `mission.run`."""
         legs = mission.legs
         counts = [int(sum(run["phase"].values == leg.name)) for leg in legs]
         phases = np.split(run["q"].values, np.cumsum(counts)[:-1])
