@@ -45,7 +45,7 @@ class _Layout:
         self._inline = dict[int, tuple[Any, str]]()  # by identity; with the values, which stay
 
     def _format_inline(self, raw: Any) -> str:
-        """Return a value in one line."""
+        """Return the text of a value in one line."""
         if isinstance(raw, str):
             return _format_text(raw)
         if not isinstance(raw, Mapping | list):

@@ -486,9 +486,9 @@ class Camera(Value):
     def of_run(self, run: int) -> Camera:
         """Return the camera of one run of a batch."""
         chosen = self.of_runs(np.array([run]))
-        arrays = {"K": np.asarray(chosen.K), "distortion": np.array(chosen.distortion)}
-        if all(v.ndim == _SINGLE_NDIM[k] for k, v in arrays.items()):
+        if not chosen.differs_by_run:
             return self
+        arrays = {"K": np.asarray(chosen.K), "distortion": np.array(chosen.distortion)}
         one = {k: v[..., 0] if v.ndim != _SINGLE_NDIM[k] else v for k, v in arrays.items()}
         return replace(self, K=one["K"], distortion=tuple(one["distortion"].tolist()))
 
@@ -549,21 +549,25 @@ class Camera(Value):
         low, high = (-np.inf, np.inf) if self.size is None else (-0.5, np.array(self.size) - 0.5)
         return make_read_only(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
+    @property
+    def differs_by_run(self) -> bool:
+        """Whether K or the distortion has a value for each run."""
+        return self.K.ndim > 2 or np.ndim(self.distortion) > 1
+
     @cached_property
-    def image_widths(self) -> tuple[float, float]:
-        """The largest distance of two points along an axis of the image, in pixels and at depth 1.
+    def normalised_width(self) -> float:
+        """The largest distance of two normalised points along an axis of the image.
 
-        Infinity if unknown: without a size, or with one camera for each run.
+        Infinity if unknown: without a size, or if the camera differs from run to run.
 
-        >>> Camera(np.diag([800, 800, 1]), (640, 480)).image_widths
-        (640.0, 0.8)
+        >>> Camera(np.diag([800, 800, 1]), (640, 480)).normalised_width
+        0.8
         """
-        if self.size is None or self.K.ndim > 2 or np.ndim(self.distortion) > 1:
-            return np.inf, np.inf
+        if self.size is None or self.differs_by_run:
+            return np.inf
         corners = np.array(np.meshgrid(*self.border)).reshape(2, -1).T
-        spans = (np.ptp(each, axis=0) for each in (corners, self.normalise(corners)))
-        pixels, normalised = (float(s.max()) if np.isfinite(s).all() else np.inf for s in spans)
-        return pixels, normalised
+        sides = np.ptp(self.normalise(corners), axis=0)
+        return float(sides.max()) if np.isfinite(sides).all() else np.inf
 
     @cached_property
     def valid_radius(self) -> float | Array:

@@ -162,9 +162,9 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
 
 def _get_image_width(feature: Feature, camera: Camera) -> float:
     """Return the largest distance of two points along an axis of the image; infinity if unknown."""
-    if type(feature) not in (Points, PixelPoints):
+    if camera.size is None or camera.differs_by_run or type(feature) not in (Points, PixelPoints):
         return np.inf
-    return camera.image_widths[0 if isinstance(feature, PixelPoints) else 1]
+    return float(max(camera.size)) if type(feature) is PixelPoints else camera.normalised_width
 
 
 def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
