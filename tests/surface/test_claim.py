@@ -35,6 +35,19 @@ def test_a_claim_ends_with_its_object(tmp_path):
     assert not CompileLock(tmp_path / "kernel.nbc").waited
 
 
+def test_a_process_that_exits_with_a_claim_deletes_it_silently(tmp_path):
+    code = f"""
+import sys
+from pathlib import Path
+from robsim.kernels.machine.compiler.compile_lock import CompileLock
+sys.claim = CompileLock(Path({str(tmp_path)!r}, "kernel.nbc"))  # sys ends after all modules
+"""
+    call = [sys.executable, "-c", code]
+    ended = subprocess.run(call, capture_output=True, text=True, check=True)
+    assert ended.stderr == ""
+    assert not list(tmp_path.iterdir())
+
+
 def test_where_nothing_can_be_written_nobody_waits(tmp_path):
     (tmp_path / "file").write_text("")
     assert not CompileLock(tmp_path / "file" / "kernel.nbc").waited

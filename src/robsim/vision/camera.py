@@ -560,8 +560,8 @@ class Camera(Value):
 
         Infinity if unknown: without a size, or if the camera differs from run to run.
 
-        >>> Camera(np.diag([800, 800, 1]), (640, 480)).normalised_width
-        0.8
+        >>> Camera(np.diag([512, 512, 1]), (640, 480)).normalised_width
+        1.25
         """
         if self.size is None or self.differs_by_run:
             return np.inf

@@ -59,11 +59,11 @@ class KernelCache:
         compiled = self._search(sig, host, target_context)
         if compiled is None:
             key = (sig, host, self.sources, self.free)
-            self._claims[sig] = claim = CompileLock(
-                cache_files.CACHE / cache_files.code_file_name(self.name, key)
-            )
+            claim = CompileLock(cache_files.CACHE / cache_files.code_file_name(self.name, key))
             if claim.waited:
                 compiled = self._search(sig, host, target_context)
+            if compiled is None:
+                self._claims[sig] = claim
         return compiled
 
     def _search(self, sig: Any, host: tuple[str, ...], target_context: Any) -> Any:

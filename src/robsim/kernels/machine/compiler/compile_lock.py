@@ -1,8 +1,10 @@
 """The lock of one process that compiles a kernel while other processes wait for the file."""
 
 import time
+import weakref
 from contextlib import suppress
 from pathlib import Path
+from typing import TextIO
 
 LONGEST_WAIT = 20.0  # seconds: longest wait for another process, which may have stopped
 LOCK_POLL = 0.01  # seconds between two attempts
@@ -24,23 +26,24 @@ class CompileLock:
     waited = False
 
     def __init__(self, path: Path) -> None:
-        self._file = None
         with suppress(ImportError, OSError):
             import fcntl
 
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._path = path.with_suffix(".lock")
-            self._file = self._path.open("w")
+            lock_path = path.with_suffix(".lock")
+            file = lock_path.open("w")
+            weakref.finalize(self, _release, lock_path, file)
             end = time.monotonic() + LONGEST_WAIT
             while time.monotonic() < end:
                 with suppress(BlockingIOError):
-                    fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     return
                 self.waited = True
                 time.sleep(LOCK_POLL)
 
-    def __del__(self) -> None:
-        if self._file is not None:
-            with suppress(OSError):
-                self._path.unlink()
-            self._file.close()
+
+def _release(path: Path, file: TextIO) -> None:
+    """Delete and close the file of a lock. At exit this happens before the modules end."""
+    with suppress(OSError):
+        path.unlink()
+    file.close()
