@@ -17,8 +17,8 @@ CASES = {  # of each class
 }
 # classes with a part of the cases tried by default, and the others by `full`
 LONG = {
-    **{"api_calls": 12, "checkpoints": 10, "study_stores": 4},
-    **{"studio_requests": 8, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8},
+    **{"api_calls": 24, "checkpoints": 20, "drives": 5, "study_stores": 12},
+    **{"studio_requests": 8, "toml_mutants": 10, "urdf_mutants": 12, "wishes": 8},
 }
 
 

@@ -262,7 +262,7 @@ def test_errors_are_as_large_as_the_covariance_predicts(bench, q):
 def test_the_ellipsoid_of_95_percent_holds_the_truth_in_95_of_100_trials(bench, q, also):
     known = bench if also else bench.at("belief", None)
     parts = ("mount", "target", "lens") if also else ("mount", "target")
-    _, found = normalised_squares(known, q[:10], 200, also)
+    _, found = normalised_squares(known, q[:10], 100, also)
     for part in parts:
         share = np.mean([each.holds(bench.scene, part) for each in found])
         assert 0.92 <= share <= 0.98, (part, share)

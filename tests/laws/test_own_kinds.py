@@ -371,6 +371,7 @@ assert loop.sequence.compiled
 """
 
 
+@pytest.mark.full  # it copies the package
 def test_a_kind_of_ours_is_one_file_too(tmp_path):
     """In a copy of RobSim with these files: no page or table is written by hand."""
     copy = shutil.copytree(Path(rs.__file__).parent, tmp_path / "robsim", ignore=IGNORED)

@@ -89,6 +89,7 @@ def test_a_controller_takes_the_pictures_of_a_real_camera(parts, pictures):
 
 
 @pytest.mark.parametrize("kind", ["cells", "text"])
+@pytest.mark.few(1)
 def test_runs_from_afar_reach_the_goal(parts, kind):
     """Cells are no kind of the training, and this text is not in it."""
     scene = parts.evaluate.make_scene(parts.posters.draw_poster(kind, 1))

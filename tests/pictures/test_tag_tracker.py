@@ -56,7 +56,7 @@ def track(picture, last, tag=TAG, **fields):
 @pytest.mark.parametrize(
     ("samples", "lens", "bar"), [(1, (), 0.003), (2, (), 0.003), (1, LENS, 0.012), (2, LENS, 0.012)]
 )
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_corners_have_errors_of_thousandths_of_a_pixel(samples, lens, bar):
     rng, errors = np.random.default_rng(1), []
     for picture, true in views(20 if samples == 1 else 8, lens, samples=samples):

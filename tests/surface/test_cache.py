@@ -219,6 +219,7 @@ def kernels_in(path):
     return sum(name.partition("(")[0] in {"entry", "kernel", "stage"} for name in named)
 
 
+@pytest.mark.full
 def test_an_edit_of_a_file_compiles_twelve_kernels_anew_in_the_median(copy):
     """From nothing but the sources: a comment at the end of each file in turn."""
     paths = {

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.full  # as other checks of the repository
 ROOT = Path(__file__).parents[2]
 
 
@@ -31,7 +32,6 @@ def benchmarks(site, tmp_path_factory):
     return folder, site["benchmark_pages"].write_benchmark_pages(folder)
 
 
-@pytest.mark.full
 def test_every_example_has_a_page_and_a_group(site, examples):
     folder, names = examples
     expected = {f"{path.stem}.md" for path in (ROOT / "examples").glob("*.py")}
@@ -101,7 +101,6 @@ def test_numbers_of_a_plot_are_the_numbers_of_the_text(site):
         assert line.format(f"{bars[plot, group, label]:g}") in text
 
 
-@pytest.mark.full
 def test_the_pages_of_the_benchmarks_hold_the_whole_text(site, benchmarks):
     folder, names = benchmarks
     intro, sections = site["benchmark_pages"].read_sections()
@@ -116,7 +115,6 @@ def test_the_pages_of_the_benchmarks_hold_the_whole_text(site, benchmarks):
             assert (folder / "".join(link)).exists()
 
 
-@pytest.mark.full
 def test_a_plot_is_the_same_file_each_time(site, benchmarks, tmp_path):
     again = tmp_path / "again"
     site["benchmark_pages"].write_benchmark_pages(again)

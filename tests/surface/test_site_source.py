@@ -8,6 +8,7 @@ import pytest
 
 import robsim as rs
 
+pytestmark = pytest.mark.full  # as other checks of the repository
 ROOT = Path(__file__).parents[2]
 NAMES = ("contents", "link_check", "page_lengths", "site_source", "site_versions")
 
@@ -46,7 +47,6 @@ def test_the_way_in_has_five_pages_which_end_with_the_next_one(site):
         assert f"]({following.removeprefix('begin/')}.md)" in text.split("\n## ")[-1], page
 
 
-@pytest.mark.full
 def test_every_page_is_in_the_table_of_contents_once(source):
     listed = []
     for page in source.rglob("*.md"):
