@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.base.free_memory import get_free_memory
+from robsim.engine.outcome import Outcome
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.outcomes import history_tables
@@ -85,6 +86,13 @@ class Recorder:
         return self._parts(self.table)
 
     @property
+    def instants(self) -> int:
+        """The number of recorded instants; after an interruption, of the simulated ones."""
+        if self.every is None or (self.outcome != Outcome.RUNNING).all():
+            return self.table.shape[1]
+        return int(np.nanmax(self.end_step, initial=0.0)) // self.every + 1
+
+    @property
     def last(self) -> RecordedSeries:
         """The last instant of each run."""
         return self._parts(self.ends[:, None])
@@ -92,8 +100,7 @@ class Recorder:
     @property
     def outcome(self) -> NDArray[np.int8]:
         """The outcome (runs,)."""
-        codes: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
-        return codes
+        return _convert_codes(self.ends[:, -1], 0.0)
 
     @property
     def end_step(self) -> Array:
@@ -103,8 +110,7 @@ class Recorder:
     @property
     def ending(self) -> NDArray[np.int8]:
         """The index (runs,) of the ending that ended a run, or -1."""
-        indices: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
-        return indices
+        return _convert_codes(self.ends[:, -3], -1.0)
 
     @property
     def path_length(self) -> Array:
@@ -146,6 +152,12 @@ class Recorder:
 
     def _parts(self, table: Array) -> RecordedSeries:
         return RecordedSeries(*(table[..., a:b] for a, b in pairwise(self.bounds)))
+
+
+def _convert_codes(numbers: Array, missing: float) -> NDArray[np.int8]:
+    """Return numbers as integers, with another number for NaN."""
+    codes: NDArray[np.int8] = np.where(np.isnan(numbers), missing, numbers).astype(np.int8)
+    return codes
 
 
 def _group_kept_rows(kept: Sequence[BlockRows | None]) -> list[tuple[BlockRows]]:

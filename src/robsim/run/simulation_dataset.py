@@ -33,9 +33,7 @@ def make_dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -
     """
     provenance = _make_provenance(loop, of)
     variables = SimulationVariables(loop, of.scene, of.varied)
-    return RunDataset.of(
-        variables.dataset, lambda: {**provenance, **origin()}, variables.single_dataset
-    )
+    return RunDataset.of(variables.dataset, lambda: {**provenance, **origin()}, variables.single)
 
 
 def make_plain_variables(loop: Loop, scene: Scene) -> dict[Hashable, xr.Variable]:
