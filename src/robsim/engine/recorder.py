@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import Literal, NamedTuple
 
@@ -18,14 +17,7 @@ from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.outcomes import history_tables
 
 Record = Literal["all", "summary"] | int
-
-
-class OutcomeRows(NamedTuple):
-    """Rows of the outcome, the index of the ending, and the path length of a run."""
-
-    outcome: BlockRows
-    ending: BlockRows
-    length: BlockRows
+RowGroups = list[tuple[BlockRows]]
 
 
 class RecordedSeries(NamedTuple):
@@ -117,12 +109,10 @@ class Recorder:
         """The path length (runs,) in metres."""
         return self.ends[:, -4]
 
-    def keep(
-        self, program: Program, run: BlockRows, alive: BlockRows, kept: Sequence[BlockRows | None]
-    ) -> None:
+    def keep(self, program: Program, run: BlockRows, alive: BlockRows, groups: RowGroups) -> None:
         """Add the stage that records instants, from the recorded rows."""
         if self.every is not None:
-            rows = {"run": run, "alive": alive, "groups": _group_kept_rows(kept)}
+            rows = {"run": run, "alive": alive, "groups": groups}
             table = program.address(self.table)
             program.add(history_tables.record_instant, every=self.every, table=table, **rows)
 
@@ -131,23 +121,17 @@ class Recorder:
         program: Program,
         run: BlockRows,
         alive: BlockRows,
-        kept: Sequence[BlockRows | None],
-        judged: OutcomeRows,
+        outcome: BlockRows,
+        groups: RowGroups,
     ) -> None:
-        """Add the stage that records the ends of runs."""
-        groups = _group_kept_rows([*kept, judged.length, judged.ending])
-        rows = {"run": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        """Add the stage that records the ends of runs: recorded rows, path length and ending."""
+        rows = {"run": run, "alive": alive, "outcome": outcome, "groups": groups}
         program.add(history_tables.record_ending, table=program.address(self.ends), **rows)
 
-    def stop(
-        self, blocks: Blocks, step: int, kept: Sequence[BlockRows | None], judged: OutcomeRows
-    ) -> None:
-        """Record the last instant of runs that are stopped before their end."""
+    def stop(self, blocks: Blocks, step: int, groups: RowGroups) -> None:
+        """Record the last instant of runs that are stopped before their end, as `end` does."""
         runs = blocks.rows
-        parts = [
-            blocks.get(rows) for (rows,) in _group_kept_rows([*kept, judged.length, judged.ending])
-        ]
-        self.ends[runs, :-2] = np.concatenate(parts).T
+        self.ends[runs, :-2] = np.concatenate([blocks.get(rows) for (rows,) in groups]).T
         self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
 
     def _parts(self, table: Array) -> RecordedSeries:
@@ -160,8 +144,8 @@ def _convert_codes(numbers: Array, missing: float) -> NDArray[np.int8]:
     return codes
 
 
-def _group_kept_rows(kept: Sequence[BlockRows | None]) -> list[tuple[BlockRows]]:
-    """Return the recorded rows, flattened; missing rows are left out."""
+def group_rows(*kept: BlockRows | None) -> RowGroups:
+    """Return rows as a stage of the record takes them; missing rows are left out."""
     return [(rows.flat,) for rows in kept if rows is not None and rows.size]
 
 
