@@ -212,7 +212,7 @@ def test_a_run_that_was_read_keeps_nothing_of_the_loop():
 
     loop = TUTORIAL.loop()
     loop.advance(ChunkProgress(np.arange(1)), lambda share: None)
-    run, gone = make_dataset(loop, TUTORIAL, dict), weakref.ref(loop)
+    run, gone = make_dataset(loop, TUTORIAL), weakref.ref(loop)
     del loop
     assert gone() is not None and run.sizes["time"] == 11
     assert gone() is None

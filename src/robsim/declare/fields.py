@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -93,6 +96,15 @@ class DeclaredField:
         """Whether the field has no default."""
         return self.default is MISSING
 
+    @cached_property
+    def checked_default(self) -> FieldValue:
+        """The default as an object stores it; no known value if there is no valid default."""
+        if self.default is None and not self.spec.takes_none:
+            return None
+        with suppress(InputError):
+            return self.spec.check(self.default, self.name)
+        return object()
+
 
 def fields_of(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
     """Return the declared fields of a dataclass, in the order of its arguments.
@@ -102,18 +114,17 @@ def fields_of(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
     True
     """
     if kind not in _FOUND:
-        _FOUND[kind] = _collect_fields(kind)
+        _FOUND[kind] = tuple(_yield_fields(kind))
     return _FOUND[kind]
 
 
 _FOUND: dict[DeclaredClass, tuple[DeclaredField, ...]] = {}
 
 
-def _collect_fields(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
+def _yield_fields(kind: DeclaredClass) -> Iterator[DeclaredField]:
     if not dataclasses.is_dataclass(kind):
-        return ()
+        return
     hints = get_type_hints(kind, include_extras=True)
-    declared = []
     for each in dataclasses.fields(kind):
         metadata = getattr(hints.get(each.name), "__metadata__", ())
         specs = [part for part in metadata if isinstance(part, Spec)]
@@ -121,10 +132,7 @@ def _collect_fields(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
             meaning = next((part for part in metadata if isinstance(part, str)), "")
             stacked = next((part for part in metadata if isinstance(part, PerRun)), None)
             role = next((part for part in metadata if isinstance(part, Role)), Role.RUN)
-            declared.append(
-                DeclaredField(each.name, specs[0], meaning, get_default(each), stacked, role)
-            )
-    return tuple(declared)
+            yield DeclaredField(each.name, specs[0], meaning, get_default(each), stacked, role)
 
 
 class DeclaredValue(Value):
@@ -160,7 +168,7 @@ def check_fields(value: object) -> None:
     kind = type(value).__name__
     for each in fields_of(type(value)):
         field_value = getattr(value, each.name)
-        if field_value is not None or each.default is not None or each.spec.takes_none:
+        if each.required or field_value is not each.checked_default:
             checked = each.spec.check(field_value, f"{kind}.{each.name}")
             object.__setattr__(value, each.name, checked)
 
@@ -191,11 +199,5 @@ def is_identical(a: Any, b: Any) -> bool:
 
 def is_default(each: DeclaredField, value: Any) -> bool:
     """Return whether a field has its default value."""
-    if each.required or is_identical(each.default, value):
-        return not each.required
-    if each.default is None and not each.spec.takes_none:
-        return False
-    try:
-        return is_identical(each.spec.check(each.default, each.name), value)
-    except InputError:
-        return False
+    defaults = () if each.required else (each.default, each.checked_default)
+    return any(is_identical(default, value) for default in defaults)

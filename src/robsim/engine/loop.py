@@ -176,7 +176,8 @@ class Loop:
         if going.chunk is None:
             return
         alive = going.chunk.get(self.sequence.alive) != 0.0
-        if not alive.any():
+        left = np.count_nonzero(alive)
+        if not left:
             going.done, going.chunk = True, None
-        elif not alive.all():
+        elif left < alive.size:
             going.chunk.keep(alive)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import Literal, NamedTuple
 
@@ -12,19 +11,13 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.base.free_memory import get_free_memory
+from robsim.engine.outcome import Outcome
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.outcomes import history_tables
 
 Record = Literal["all", "summary"] | int
-
-
-class OutcomeRows(NamedTuple):
-    """Rows of the outcome, the index of the ending, and the path length of a run."""
-
-    outcome: BlockRows
-    ending: BlockRows
-    length: BlockRows
+RowGroups = list[tuple[BlockRows]]
 
 
 class RecordedSeries(NamedTuple):
@@ -85,6 +78,13 @@ class Recorder:
         return self._parts(self.table)
 
     @property
+    def instants(self) -> int:
+        """The number of recorded instants; after an interruption, of the simulated ones."""
+        if self.every is None or (self.outcome != Outcome.RUNNING).all():
+            return self.table.shape[1]
+        return int(np.nanmax(self.end_step, initial=0.0)) // self.every + 1
+
+    @property
     def last(self) -> RecordedSeries:
         """The last instant of each run."""
         return self._parts(self.ends[:, None])
@@ -92,8 +92,7 @@ class Recorder:
     @property
     def outcome(self) -> NDArray[np.int8]:
         """The outcome (runs,)."""
-        codes: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
-        return codes
+        return _convert_codes(self.ends[:, -1], 0.0)
 
     @property
     def end_step(self) -> Array:
@@ -103,20 +102,17 @@ class Recorder:
     @property
     def ending(self) -> NDArray[np.int8]:
         """The index (runs,) of the ending that ended a run, or -1."""
-        indices: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
-        return indices
+        return _convert_codes(self.ends[:, -3], -1.0)
 
     @property
     def path_length(self) -> Array:
         """The path length (runs,) in metres."""
         return self.ends[:, -4]
 
-    def keep(
-        self, program: Program, run: BlockRows, alive: BlockRows, kept: Sequence[BlockRows | None]
-    ) -> None:
+    def keep(self, program: Program, run: BlockRows, alive: BlockRows, groups: RowGroups) -> None:
         """Add the stage that records instants, from the recorded rows."""
         if self.every is not None:
-            rows = {"run": run, "alive": alive, "groups": _group_kept_rows(kept)}
+            rows = {"run": run, "alive": alive, "groups": groups}
             table = program.address(self.table)
             program.add(history_tables.record_instant, every=self.every, table=table, **rows)
 
@@ -125,31 +121,31 @@ class Recorder:
         program: Program,
         run: BlockRows,
         alive: BlockRows,
-        kept: Sequence[BlockRows | None],
-        judged: OutcomeRows,
+        outcome: BlockRows,
+        groups: RowGroups,
     ) -> None:
-        """Add the stage that records the ends of runs."""
-        groups = _group_kept_rows([*kept, judged.length, judged.ending])
-        rows = {"run": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        """Add the stage that records the ends of runs: recorded rows, path length and ending."""
+        rows = {"run": run, "alive": alive, "outcome": outcome, "groups": groups}
         program.add(history_tables.record_ending, table=program.address(self.ends), **rows)
 
-    def stop(
-        self, blocks: Blocks, step: int, kept: Sequence[BlockRows | None], judged: OutcomeRows
-    ) -> None:
-        """Record the last instant of runs that are stopped before their end."""
+    def stop(self, blocks: Blocks, step: int, groups: RowGroups) -> None:
+        """Record the last instant of runs that are stopped before their end, as `end` does."""
         runs = blocks.rows
-        parts = [
-            blocks.get(rows) for (rows,) in _group_kept_rows([*kept, judged.length, judged.ending])
-        ]
-        self.ends[runs, :-2] = np.concatenate(parts).T
+        self.ends[runs, :-2] = np.concatenate([blocks.get(rows) for (rows,) in groups]).T
         self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
 
     def _parts(self, table: Array) -> RecordedSeries:
         return RecordedSeries(*(table[..., a:b] for a, b in pairwise(self.bounds)))
 
 
-def _group_kept_rows(kept: Sequence[BlockRows | None]) -> list[tuple[BlockRows]]:
-    """Return the recorded rows, flattened; missing rows are left out."""
+def _convert_codes(numbers: Array, missing: float) -> NDArray[np.int8]:
+    """Return numbers as integers, with another number for NaN."""
+    codes: NDArray[np.int8] = np.where(np.isnan(numbers), missing, numbers).astype(np.int8)
+    return codes
+
+
+def group_rows(*kept: BlockRows | None) -> RowGroups:
+    """Return rows as a stage of the record takes them; missing rows are left out."""
     return [(rows.flat,) for rows in kept if rows is not None and rows.size]
 
 

@@ -14,7 +14,7 @@ from robsim.engine.chunk import Chunk
 from robsim.engine.chunk_state import ChunkState
 from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
-from robsim.engine.recorder import Recorder
+from robsim.engine.recorder import Recorder, group_rows
 from robsim.engine.termination_checks import TerminationChecks
 from robsim.kernels.machine.program import CompiledStages, Program, PythonStage
 from robsim.kernels.machine.stages import advance_blocks
@@ -83,11 +83,12 @@ class Steps:
         plant.command(self.command.qd)
         judge.judge(plant, images, self.command, loop.hold, loop.limited)
         true, command = images.true[: 2 * images.N], self.command
-        self.recorded_rows = [
+        self.recorded_rows = group_rows(
             *(plant.q, plant.qd, plant.rates, command.s, true, command.weights),
             *(images.hashes, command.factors, command.active, command.slack),
             *plant.torques,
-        ]
+        )
+        self.end_rows = [*self.recorded_rows, *group_rows(judge.length, judge.ending)]
 
     @property
     def is_stateless(self) -> bool:
@@ -110,9 +111,8 @@ class Steps:
     def record_to(self, recorder: Recorder) -> Steps:
         """Return these stages, followed by the stages that record runs."""
         own, program = copy(self), self.program.copy()
-        rows = self.row, self.alive, self.recorded_rows
-        recorder.keep(program, *rows)
-        recorder.end(program, *rows, self.judge.outcome_rows)
+        recorder.keep(program, self.row, self.alive, self.recorded_rows)
+        recorder.end(program, self.row, self.alive, self.judge.outcome, self.end_rows)
         stages = program.stages
         own._fast = None if stages is None else CompiledStages(stages)
         own.program, own._rescue_rows = program, program.rescues
@@ -151,7 +151,7 @@ class Steps:
 
     def stop(self, recorder: Recorder, chunk: Chunk, step: int) -> None:
         """Record the present state of the runs of a chunk."""
-        recorder.stop(chunk, step, self.recorded_rows, self.judge.outcome_rows)
+        recorder.stop(chunk, step, self.end_rows)
 
     def snapshot(self, chunk: Chunk) -> ChunkState:
         """Return the state of a chunk at this step, with the projections of its cameras."""

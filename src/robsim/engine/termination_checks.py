@@ -10,7 +10,6 @@ from robsim.base.arrays import make_read_only, view_for_user
 from robsim.engine.endings import ControlInstant, Ending, find_first_ending
 from robsim.engine.image_stream import ImageStream
 from robsim.engine.plant import Plant
-from robsim.engine.recorder import OutcomeRows
 from robsim.features.feature_rows import select_rows
 from robsim.kernels.linear_algebra.svd import count_truncation_rows
 from robsim.kernels.machine.block_rows import BlockRows
@@ -170,11 +169,6 @@ class TerminationChecks:
             return command.qd, command.qd
         own = select_rows(self.program, plant.rates, self.controller.columns)
         return self.program.constant(np.zeros(command.qd.size)), own
-
-    @property
-    def outcome_rows(self) -> OutcomeRows:
-        """The rows that are stored at the end of a run."""
-        return OutcomeRows(self.outcome, self.ending, self.length)
 
     def _check_endings(
         self,

@@ -9,7 +9,7 @@ from typing import Any, Self, TypeVar, cast
 import xarray as xr
 
 T = TypeVar("T")
-SingleMaker = Callable[[str], "xr.Dataset | None"]
+SingleMaker = Callable[[str], "xr.DataArray | None"]
 _SLOTS = tuple(name for name in xr.Dataset.__slots__ if name != "__weakref__")
 
 
@@ -34,9 +34,9 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
         """Return a Dataset with the variables of `dataset()` and the attributes `attrs()`.
 
         Each function is called once, by the first thread that needs it, and again only if it
-        raised. `single(name)` returns the Dataset of one variable and its coordinates, or None. It
-        is called for a variable that is read by name before all variables are computed. The data of
-        the variable must be those in `dataset()`.
+        raised. `single(name)` returns one variable with its coordinates, or None. It is called for
+        a variable that is read by name before all variables are computed. The data of the variable
+        must be those in `dataset()`.
         """
         lazy = object.__new__(cls)
         lazy._lock = RLock()
@@ -67,8 +67,7 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
         with self._lock:
             if "_variables" not in self._makers or _has_slot(self, "_variables"):
                 return None
-            part = _convert_lookup_errors(lambda: self._single(name))
-        return None if part is None else part[name]
+            return _convert_lookup_errors(lambda: self._single(name))
 
     def __getstate__(self) -> Any:
         """Return the state for pickling, which computes all variables and attributes."""
@@ -87,7 +86,7 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
                 self._single = _return_none
 
 
-def _return_none(name: str) -> xr.Dataset | None:
+def _return_none(name: str) -> xr.DataArray | None:
     """Return None: the variable cannot be computed alone."""
     return None
 

@@ -49,17 +49,23 @@ def is_valid_start(outcome: NDArray[Any], end_time: Array) -> NDArray[np.bool_]:
 def list_end_variables(loop: Loop) -> dict[str, Callable[[], NDArray[Any]]]:
     """Return functions that compute the variables of a run with one value per run."""
     recorder, controller = loop.recorder, loop.controller
-    q_end, goal_pixels = recorder.last.q[:, 0], controller.goal_pixels
-    pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
-    goal = cache(lambda: make_goal_variables(controller, q_end, loop.q0))
+    goal_pixels = controller.goal_pixels
+    goal = cache(lambda: make_goal_variables(controller, get_q_end(), loop.q0))
+
+    def get_q_end() -> Array:
+        return recorder.last.q[:, 0]
+
+    def get_pixels_end() -> Array:
+        return recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
+
     return {
         "outcome": lambda: recorder.outcome,
         "end_time": lambda: recorder.end_step * loop.dt,
         "path_length": lambda: recorder.path_length,
-        "pixel_error": lambda: _compute_largest_length(pixels_end - goal_pixels),
+        "pixel_error": lambda: _compute_largest_length(get_pixels_end() - goal_pixels),
         "q0": lambda: loop.q0,
-        "q_end": lambda: q_end,
-        "pixels_end": lambda: pixels_end,
+        "q_end": get_q_end,
+        "pixels_end": get_pixels_end,
         "goal_pose": lambda: goal()["goal_pose"],
         "distance_to_goal": lambda: goal()["distance_to_goal"],
         "angle_to_goal": lambda: goal()["angle_to_goal"],

@@ -909,10 +909,7 @@ class Experiment(Value, Generic[TaskT_co]):
         """Return the record of a loop of this experiment as a Dataset."""
         from robsim.run.simulation_dataset import make_dataset  # late: the import of xarray is slow
 
-        parts = self.task, self.sensing, self.actuation, self.endings
-        if not (self.scene.tree.compiled and all(map(is_immutable, parts))):
-            _ = self.origin  # stored now, because a user's object may change later
-        return make_dataset(loop, self, lambda: self.origin)
+        return make_dataset(loop, self)
 
     def loop(
         self, numbers: NDArray[np.int64] | None = None, template: BatchTemplate | None = None

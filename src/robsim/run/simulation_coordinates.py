@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from robsim.engine.loop import Loop
 from robsim.world.scene import Scene
@@ -14,31 +15,39 @@ from robsim.world.scene import Scene
 LABELS = 256  # number of lists of names whose indexes are kept
 
 
-def list_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
-    """Return the coordinates of a simulation by name: (dimensions, values) and attributes.
+def list_coordinates(loop: Loop, scene: Scene) -> dict[str, tuple[Any, ...]]:
+    """Return the coordinates of a simulation by name: (dimensions, function) and attributes.
 
-    Names are lists.
+    The function returns the values; names are lists.
     """
     every = loop.recorder.every or 1
     seconds = {"units": "s", "long_name": "time"}
-    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
-    has_pictures = loop.recorder.last.hashes.shape[-1] > 0
-    cameras = loop.controller.picture_cameras if has_pictures else []
-    constraints = loop.controller.constraint_labels if loop.recorder.last.active.shape[-1] else ()
-    return {
-        "run": (["run"], loop.runs),
-        "time": (["time"], np.arange(instants) * every * loop.dt, seconds),
-        "coordinate": (["coordinate"], list(scene.coordinate_names)),
-        "coordinate_unit": (["coordinate"], list(scene.coordinate_units)),
-        "velocity": (["velocity"], list(scene.velocity_names)),
-        "twist": (["twist"], ["vx", "vy", "vz", "wx", "wy", "wz"]),
-        "axis": (["axis"], ["column", "row"]),
-        "feature_unit": (["feature"], list(loop.controller.units)),
-        "mark_camera": (["mark"], np.array([camera for camera, _ in keys], dtype=str)),
-        "mark_target": (["mark"], np.array([target for _, target in keys], dtype=str)),
-        **({"picture_camera": (["picture"], np.array(cameras, dtype=str))} if cameras else {}),
-        **({"constraint": (["constraint"], list(constraints))} if constraints else {}),
+    controller, last = loop.controller, loop.recorder.last
+    pictured = {
+        "picture_camera": (["picture"], lambda: np.array(controller.picture_cameras, dtype=str))
     }
+    constrained = {"constraint": (["constraint"], lambda: list(controller.constraint_labels))}
+    return {
+        "run": (["run"], lambda: loop.runs),
+        "time": (["time"], lambda: np.arange(loop.recorder.instants) * every * loop.dt, seconds),
+        "coordinate": (["coordinate"], lambda: list(scene.coordinate_names)),
+        "coordinate_unit": (["coordinate"], lambda: list(scene.coordinate_units)),
+        "velocity": (["velocity"], lambda: list(scene.velocity_names)),
+        "twist": (["twist"], lambda: ["vx", "vy", "vz", "wx", "wy", "wz"]),
+        "axis": (["axis"], lambda: ["column", "row"]),
+        "feature_unit": (["feature"], lambda: list(controller.units)),
+        "mark_camera": (["mark"], lambda: _list_mark_names(loop)[0]),
+        "mark_target": (["mark"], lambda: _list_mark_names(loop)[1]),
+        **(pictured if last.hashes.shape[-1] else {}),
+        **(constrained if last.active.shape[-1] else {}),
+    }
+
+
+def _list_mark_names(loop: Loop) -> tuple[NDArray[np.str_], NDArray[np.str_]]:
+    """Return the camera and the target of each image of a mark."""
+    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
+    cameras, targets = ([key[i] for key in keys] for i in range(2))
+    return np.array(cameras, dtype=str), np.array(targets, dtype=str)
 
 
 def make_index(name: str, values: Any, *attributes: Any) -> tuple[xr.Index, xr.Variable]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cache, partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from robsim.base.value import is_immutable
 from robsim.files.flat_table import RunDataset
 from robsim.files.run_schema import RUN
 from robsim.kernels.machine.cache_files import KERNEL_HASH, find_version
@@ -25,17 +27,20 @@ if TYPE_CHECKING:
 VERSION = version("robsim")  # of the installed package
 
 
-def make_dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -> RunDataset:
-    """Return the record of a simulation as a Dataset that is computed when it is read.
+def make_dataset(loop: Loop, of: Any) -> RunDataset:
+    """Return the record of a simulation of an experiment as a Dataset.
 
-    `of` is the experiment, and `origin` returns the attributes with its text. The representations
-    of a user's objects are stored now, because the objects may change.
+    The Dataset is computed when it is read. Only its attributes are computed now if the experiment
+    has a user's objects, because these may change.
     """
-    provenance = _make_provenance(loop, of)
+    controller = loop.controller  # not kept, because it may hold numbers of many runs
+    bound = {"tolerance": controller.tolerance, **_make_image_attributes(controller.sights)}
+    attributes = cache(partial(_make_attributes, of, loop.steps, loop.single, bound))
+    parts = of.task, of.sensing, of.actuation, of.endings
+    if not (of.scene.tree.compiled and all(map(is_immutable, parts))):
+        attributes()
     variables = SimulationVariables(loop, of.scene, of.varied)
-    return RunDataset.of(
-        variables.dataset, lambda: {**provenance, **origin()}, variables.single_dataset
-    )
+    return RunDataset.of(variables.dataset, attributes, variables.single)
 
 
 def make_plain_variables(loop: Loop, scene: Scene) -> dict[Hashable, xr.Variable]:
@@ -43,8 +48,11 @@ def make_plain_variables(loop: Loop, scene: Scene) -> dict[Hashable, xr.Variable
     return SimulationVariables(loop, scene, {}).list_all()
 
 
-def _make_provenance(loop: Loop, of: Any) -> dict[str, Any]:
-    """Return the attributes with the versions, the settings and the scheme of a run."""
+def _make_attributes(of: Any, steps: int, single: bool, bound: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes: the versions, the settings, the scheme and the text of a run.
+
+    `bound` are the attributes of its controller.
+    """
     task = of.task
     return {
         "title": RUN,
@@ -53,19 +61,19 @@ def _make_provenance(loop: Loop, of: Any) -> dict[str, Any]:
         "numpy": np.__version__,
         "numba": find_version("numba"),
         "machine": platform.machine(),
-        "dt": loop.dt,
-        "duration": loop.steps * loop.dt,
-        "seed": str(loop.seed),  # may exceed the integers of a file
-        "hold": int(loop.hold),
-        "record": loop.record,
+        "dt": of.dt,
+        "duration": steps * of.dt,
+        "seed": str(of.seed),  # may exceed the integers of a file
+        "hold": int(of.hold),
+        "record": of.record,
         "task": type(task).__name__,
         **(_describe_scheme(task, of) if isinstance(task, ServoTask) else {}),
-        "tolerance": loop.controller.tolerance,
-        **_make_image_attributes(loop.controller.sights),
+        **bound,
         "sensing": repr(of.sensing),
         "actuation": repr(of.actuation),
-        "single": int(loop.single),
+        "single": int(single),
         **({"varied": " ".join(of.varied)} if of.varied else {}),
+        **of.origin,
     }
 
 

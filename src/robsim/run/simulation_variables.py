@@ -11,7 +11,6 @@ import xarray as xr
 
 from robsim.base.arrays import Array
 from robsim.engine.loop import Loop
-from robsim.engine.outcome import Outcome
 from robsim.engine.recorder import RecordedSeries
 from robsim.files.run_schema import get_variable_dimensions
 from robsim.run.end_variables import list_end_variables
@@ -44,30 +43,33 @@ class SimulationVariables:
 
     def dataset(self) -> xr.Dataset:
         """Return the Dataset of all variables."""
-        return self._assemble(self.makers, self.coordinates)
+        variables = {name: self._get_variable(name) for name in self.makers}
+        coordinates, indexes = self._get_coordinates(self.coordinates)
+        return xr.Dataset._construct_direct(  # the constructor checks each variable again
+            {**variables, **coordinates}, set(coordinates), indexes=indexes
+        )
 
-    def single_dataset(self, name: str) -> xr.Dataset | None:
-        """Return the Dataset of a variable and its coordinates, or None without such a variable."""
+    def single(self, name: str) -> xr.DataArray | None:
+        """Return a variable with its coordinates, or None without such a variable."""
         if name not in self.end_makers and name not in self.makers:
             return None
-        dims = set(self._get_variable(name).dims)
-        return self._assemble(
-            [name], [key for key, (own, *_) in self.coordinates.items() if dims.issuperset(own)]
+        variable = self._get_variable(name)
+        dims = self.absent.union(variable.dims)
+        coordinates, indexes = self._get_coordinates(
+            each for each, (own, *_) in self.coordinates.items() if dims.issuperset(own)
         )
+        return xr.DataArray(variable, coordinates, name=name, indexes=indexes, fastpath=True)
 
     def list_all(self) -> dict[Hashable, xr.Variable]:
         """Return all variables by name, coordinates included."""
         return dict(self.dataset().variables)
 
-    def _assemble(self, names: Iterable[str], coordinates: Iterable[str]) -> xr.Dataset:
-        """Return the Dataset of some variables and coordinates."""
-        variables = {name: self._get_variable(name) for name in names}
-        own = {name: self._get_coordinate(name) for name in coordinates}
-        return xr.Dataset._construct_direct(  # the constructor checks each variable again
-            {**variables, **own},
-            set(own),
-            indexes={name: index for name, index in self.indexes.items() if name in own},
-        )
+    def _get_coordinates(
+        self, names: Iterable[str]
+    ) -> tuple[dict[str, xr.Variable], dict[Hashable, xr.Index]]:
+        """Return some coordinates, and the indexes of those that have one."""
+        coordinates = {name: self._get_coordinate(name) for name in names}
+        return coordinates, {name: x for name, x in self.indexes.items() if name in coordinates}
 
     def _get_variable(self, name: str) -> xr.Variable:
         """Return a variable, which is computed at the first call."""
@@ -87,7 +89,8 @@ class SimulationVariables:
     def _get_coordinate(self, name: str) -> xr.Variable:
         """Return a coordinate, which is computed at the first call, and store its index."""
         if name not in self.made:
-            dims, data, *attributes = self.coordinates[name]
+            own, make, *attributes = self.coordinates[name]
+            dims, data = self._drop_dimensions(own, make())
             if (name,) == tuple(dims):
                 self.indexes[name], self.made[name] = make_index(name, data, *attributes)
             else:
@@ -119,11 +122,9 @@ class SimulationVariables:
 
     @cached_property
     def coordinates(self) -> dict[str, Any]:
-        """The coordinates: (dimensions, values) and possibly attributes, by name."""
-        whole = list_coordinates(self.loop, self.scene, self.instants)
-        if "time" in self.absent:
-            del whole["time"]
-        return {name: (*self._drop_dimensions(*v[:2]), *v[2:]) for name, v in whole.items()}
+        """The coordinates, as `list_coordinates` returns them; a summary has no times."""
+        every = list_coordinates(self.loop, self.scene)
+        return {name: own for name, own in every.items() if name not in self.absent - {"run"}}
 
     @cached_property
     def descriptions(self) -> VariableDescriptions:
@@ -136,17 +137,8 @@ class SimulationVariables:
         recorder = self.loop.recorder
         if recorder.every is None:
             return recorder.last
-        return RecordedSeries(*(part[:, : self.instants] for part in recorder.series))
-
-    @cached_property
-    def instants(self) -> int:
-        """The number of recorded instants; after an interruption, of the simulated ones."""
-        recorder = self.loop.recorder
-        if recorder.every is None:
-            return 1
-        if (recorder.outcome != Outcome.RUNNING).all():
-            return recorder.table.shape[1]
-        return int(np.nanmax(recorder.end_step, initial=0.0)) // recorder.every + 1
+        instants = recorder.instants
+        return RecordedSeries(*(part[:, :instants] for part in recorder.series))
 
     def _list_motions(self) -> Makers:
         """Return the functions of q, qd, and the poses and twists of the camera or the frame."""

@@ -103,7 +103,7 @@ class VariableDescriptions:
         if name == "goal_pose":
             return end_variables.make_goal_attributes(self.controller)
         if name == "outcome":
-            return _make_flag_attributes([each.name for each in Outcome], 0)
+            return _make_flag_attributes(list(Outcome.__members__), 0)
         return {}
 
 

@@ -327,6 +327,6 @@ def _make_template(loop: Loop, chunk: Chunk) -> RunVariables:
     """Return the variables of a run of one instant, the first of a loop."""
     short, sequence = replace(loop, steps=0, record="all"), loop.sequence
     recorder = short.recorder
-    recorder.stop(chunk, 0, sequence.recorded_rows, sequence.judge.outcome_rows)
+    recorder.stop(chunk, 0, sequence.end_rows)
     recorder.table[:, 0] = recorder.ends[:, : recorder.table.shape[-1]]
     return make_plain_variables(short, loop.scene)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare.fields import is_identical
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.servo_controller import ServoController, compute_decay_rate
 from robsim.servo.task_controller import LAST_STEPS
 from robsim.world.scene import LAST_CONTROLLER, Scene
-
-if TYPE_CHECKING:
-    from robsim.servo.servo_controller import ServoController
 
 # fields of servo tasks that do not change the bound features
 OTHER_FIELDS = frozenset(
@@ -18,7 +18,6 @@ OTHER_FIELDS = frozenset(
         *("smooth_start", "limit", "secondary", "projection"),
     )
 )
-OF_GAIN = "gain", "pace"  # fields of a controller that are numbers of two rows of its stages
 
 
 class KeptController(NamedTuple):
@@ -39,16 +38,22 @@ class KeptController(NamedTuple):
         """Return the names of the fields that differ in a task; None for a task of another kind."""
         if type(task) is not type(self.task):
             return None
-        return {each for each in _list_fields(task) if not _has_same(self.task, task, each)}
+        names = task.__dataclass_fields__
+        return {each for each in names if not _has_same(self.task, task, each)}
 
-    def share_steps(self, controller: ServoController) -> None:
-        """Let a controller use the stages of the last run if it differs in a constant gain only."""
+    def replace_gain(self, gain: float | AdaptiveGain) -> ServoController | None:
+        """Return the controller with another constant gain, which uses the stages of the last run.
+
+        None if the gain is not constant, or if other parts of the controller depend on it.
+        """
         old = self.controller
-        if type(controller) is not type(old) or not isinstance(controller.gain, float):
-            return
-        names = [name for name in _list_fields(old) if name not in OF_GAIN]
-        if isinstance(old.gain, float) and all(_has_same(old, controller, name) for name in names):
-            vars(controller)[LAST_STEPS] = vars(old)[LAST_STEPS]
+        gains_are_constant = isinstance(gain, float) and isinstance(old.gain, float)
+        if not gains_are_constant or type(old) is not ServoController:
+            return None
+        pace = compute_decay_rate(old.bound_features, gain, old.inverse)
+        new = replace_unchecked(old, gain=gain, pace=pace)
+        copy_cached(old, new, (LAST_STEPS, "picture_sights"))
+        return new
 
 
 def get_kept_controller(scene: Scene) -> KeptController | None:
@@ -62,11 +67,6 @@ def keep_controller(task: Any, controller: ServoController) -> None:
     bound = controller.bound_features
     if bound.runs == 1 and not (controller.picture_sights or bound.pictured_pairs):
         vars(controller.scene)[LAST_CONTROLLER] = KeptController(task, controller)
-
-
-def _list_fields(value: Any) -> list[str]:
-    """Return the names of the fields of a dataclass."""
-    return list(value.__dataclass_fields__)
 
 
 def _has_same(a: Any, b: Any, name: str) -> bool:

@@ -313,15 +313,15 @@ class ServoTask(CommandFields):
         changes = None if kept is None else kept.find_changes(self)
         if kept is None or changes is None or not changes <= OTHER_FIELDS:
             controller = self._build_controller(scene, self.columns(scene))
-            vars(controller)[LAST_STEPS] = None  # it may keep its stages
-            return controller
-        old = kept.controller
-        if not changes:
-            return old
-        parts = old.sights, old.columns, old.bound_features, old.full_rank
-        controller = self._complete_controller(*parts)
-        vars(controller)[LAST_STEPS] = None
-        kept.share_steps(controller)
+        elif not changes:
+            return kept.controller
+        elif changes == {"gain"} and (other := kept.replace_gain(self.gain)) is not None:
+            return other
+        else:
+            old = kept.controller
+            parts = old.sights, old.columns, old.bound_features, old.full_rank
+            controller = self._complete_controller(*parts)
+        vars(controller)[LAST_STEPS] = None  # it may keep its stages
         return controller
 
     def _build_controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:

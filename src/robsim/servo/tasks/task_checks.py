@@ -200,8 +200,10 @@ def warn_of_rank(controller: ServoController) -> None:
 def warn_of_wheels(controller: ServoController) -> None:
     """Issue a RankWarning if wheels alone have more features than velocities."""
     columns = controller.columns
+    if controller.k <= columns.size:
+        return
     kinds = controller.scene.tree.kinds(columns)
-    if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
+    if all(kind.wheeled for kind in kinds):
         steers = any(kind.needs == "steering" for kind in kinds)
         warnings.warn(
             f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
