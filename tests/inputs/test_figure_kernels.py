@@ -3,12 +3,15 @@
 import os
 import subprocess
 import time
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import robsim as rs
 from robsim.base import processors
-from robsim.cli.figure_kernels import COMMAND, KERNELS, compile_figure_kernels
+from robsim.cli import figure_kernels
+from robsim.cli.figure_kernels import COMMAND, FIGURE, PICTURES, compile_figure_kernels
 from robsim.kernels.machine import cache_files, machine_code
 
 LIMIT = 300.0  # seconds
@@ -51,7 +54,7 @@ def stored(cache, kernel):
 def test_they_are_stored_and_this_process_compiles_none(cache, started, rhino):
     before, limit = set(cache_files.SAVED), time.monotonic() + LIMIT
     with compile_figure_kernels(rhino, figures=True, page=True):
-        while not all(stored(cache, each) for each in KERNELS):
+        while not all(stored(cache, each) for each in (FIGURE, PICTURES)):
             assert time.monotonic() < limit
             time.sleep(0.05)
     assert set(cache_files.SAVED) == before
@@ -62,7 +65,7 @@ def test_they_are_stored_and_this_process_compiles_none(cache, started, rhino):
 def test_the_other_process_ends_with_the_command_and_hears_no_ctrl_c(cache, started, rhino):
     with pytest.raises(KeyboardInterrupt), compile_figure_kernels(rhino, True, True):
         (process,) = started
-        assert process.args == COMMAND and process.poll() is None
+        assert process.args == [*COMMAND, FIGURE, PICTURES] and process.poll() is None
         assert os.getsid(process.pid) == process.pid  # Ctrl-C reaches processes of one session
         raise KeyboardInterrupt
     assert process.returncode
@@ -77,7 +80,7 @@ def test_a_process_starts_if_a_needed_kernel_is_not_stored(
     cache, started, rhino, figures, page, count
 ):
     cache.mkdir()
-    (cache / f"{KERNELS[0]}-21.0.nbc").touch()
+    (cache / f"{FIGURE}-21.0.nbc").touch()
     with compile_figure_kernels(rhino, figures, page):
         assert len(started) == count
 
@@ -88,6 +91,19 @@ def test_one_processor_compiles_in_one_process(cache, started, rhino, monkeypatc
         assert not started
 
 
-def test_a_scenario_without_a_pickle_is_compiled_in_one_process(cache, started, rhino):
-    with compile_figure_kernels(lambda: rhino, True, True):
-        assert not started
+@pytest.mark.parametrize("distortion", [(0.0,) * 4, (-0.1, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("picture", [None, np.eye(4, dtype=np.uint8)])
+def test_the_variant_of_the_scene_is_compiled(cache, monkeypatch, distortion, picture):
+    commands = []
+    start = SimpleNamespace(kill=bool, wait=bool)
+    monkeypatch.setattr(
+        figure_kernels, "_start_process", lambda names: commands.append(names) or start
+    )
+    K = np.array([[84.0, 0.0, 46.9], [0.0, 90.0, 36.7], [0.0, 0.0, 1.0]])
+    eye = rs.MountedCamera("eye", rs.Camera(K, (96, 72), distortion=distortion))
+    block = rs.shapes.Block(0.3, 0.3, 0.1, picture=picture)
+    scene = rs.Scene(objects=rs.Object("block", block), cameras=eye)
+    with compile_figure_kernels(SimpleNamespace(scene=scene), figures=False, page=True):
+        pass
+    number = (picture is not None) + 2 * (distortion[0] != 0.0)
+    assert commands == [[f"{PICTURES}.{number}" if number else PICTURES]]

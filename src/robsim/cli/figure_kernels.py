@@ -7,18 +7,21 @@ the first process waits for their files if it needs them earlier.
 
 from __future__ import annotations
 
+import gc
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import IO, TYPE_CHECKING
+from importlib import import_module
+from itertools import chain
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from subprocess import Popen
 
     from robsim.run.experiment import Experiment
 
-KERNELS = "painter_order.arrange_faces", "picture.draw_pictures"  # of a figure, and of a page
-COMMAND = [sys.executable, "-P", "-m", "robsim.cli.figure_kernels"]  # reads a pickle
+FIGURE, PICTURES = "painter_order.arrange_faces", "picture.draw_pictures"  # as in the cache
+COMMAND = [sys.executable, "-P", "-m", "robsim.cli.figure_kernels"]  # and names of kernels
 
 
 @contextmanager
@@ -28,7 +31,10 @@ def compile_figure_kernels(scenario: Experiment, figures: bool, page: bool) -> I
     Nothing happens if these kernels are compiled already, if the cache is not writable, or if only
     one processor is available. The other process ends with the block.
     """
-    process = _start_process(scenario, page) if _is_useful([figures, page]) else None
+    needed = {FIGURE} if figures else set()
+    needed |= _list_picture_kernels(scenario) if page else set()
+    absent = _list_absent(needed)
+    process = _start_process(absent) if absent else None
     try:
         yield
     finally:
@@ -37,54 +43,55 @@ def compile_figure_kernels(scenario: Experiment, figures: bool, page: bool) -> I
             process.wait()
 
 
-def _is_useful(needed: list[bool]) -> bool:
-    """Return whether a needed kernel has no code yet, and another process can store it."""
-    from itertools import compress
+def _list_picture_kernels(scenario: Experiment) -> set[str]:
+    """Return the names of the kernels that draw the pictures of a scenario."""
+    from robsim.kernels.formulas.perspective import NO_LENS
 
+    scene = scenario.scene
+    shapes = [link.shapes for robot in scene.robots for link in robot.links]
+    shapes += [thing.shapes for thing in scene.objects]
+    has_pictures = any(each.face_pictures for each in chain(*shapes))
+    numbers = {
+        has_pictures + 2 * (each.camera.lens_kind != NO_LENS)  # of the types of `draw_pictures`
+        for each in scene.cameras
+        if each.camera.size is not None
+    }
+    return {f"{PICTURES}.{each}" if each else PICTURES for each in numbers}
+
+
+def _list_absent(names: set[str]) -> list[str]:
+    """Return the kernels that have no code yet, if another process can compile and store it."""
     from robsim.base.processors import count_processors
     from robsim.kernels.machine import cache_files
     from robsim.kernels.machine.machine_code import PACKAGE_CODE
 
     if PACKAGE_CODE.objects or PACKAGE_CODE.is_bitcode_readable or count_processors() == 1:
-        return False
-    absent = [not any(cache_files.CACHE.glob(f"{each}-*.nbc")) for each in KERNELS]
-    return any(compress(absent, needed)) and cache_files.is_cache_writable()
+        return []
+    absent = [each for each in sorted(names) if not any(cache_files.CACHE.glob(f"{each}-*.nbc"))]
+    return absent if cache_files.is_cache_writable() else []
 
 
-def _start_process(scenario: Experiment, page: bool) -> Popen[bytes] | None:
-    """Start the process that draws the scenario; return None if the scenario has no pickle.
+def _start_process(names: list[str]) -> Popen[bytes]:
+    """Start the process that compiles kernels.
 
     Its own session keeps Ctrl-C of a terminal away from it.
     """
-    import pickle
     from subprocess import DEVNULL, Popen
-    from tempfile import TemporaryFile
 
-    with TemporaryFile() as file:
-        try:
-            pickle.dump((scenario, page), file)
-            file.seek(0)
-            return Popen(
-                COMMAND, stdin=file, stdout=DEVNULL, stderr=DEVNULL, start_new_session=True
-            )
-        except Exception:  # noqa: BLE001  objects of users may raise any exception
-            return None
+    command = [*COMMAND, *names]
+    return Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, start_new_session=True)
 
 
-def draw_start(file: IO[bytes]) -> None:
-    """Draw the scene of a pickle and, for a page, its pictures; this compiles the kernels."""
-    import pickle
-    from io import BytesIO
-
-    from robsim import plot
-
-    scenario, page = pickle.load(file)
-    scene = scenario.scene
-    plot.scene(scene).savefig(BytesIO())
-    for each in scene.cameras if page else ():
-        if each.camera.size is not None:
-            scene.picture(scene.home, each.name)
+def compile_kernels(names: Iterable[str]) -> list[int]:
+    """Compile kernels that draw, and return the addresses of their code."""
+    gc.disable()  # the process ends before it needs more memory
+    addresses = []
+    for name in names:
+        module, function, *number = name.split(".")
+        kernel = getattr(import_module(f"robsim.kernels.raster.{module}"), function)
+        addresses.append(kernel.variants[int(*number)].address)
+    return addresses
 
 
 if __name__ == "__main__":
-    draw_start(sys.stdin.buffer)
+    compile_kernels(sys.argv[1:])

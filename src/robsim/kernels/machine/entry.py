@@ -67,6 +67,11 @@ class CFunction:
         exec(f"test = lambda {', '.join(self.types.names)}: {' and '.join(tests)}", namespace)
         return namespace["test"]  # type: ignore[no-any-return]
 
+    @property
+    def address(self) -> int:
+        """The address of the machine code, which is compiled if there is none."""
+        return find_address(self.symbol, self.make_wrapper, self.kinds)
+
     def may_take(self, arguments: tuple[Any, ...]) -> bool:
         """Return whether machine code for these types may take the arguments."""
         try:
@@ -88,7 +93,7 @@ class CFunction:
         has_tuples = [each.path for each in leaves] != names
         code = python_functions.build_function(
             self.function.__name__,
-            find_address(self.symbol, self.make_wrapper, self.kinds),
+            self.address,
             [each.kind for each in leaves],
             self.results,
             _refuse if has_tuples else otherwise,
