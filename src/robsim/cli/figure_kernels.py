@@ -7,7 +7,6 @@ the first process waits for their files if it needs them earlier.
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -84,7 +83,6 @@ def _start_process(names: list[str]) -> Popen[bytes]:
 
 def compile_kernels(names: Iterable[str]) -> list[int]:
     """Compile kernels that draw, and return the addresses of their code."""
-    gc.disable()  # the process ends before it needs more memory
     addresses = []
     for name in names:
         module, function, *number = name.split(".")

@@ -36,18 +36,17 @@ def list_coordinates(loop: Loop, scene: Scene) -> dict[str, tuple[Any, ...]]:
         "twist": (["twist"], lambda: ["vx", "vy", "vz", "wx", "wy", "wz"]),
         "axis": (["axis"], lambda: ["column", "row"]),
         "feature_unit": (["feature"], lambda: list(controller.units)),
-        "mark_camera": (["mark"], lambda: _list_mark_names(loop)[0]),
-        "mark_target": (["mark"], lambda: _list_mark_names(loop)[1]),
+        "mark_camera": (["mark"], lambda: _list_mark_names(loop, 0)),
+        "mark_target": (["mark"], lambda: _list_mark_names(loop, 1)),
         **(pictured if last.hashes.shape[-1] else {}),
         **(constrained if last.active.shape[-1] else {}),
     }
 
 
-def _list_mark_names(loop: Loop) -> tuple[NDArray[np.str_], NDArray[np.str_]]:
-    """Return the camera and the target of each image of a mark."""
-    keys = [sight.key for sight in loop.controller.sights for _ in sight.target.marks]
-    cameras, targets = ([key[i] for key in keys] for i in range(2))
-    return np.array(cameras, dtype=str), np.array(targets, dtype=str)
+def _list_mark_names(loop: Loop, part: int) -> NDArray[np.str_]:
+    """Return the camera (part 0) or the target (part 1) of each image of a mark."""
+    sights = loop.controller.sights
+    return np.array([sight.key[part] for sight in sights for _ in sight.target.marks], dtype=str)
 
 
 def make_index(name: str, values: Any, *attributes: Any) -> tuple[xr.Index, xr.Variable]:
