@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.kernels.control.null_space import sigmoid_switch
 from robsim.kernels.machine.program import evaluate_stages
-from robsim.servo.shaping.free_motions import add_priorities
+from robsim.servo.shaping.free_motions import add_camera_priorities, add_priorities
 from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,
@@ -21,6 +21,8 @@ from robsim.servo.shaping.redundancy import (
     null_space,
     solve_priorities,
 )
+from robsim.servo.shaping.row_space import RowSpace
+from robsim.servo.task_product import TaskProduct
 
 RCOND = 1e-6
 steady = settings(derandomize=True, max_examples=60, deadline=None)
@@ -243,17 +245,21 @@ def test_one_level_is_least_squares_and_its_projector_the_null_space():
 # tasks of one camera, which all act through its Jacobian
 
 
+def multiply(levels, J):
+    """The levels (L J, rate) of levels (L, rate)."""
+    return [(np.einsum("kmb,mnb->knb", L, J), rate) for L, rate in levels]
+
+
 def solve_by_camera(levels, J):
     """The velocities and the projector of levels (L, rate) with A = L J."""
 
     def add(program, J, *rows):
         pairs = list(zip(rows[::2], rows[1::2], strict=True))
-        qd, free_motions = add_priorities(program, pairs, RCOND, J)
+        qd, free_motions = add_camera_priorities(RowSpace.of(program, J), pairs, RCOND)
         return qd, free_motions.add_projector()
 
-    products = [(np.einsum("kmb,mnb->knb", L, J), rate) for L, rate in levels]
-    found = evaluate_stages(add, [J, *(array for level in products for array in level)])
-    return found, products
+    found = evaluate_stages(add, [J, *(array for level in levels for array in level)])
+    return found, multiply(levels, J)
 
 
 def camera_jacobian(rng, n):
@@ -294,20 +300,47 @@ def test_four_points_and_a_redundant_arm_leave_the_null_space_of_its_jacobian(n)
 def test_a_free_motion_is_the_product_with_the_projector_in_any_batch(seed, shapes, n, by_camera):
     rng, stack = np.random.default_rng(seed), stacks(seed, [2, *shapes], 6)
     J = last(*(camera_jacobian(rng, n) for _ in stack))
-    tasks = [array for L, rate in batch(stack) for array in (np.einsum("kmb,mnb->knb", L, J), rate)]
+    levels = batch(stack) if by_camera else multiply(batch(stack), J)
     motion, qd = rng.normal(size=(2, n, len(stack)))
 
     def add(program, J, motion, qd, *rows):
         pairs = list(zip(rows[::2], rows[1::2], strict=True))
-        _, free_motions = add_priorities(program, pairs, RCOND, J if by_camera else None)
+        if by_camera:
+            _, free_motions = add_camera_priorities(RowSpace.of(program, J), pairs, RCOND)
+        else:
+            _, free_motions = add_priorities(program, pairs, RCOND)
         return free_motions.add_motion(motion, qd), free_motions.add_projector()
 
-    arrays = [J, motion, qd, *tasks]
+    arrays = [J, motion, qd, *(array for level in levels for array in level)]
     whole, P = evaluate_stages(add, arrays)
     close(whole, qd + np.einsum("nmb,mb->nb", P, motion), 1e-13)
     for b in range(len(stack)):
         alone, _ = evaluate_stages(add, [np.ascontiguousarray(a[..., b : b + 1]) for a in arrays])
         np.testing.assert_array_equal(alone[:, 0], whole[:, b])
+
+
+@steady
+@given(seeds, st.integers(1, 12), st.integers(3, 12), st.booleans())
+def test_the_free_motions_of_a_task_are_its_null_space_also_after_its_law(seed, k, n, solves):
+    rng = np.random.default_rng(seed)
+    J = last(*(camera_jacobian(rng, n) for _ in range(4)))
+    L = last(*(of_rank(rng, k, 6, int(rng.integers(1, 7))) for _ in range(4)))
+    motion, qd, y = rng.normal(size=(n, 4)), rng.normal(size=(n, 4)), rng.normal(size=(k, 4))
+    ((A, _),) = multiply([(L, y)], J)
+
+    def add(program, L, J, A, y, motion, qd):
+        product = TaskProduct(program, L, J, A)
+        if solves and min(k, n) > 6:
+            product.solve(y, RCOND)
+        free_motions = product.find_free_motions(RCOND)
+        return free_motions.add_motion(motion, qd), free_motions.add_projector()
+
+    found, P = evaluate_stages(add, [L, J, A, y, motion, qd])
+    for b in range(4):
+        expected = np.eye(n) - np.linalg.pinv(A[..., b], rcond=RCOND) @ A[..., b]
+        close(P[..., b], expected, 1e-9)
+        is_projector(P[..., b], 1e-12)
+        close(found[:, b], qd[:, b] + P[..., b] @ motion[:, b], 1e-13)
 
 
 @pytest.mark.parametrize("least", 10.0 ** -np.arange(0, 18))

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.kernels.control import control_law
 from robsim.kernels.linear_algebra import pseudoinverse, svd
 from robsim.kernels.machine.program import evaluate_stages
+from robsim.servo.task_product import TaskProduct
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)
@@ -177,14 +177,11 @@ def test_singular_values_of_a_run_do_not_depend_on_those_beside_it():
 
 def of_product(B, C, y, rcond=1e-9):
     A = np.einsum("irb,rjb->ijb", B, C)
-    k, n, _ = A.shape
+    n = A.shape[1]
 
     def add(program, B, C, A, y):
-        x, rank = program.rows(n), program.rows()
-        room = program.rows(pseudoinverse.count_product_rows(k, n))
-        given = {"L": B, "J": C, "A": A, "y": y, "rcond": program.constant(rcond)}
-        program.add(control_law.solve_task_product, **given, x=x, rank=rank, scratch=room)
-        return x, rank
+        product = TaskProduct(program, B, C, A)
+        return product.solve(y, rcond), product.rank
 
     x, rank = evaluate_stages(add, [B, C, A, y], [(n,), ()])
     return A, x, rank

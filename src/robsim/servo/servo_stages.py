@@ -23,7 +23,9 @@ from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows, 
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import SAME_UNITS, add_solve, describe_metric_columns
+from robsim.servo.laws.inverse import RCOND, SAME_UNITS, add_solve, describe_metric_columns
+from robsim.servo.shaping.free_motions import FreeMotions, find_free_motions
+from robsim.servo.task_product import TaskProduct
 from robsim.servo.weight_stages import (
     add_component_weights,
     add_maximum,
@@ -60,6 +62,7 @@ class ServoStages:
         self.weights: BlockRows | None = None
         self.status: BlockRows | None = None
         self.hidden: BlockRows | None = None
+        self.product: TaskProduct | None = None
         self.constrained: ConstraintStages | None = None
 
     def assess(self) -> None:
@@ -92,6 +95,8 @@ class ServoStages:
         if self.weights is not None:
             self.status = self._add_status(self.weights)
         self.status = add_maximum(program, [*features.statuses, self.status])
+        J = self.feature_rows.first_jacobian
+        self.product = TaskProduct(program, self.L, J, self.A) if c.one_motion else None
         self.gain = self._add_gain()
         self.law_error = self.weighted_error if c.feed_forward is None else self._add_drift()
 
@@ -106,14 +111,20 @@ class ServoStages:
             qd = self.program.add_python_rows(self._call_law, self.n)
         error, A = self.weighted_by_marks
         shaping, constraints = self.controller.shaping, self.controller.constraints
-        J, is_product = self.feature_rows.first_jacobian, self.controller.one_motion
-        qd = shaping.stages(self.inputs, qd, error, J, A, is_product)
+        J = self.feature_rows.first_jacobian
+        qd = shaping.stages(self.inputs, qd, error, J, A, self._find_free_motions)
         if constraints is None:
             return qd
         views = self.feature_rows.views()
         rows = self.inputs, self.feature_rows.placed, views, qd, self.A
         self.constrained = ConstraintStages(constraints, *rows)
         return self.constrained.qd
+
+    def _find_free_motions(self) -> FreeMotions:
+        """Return the motions that the task leaves free."""
+        if self.product is not None:
+            return self.product.find_free_motions(RCOND)
+        return find_free_motions(self.program, self.weighted_by_marks[1], RCOND)
 
     def rate(self) -> BlockRows:
         """Return the rows of the desired rate of the error, -gain e."""
@@ -302,7 +313,7 @@ class ServoStages:
     def _add_law(self, law: CompiledLaw, error: BlockRows) -> CommandAtGain:
         """Add the stages of a law before the gain; return a function that adds the others."""
         features = self.feature_rows
-        settings = self.controller.inverse, self.controller.one_motion
+        settings = self.controller.inverse, self.product
         rows = error, self.L, features.first_jacobian, self.A, features.s, self.inputs.q
         return law.stages(LawRows(self.program, self.k, self.n, *rows, *settings))
 

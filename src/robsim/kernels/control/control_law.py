@@ -6,7 +6,7 @@ All matrices are stored in row-major order: L[k, 6], J[6, n] and A[k, n].
 import math
 
 from robsim.kernels.formulas.adaptive_gain import gain_at
-from robsim.kernels.linear_algebra.pseudoinverse import solve_block, solve_product_block
+from robsim.kernels.linear_algebra.pseudoinverse import solve_block
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, sqrt, where
 from robsim.kernels.machine.stages import stage
@@ -193,26 +193,6 @@ def solve_task(
     """
     metres = J if J >= 0 else -1 - translations
     put(w, rank, solve_block(w, A, k, n, y, damping, get(w, rcond), x, metres, scratch))
-
-
-@stage
-def solve_task_product(
-    w,
-    step,
-    L="k, 6",
-    k="count",
-    J="6, n",
-    n="count",
-    A="k, n",
-    y="k",
-    rcond="row",
-    x="n",
-    rank="row",
-    scratch="size",
-    size="count",
-):
-    """Compute x = A^+ y for A = L J, and the rank of A."""
-    put(w, rank, solve_product_block(w, L, k, J, n, A, y, get(w, rcond), x, scratch))
 
 
 @stage

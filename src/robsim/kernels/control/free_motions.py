@@ -1,9 +1,7 @@
 """Motions that tasks leave free: the projector onto these motions, and projected secondary motions.
 
 `robsim.kernels.control.task_priorities` finds a basis of the free motions, the columns of N, or the
-projector P in the runs without a basis. If all tasks act through the Jacobian of a camera, its
-orthonormal rows Q complete the basis: P = N N' + I - Q'Q. A motion is projected by products with N
-and Q, which takes 24 n operations for Q; P takes 6 n^2 to compute and 2 n^2 to multiply.
+projector P in the runs without a basis.
 """
 
 from robsim.kernels.machine.kernel import kernel, part
@@ -12,15 +10,11 @@ from robsim.kernels.machine.stages import stage
 
 
 @kernel
-def put_projector(w, n, N, free, Q, has_basis, P):
-    """Compute P = N N', or N N' + I - Q'Q, in the runs of the mask `has_basis`."""
+def put_projector(w, n, N, free, has_basis, P):
+    """Compute P = N N' in the runs of the mask `has_basis`."""
     for i in range(n):
         for j in range(i + 1):
             total = 0.0 * get(w, N)
-            if Q >= 0:
-                for c in range(6):
-                    total = total + get(w, Q + n * c + i) * get(w, Q + n * c + j)
-                total = (1.0 if i == j else 0.0) - total
             for c in range(free):
                 total = total + get(w, N + n * c + i) * get(w, N + n * c + j)
             put(w, P + n * i + j, where(has_basis, total, get(w, P + n * i + j)))
@@ -29,34 +23,25 @@ def put_projector(w, n, N, free, Q, has_basis, P):
 
 @stage
 def compute_projector(
-    w,
-    step,
-    n="count",
-    N="columns, n",
-    free="whole",
-    Q="6, n or none",
-    usual="row",
-    P="n, n",
-    columns="count",
+    w, step, n="count", N="columns, n", free="whole", usual="row", P="n, n", columns="count"
 ):
     """Compute the projector P onto the free motions in the runs with usual = 1.
 
     The first `free` columns of N, stored in column-major order, are a basis. The other runs have P.
     """
-    put_projector(w, n, N, free, Q, get(w, usual) > 0.0, P)
+    put_projector(w, n, N, free, get(w, usual) > 0.0, P)
 
 
 @part
-def _subtract_components(w, n, rows, count, x, out, sign):
-    """Subtract sign r r'x from `out` for each of `count` rows r (n,)."""
+def _add_components(w, n, rows, count, x, out):
+    """Add r r'x to `out` for each of `count` rows r (n,)."""
     for c in range(count):
         r = rows + n * c
         along = get(w, r) * get(w, x)
         for i in range(1, n):
             along = along + get(w, r + i) * get(w, x + i)
-        along = sign * along
         for i in range(n):
-            put(w, out + i, get(w, out + i) - along * get(w, r + i))
+            put(w, out + i, get(w, out + i) + along * get(w, r + i))
 
 
 @part
@@ -70,28 +55,15 @@ def project_motion(w, n, P, motion, i):
 
 @stage
 def add_free_motion(
-    w,
-    step,
-    n="count",
-    N="columns, n",
-    free="whole",
-    Q="6, n or none",
-    usual="row",
-    P="n, n",
-    motion="n",
-    qd="n",
-    out="n",
-    columns="count",
+    w, step, n="count", N="n, n", free="whole", usual="row", P="n, n", motion="n", qd="n", out="n"
 ):
     """Add a secondary motion, projected onto the free motions, to the command qd.
 
-    See `compute_projector` for N, Q and P.
+    See `compute_projector` for N and P.
     """
     for i in range(n):
-        put(w, out + i, get(w, motion + i) if Q >= 0 else 0.0 * get(w, motion + i))
-    if Q >= 0:
-        _subtract_components(w, n, Q, 6, motion, out, 1.0)
-    _subtract_components(w, n, N, free, motion, out, -1.0)
+        put(w, out + i, 0.0 * get(w, motion + i))
+    _add_components(w, n, N, free, motion, out)
     has_basis = get(w, usual) > 0.0
     any_projector = any_lane(~has_basis)
     for i in range(n):

@@ -7,15 +7,14 @@ from then on the projector P onto the null space instead of N. The rank is decid
 direction, relative to the largest singular value of A. A threshold relative to A P would be wrong:
 tasks of higher priority may leave only rounding errors in A P, and these would be inverted.
 
-All tasks of one camera have matrices A = L J with the camera Jacobian J (6, n). Their ranks are at
-most 6, and A N never has full rank if more than 6 joints move the camera. The first basis N then
-consists of 6 orthonormal columns, a QR factorisation of J' (Golub and Van Loan 2013, section 5.2):
-A = A N N' for every such task. The motions I - N N' are free in all tasks.
+Tasks of one camera and more than six joints are solved in the six coordinates of a row space, see
+`robsim.kernels.control.row_space`, as A N then never has full rank.
 """
 
 import numpy as np
 
 from robsim.kernels.control.free_motions import put_projector
+from robsim.kernels.control.row_space import multiply_triangle
 from robsim.kernels.linear_algebra import svd
 from robsim.kernels.linear_algebra.householder import (
     apply_reflections,
@@ -24,6 +23,7 @@ from robsim.kernels.linear_algebra.householder import (
 )
 from robsim.kernels.linear_algebra.pseudoinverse import apply_inverse, invert_triangle
 from robsim.kernels.linear_algebra.svd import decompose_columns, greatest_row
+from robsim.kernels.machine.intrinsics import routine
 from robsim.kernels.machine.kernel import kernel, part
 from robsim.kernels.machine.lanes import any_lane, get, put, where
 from robsim.kernels.machine.stages import stage
@@ -33,8 +33,7 @@ def count_priority_rows(k: int, n: int) -> int:
     """Return the number of scratch rows that `solve_priority` needs."""
     m = min(k, n)
     usual = k * n + 2 * m + 2 * m * m + max(k, n)
-    solution = n + k + max(usual, svd.count_truncation_rows(k, n) + n + k * n)
-    return max(solution, 6 * n + 6 + 36)  # of the QR factorisation of J'
+    return n + k + max(usual, svd.count_truncation_rows(k, n) + n + k * n)
 
 
 @stage
@@ -48,33 +47,25 @@ def solve_priority(
     rcond="row",
     first="whole",
     free="whole",
-    J="6, n or none",
-    Q="6, n or none",
     qd="n",
     P="n, n",
-    N="columns, n",
+    N="n, n",
     usual="row",
     scratch="size",
     size="count",
-    columns="count",
 ):
     """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from the projector P (n, n).
 
     Singular values of A P below rcond times the largest singular value of A count as zero. `first`
     is 1 for the first task. In the runs with usual = 1, the first `free` columns of N, stored in
-    column-major order, are a basis of the null space, and P is not computed. With J, the basis
-    omits the motions that leave J qd unchanged, and the rows of Q are an orthonormal basis of all
-    other motions.
+    column-major order, are a basis of the null space, and P is not computed.
     """
     numbers = A, k, n, rate, rcond, free, qd, P, N, usual, scratch, first
     if first:
         for i in range(n):
             put(w, qd + i, 0.0)
         put(w, usual, 1.0)
-        if J >= 0:
-            _begin_row_space(w, J, n, N, Q, scratch)
-        else:
-            _put_identity(w, n, N)
+        _put_identity(w, n, N)
     new_qd, rest = scratch, scratch + n
     _remaining_rate(w, numbers, rest)
     bound = _solve_by_reflections(w, numbers, new_qd, rest)
@@ -86,12 +77,48 @@ def solve_priority(
         if first:
             _put_identity(w, n, P)
         else:
-            put_projector(w, n, N, free, Q, had_basis, P)
+            put_projector(w, n, N, free, had_basis, P)
     _shorten_basis(w, k, n, free, N, rest + k)
     if doubtful:
         _solve_by_singular_values(w, numbers)
     for i in range(n):
         put(w, qd + i, where(sound, get(w, new_qd + i), get(w, qd + i)))
+
+
+@stage
+def find_null_space(
+    w,
+    step,
+    L="k, 6",
+    k="count",
+    R="6, 6",
+    bound="row",
+    rcond="row",
+    P="6, 6",
+    scratch="size",
+    size="count",
+):
+    """Compute the projector P onto the null space of L R' for an upper triangle R.
+
+    P is zero in the runs in which L R' has full rank, as `bound`, a bound of its condition, is
+    below 1/rcond.
+    """
+    usual = get(w, bound) * get(w, rcond) < 1.0
+    _put_identity(w, 6, P)
+    if any_lane(~usual):
+        A, rest = scratch, scratch + 6 * k
+        multiply_triangle(w, L, k, R, A)
+        for i in range(k + 6):
+            put(w, rest + i, 0.0)
+        room = rest + k + 6
+        _solve_by_singular_values(w, (A, k, 6, rest, rcond, 6, rest + k, P, P, bound, room, 1))
+    for i in range(36):
+        put(w, P + i, where(usual, 0.0, get(w, P + i)))
+
+
+def count_null_space_rows(k: int) -> int:
+    """Return the number of scratch rows that `find_null_space` needs."""
+    return 6 * k + k + 6 + count_priority_rows(k, 6)
 
 
 @part
@@ -100,23 +127,6 @@ def _put_identity(w, n, M):
     for i in range(n):
         for j in range(n):
             put(w, M + n * i + j, 1.0 if i == j else 0.0)
-
-
-@kernel
-def _begin_row_space(w, J, n, N, Q, scratch):
-    """Compute an orthonormal basis N of the row space of J (6, n), and Q = N'.
-
-    N is not finite if J has a row of zeros; the tasks then use singular values.
-    """
-    betas, R = scratch + 6 * n, scratch + 6 * n + 6
-    for i in range(6 * n):  # the rows of J are the columns of J'
-        put(w, scratch + i, get(w, J + i))
-        put(w, N + i, 1.0 if i % n == i // n else 0.0)
-    factorise_qr(w, scratch, n, 6, betas, R)
-    for c in range(6):  # the later reflections do not change the rows of this column
-        apply_reflections_back(w, scratch, n, c + 1, betas, N + n * c)
-    for i in range(6 * n):
-        put(w, Q + i, get(w, N + i))
 
 
 @kernel
@@ -216,7 +226,7 @@ def _shorten_basis(w, k, n, free, N, M):
             put(w, N + i, get(w, N + n * k + i))
 
 
-@part
+@routine
 def _solve_by_singular_values(w, p):
     """Update qd and P by the singular values of A P."""
     A, k, n, rcond, qd, P = p[0], p[1], p[2], get(w, p[4]), p[6], p[7]

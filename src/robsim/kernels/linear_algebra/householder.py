@@ -33,7 +33,8 @@ def factorise_qr(w, M, rows, n, betas, R):
         diagonal = where(head > 0.0, -norm, norm)
         put(w, R + j * n + j, diagonal)
         put(w, v + j, head - diagonal)
-        put(w, betas + j, 1.0 / (norm * (norm + absolute(head))))
+        size = norm * (norm + absolute(head))  # 0 for a column of zeros, which needs no reflection
+        put(w, betas + j, where(size == 0.0, 0.0, 1.0 / size))
         for c in range(j + 1, n):
             reflect_vector(w, v, j, rows, betas + j, M + c * rows, 1)
             put(w, R + c * n + j, get(w, M + c * rows + j))

@@ -122,13 +122,19 @@ def apply_inverse(block, inverse, n, y, x):
 
 
 @routine
-def _solve_wide(block, V, rows, n, inverse, y, x, count):
-    """Compute the first `count` rows of x = V R^-T y; y[n] is replaced by R^-T y."""
+def apply_inverse_transpose(block, inverse, n, y):
+    """Replace y by R^-T y, from R^-1 in column-major order."""
     for j in range(n - 1, -1, -1):
         total = get(block, inverse + j * n) * get(block, y)
         for i in range(1, j + 1):
             total = total + get(block, inverse + j * n + i) * get(block, y + i)
         put(block, y + j, total)
+
+
+@routine
+def _solve_wide(block, V, rows, n, inverse, y, x, count):
+    """Compute the first `count` rows of x = V R^-T y; y[n] is replaced by R^-T y."""
+    apply_inverse_transpose(block, inverse, n, y)
     for i in range(count):
         total = get(block, V + i) * get(block, y)
         for j in range(1, n):
@@ -210,7 +216,7 @@ _linked_four_points = link_stage(by_triangle_of_four_points)
 
 
 @part
-def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
+def solve_by_triangle(block, A, k, n, y, damping, x, scratch):
     """Compute x = A^+ y by a QR factorisation, and return a bound of the condition number of A.
 
     `damping` is a row, or -1 for none.
@@ -257,7 +263,7 @@ _linked_truncate_doubtful = link_stage(truncate_doubtful)
 
 
 @part
-def _truncate_if_doubtful(block, A, k, n, y, rcond, bound, full, x, J, scratch):
+def truncate_if_doubtful(block, A, k, n, y, rcond, bound, full, x, J, scratch):
     """Replace x of the runs with a large bound by the truncated solution, and return the rank.
 
     `bound` is a bound of the condition number of A, and `full` its full rank.
@@ -282,31 +288,10 @@ def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
     determines the columns per metre (see `robsim.kernels.linear_algebra.svd.is_per_metre`). With
     damping, the returned rank is the full rank.
     """
-    bound = _solve_by_triangle(block, A, k, n, y, damping, x, scratch)
+    bound = solve_by_triangle(block, A, k, n, y, damping, x, scratch)
     if damping >= 0:
         return 0.0 * rcond + min(k, n)
-    return _truncate_if_doubtful(block, A, k, n, y, rcond, bound, min(k, n), x, J, scratch)
-
-
-def count_product_rows(k: int, n: int) -> int:
-    """Return the number of scratch rows that `solve_product_block` needs."""
-    return max(
-        count_solution_rows(k, n), max(count_solution_rows(k, 6), count_solution_rows(6, n)) + 6
-    )
-
-
-@part
-def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
-    """Compute x = A^+ y for A = B C, with B[k, 6] and C[6, n], 6 <= k, n, and return the rank.
-
-    If B and C have rank 6, (B C)^+ = C^+ B^+ (Greville 1966), although A is rank-deficient for
-    6 < k, n. Therefore no singular values are needed. The product of the bounds of B and C is a
-    bound for A.
-    """
-    z, rest = scratch, scratch + 6
-    bound = _solve_by_triangle(block, B, k, 6, y, -1, z, rest)
-    bound = bound * _solve_by_triangle(block, C, 6, n, z, -1, x, rest)
-    return _truncate_if_doubtful(block, A, k, n, y, rcond, bound, 6, x, C, scratch)
+    return truncate_if_doubtful(block, A, k, n, y, rcond, bound, min(k, n), x, J, scratch)
 
 
 @kernel

@@ -16,6 +16,7 @@ from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import InverseKind, add_solve
+from robsim.servo.task_product import TaskProduct
 
 CommandAtGain = Callable[
     [BlockRows], BlockRows
@@ -38,7 +39,12 @@ class LawRows(NamedTuple):
     s: BlockRows | None  # (k,)
     q: BlockRows | None  # (nq,)
     inverse: InverseKind
-    one_motion: bool  # whether A is the product of L and J
+    product: TaskProduct | None  # A as L J, or None if A is no such product
+
+    @property
+    def one_motion(self) -> bool:
+        """Whether A is the product of L and J."""
+        return self.product is not None
 
 
 class CompiledLaw(ABC):
@@ -95,7 +101,8 @@ def _build_law_function(
     rows = [program.rows(*shape) for shape in shapes]
     first, error, L, J, A, *more = rows
     s, q = (each if each.size else None for each in more)
-    of = LawRows(program, k, n, error, L, J, A, s, q, inverse, one_motion)
+    product = TaskProduct(program, L, J, A) if one_motion else None
+    of = LawRows(program, k, n, error, L, J, A, s, q, inverse, product)
     qd = law.stages(of)(first)
     assert program.compiled
     return ProgramFunction(program, first, qd, n)

@@ -13,7 +13,6 @@ from typing import Annotated, ClassVar, Protocol, runtime_checkable
 from robsim.base.arrays import Array
 from robsim.declare import DeclaredValue, KindOf, Length, PerRun, family, register
 from robsim.kernels.control import control_law
-from robsim.kernels.linear_algebra.pseudoinverse import count_product_rows
 from robsim.servo.laws.compiled_law import (
     CommandAtGain,
     CompiledLaw,
@@ -97,23 +96,10 @@ class JointLaw(CompiledLaw):
     def stages(self, of: LawRows) -> CommandAtGain:
         """Add the stages of (L J)^+ e; return a function that adds the command for a gain."""
         transposed, damping, rcond = of.inverse.numbers
-        program, k, n = of.program, of.k, of.n
-        if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
+        if of.product is None or min(of.k, of.n) <= 6 or transposed or damping > 0.0:
             moves = of.J if of.one_motion else SAME_UNITS
-            return scale_by_gain(of, add_inverse(program, of.A, of.error, of.inverse, moves))
-        unit = program.result(
-            control_law.solve_task_product,
-            "x",
-            n,
-            L=of.L,
-            J=of.J,
-            A=of.A,
-            y=of.error,
-            rcond=program.constant(rcond),
-            rank=program.rows(),
-            scratch=program.scratch(count_product_rows(k, n)),
-        )
-        return scale_by_gain(of, unit)
+            return scale_by_gain(of, add_inverse(of.program, of.A, of.error, of.inverse, moves))
+        return scale_by_gain(of, of.product.solve(of.error, rcond))
 
 
 @register("law", "camera")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -15,8 +16,7 @@ from robsim.kernels.control import null_space as kernels
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.servo.controller_rows import ControllerInputs
-from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.free_motions import add_priorities
+from robsim.servo.shaping.free_motions import FreeMotions
 from robsim.servo.shaping.redundancy import AvoidLimits, Posture, SecondaryMotion
 from robsim.servo.shaping.speed_limit import SpeedLimit
 from robsim.world.scene import Scene
@@ -89,18 +89,17 @@ class CommandShaper:
         error: BlockRows,
         J: BlockRows,
         A: BlockRows,
-        is_product: bool = False,
+        find_free_motions: Callable[[], FreeMotions],
     ) -> BlockRows:
         """Add the stages that shape a command qd (n,); return its rows.
 
-        The command serves a task with an error (k,), camera Jacobian J and task Jacobian A. If A is
-        a product L J, `is_product` is true.
+        The command serves a task with an error (k,), camera Jacobian J and task Jacobian A.
+        `find_free_motions` adds the stages of the motions that the task leaves free.
         """
         program, n = inputs.program, qd.size
         if self.secondary is not None:
             motion = self._add_secondary(self.secondary, inputs, n)
-            task = error, A, J if is_product else None
-            qd = self._add_projected_motion(program, motion, qd, *task)
+            qd = self._add_projected_motion(program, motion, qd, error, A, find_free_motions())
         if self.smooth_start is not None:
             arguments = {"mu": program.number(self.smooth_start), "initial": program.rows(n)}
             qd = program.result(
@@ -115,10 +114,9 @@ class CommandShaper:
         qd: BlockRows,
         error: BlockRows,
         A: BlockRows,
-        J: BlockRows | None,
+        free: FreeMotions,
     ) -> BlockRows:
         """Add the stages that add a motion to qd, projected onto the free motions of the task."""
-        _, free = add_priorities(program, [(A, program.rows(error.size))], RCOND, J)
         if not self.projection:
             return free.add_motion(motion, qd)
         P = free.add_projector()

@@ -16,9 +16,10 @@ from robsim.robot.fk_stages import FKStages
 from robsim.robot.robot import Robot
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
-from robsim.servo.laws.inverse import add_inverse, compute_rank
+from robsim.servo.laws.inverse import RCOND, add_inverse, compute_rank
 from robsim.servo.shaping.command_fields import VelocityIndices
 from robsim.servo.shaping.command_shaper import CommandShaper
+from robsim.servo.shaping.free_motions import find_free_motions
 from robsim.servo.tasks.trajectory_follower import (
     ReferenceRows,
     TrajectoryFollower,
@@ -55,7 +56,9 @@ class PathFollower(TrajectoryFollower):
         )
         V = self._add_twist(inputs, placed, T, reference)
         qd = add_inverse(program, J[:k], V[:k], self.task.inverse)
-        qd = self.shaping.stages(inputs, qd, error, J, A)
+        qd = self.shaping.stages(
+            inputs, qd, error, J, A, lambda: find_free_motions(program, A, RCOND)
+        )
         return ControllerOutputs(
             s, error, qd, A, self.busy(inputs, reference), lambda blocks: blocks.get(J)
         )

@@ -10,6 +10,7 @@ from typing import Annotated, Any, cast
 from robsim.base.errors import InputError, format_value
 from robsim.declare import KindOf, ListOf, register
 from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Program
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.constraints.constraint import ConstraintPlace, MarkView
 from robsim.servo.constraints.constraint_stages import BoundConstraints, ConstraintStages
@@ -21,7 +22,8 @@ from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
 from robsim.servo.shaping.command_shaper import CommandShaper
-from robsim.servo.shaping.free_motions import add_priorities
+from robsim.servo.shaping.free_motions import FreeMotions, add_camera_priorities, add_priorities
+from robsim.servo.shaping.row_space import RowSpace
 from robsim.servo.task_controller import TaskController
 from robsim.servo.tasks.composite import (
     CompositeController,
@@ -169,14 +171,25 @@ class PriorityController(CompositeController):
         ]
         for one in levels:
             one.assess()
-        J = levels[0].feature_rows.first_jacobian if self._is_one_motion else None
-        rates = [(one.A, one.rate()) for one in levels]
-        qd, _ = add_priorities(inputs.program, rates, self.rcond, J)
+        qd, free = self._add_levels(inputs.program, levels)
         outputs = self._merge_outputs(inputs, [one.outputs(qd) for one in levels], qd)
         task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
-        shaped = self.shaping.stages(inputs, qd, *task, is_product=J is not None)
+        shaped = self.shaping.stages(inputs, qd, *task, lambda: free)
         outputs = replace(outputs, qd=shaped)
         return self._constrain(inputs, levels, outputs) if self.constraints else outputs
+
+    def _add_levels(
+        self, program: Program, levels: list[ServoStages]
+    ) -> tuple[BlockRows, FreeMotions]:
+        """Add the stages of the command of all tasks; return its rows and the free motions."""
+        rates = [one.rate() for one in levels]
+        J = levels[0].feature_rows.first_jacobian
+        if J.shape[1] <= 6 or not self._is_one_motion:
+            tasks = [one.A for one in levels]
+            return add_priorities(program, list(zip(tasks, rates, strict=True)), self.rcond)
+        tasks = [one.L for one in levels]
+        space = RowSpace.of(program, J)
+        return add_camera_priorities(space, list(zip(tasks, rates, strict=True)), self.rcond)
 
     @property
     def _is_one_motion(self) -> bool:
