@@ -11,9 +11,9 @@ SLOW = (
     "together",
 )  # each case is a process of its own
 CASES = {  # of each class
-    **{"api_calls": 800, "cache_files": 1, "checkpoints": 60, "drives": 20, "full_disks": 2},
-    **{"run_files": 20, "stops": 3, "studio": 8, "studio_requests": 8, "study_stores": 60},
-    **{"together": 1, "toml_mutants": 150, "urdf_mutants": 180, "wishes": 15},
+    **{"api_calls": 480, "cache_files": 1, "checkpoints": 40, "drives": 15, "full_disks": 2},
+    **{"run_files": 20, "stops": 3, "studio": 8, "studio_requests": 8, "study_stores": 36},
+    **{"together": 1, "toml_mutants": 100, "urdf_mutants": 120, "wishes": 15},
 }
 # classes with a part of the cases tried by default, and the others by `full`
 LONG = {

@@ -17,7 +17,7 @@ from robsim.run.experiment_paths import (
 
 FEW = {"adaptive_gain": 9, "calibration_errors": 11, "car": 17, "wrong_dh": 23}  # every so many
 NAMES = sorted(examples.names())
-PARTS = 5  # of the values of a number; an experiment tries one part, the next one another
+PARTS = 8  # of the values of a number; an experiment tries one part, the next one another
 EACH = [
     *[pytest.param(name, every, None, id=f"some of {name}") for name, every in FEW.items()],
     *[pytest.param(name, 1, i, id=name, marks=pytest.mark.full) for i, name in enumerate(NAMES)],

@@ -231,7 +231,7 @@ def test_intervals_are_as_wide_as_the_residuals_although_the_noise_is_given_smal
 def test_intervals_widen_with_errors_of_the_robot(name):
     """Errors of 0.03 degrees of all joints: the 95 percent contained 0 to 15 percent of mounts."""
     rng, case, held = np.random.default_rng(2), CASES[name], []
-    for _ in range(12):
+    for _ in range(8):
         q = case["q"] + rng.normal(0, 5e-4, np.shape(case["q"]))
         with pytest.warns(rs.errors.FitWarning):
             held.append(is_held(rs.calibrate(views_of(case, q=q)), case))

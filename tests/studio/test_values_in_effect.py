@@ -17,7 +17,7 @@ from robsim.studio.control_values import check_control_value
 from robsim.studio.rounded_values import list_control_units, round_dragged_value
 from robsim.studio.workbench import Workbench
 
-DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "2"))  # of an experiment; 30 take hours
+DRAWN = int(os.environ.get("ROBSIM_TEST_CONTROLS", "1"))  # of an experiment; 30 take hours
 FEW = {"visp_tutorial": 6, "eye_in_hand": 3, "joint_limits": 4, "wrong_calibration": 3}
 COUNTS = dict.fromkeys(examples.names(), DRAWN)
 EACH = [*FEW.items(), *(pytest.param(*each, marks=pytest.mark.full) for each in COUNTS.items())]
