@@ -64,6 +64,7 @@ class FKStages:
         self.place = program.numbers(joints.place, 3)
         self._poses, self._places = list(self.poses), list(self.place)  # one per body
         self._motion_rows = {each.body: rows for each, rows in zip(own, motions, strict=True)}
+        self._jacobians: dict[tuple[int | bytes, ...], BlockRows] = {}
 
     def add(self) -> None:
         """Add the stages: dependent coordinates first, then bodies after their parents."""
@@ -138,6 +139,17 @@ class FKStages:
             each.append((self._poses[body], self.program.numbers(last, 2), T))
         self.program.add(forward_kinematics.compose_frames, each=each)
         return [T for _, _, T in each]
+
+    def frame_jacobian(self, T: BlockRows, moves: BodyMoves) -> BlockRows:
+        """Return the rows of the Jacobian (6, n) of a frame at T, in its own axes.
+
+        A second call for the same rows and velocities adds no stage.
+        """
+        key = int(T), moves.rows.tobytes(), moves.sign.tobytes(), moves.columns.size
+        if key not in self._jacobians:
+            J = add_jacobian_stage(self.program, self.poses, self.ratio, T, moves)
+            self._jacobians[key] = J
+        return self._jacobians[key]
 
     def base_jacobian(self, T: BlockRows, moves: BodyMoves) -> BlockRows:
         """Return the rows of the Jacobian (6, n) of a frame at T, in axes of the world."""

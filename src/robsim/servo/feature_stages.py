@@ -19,7 +19,7 @@ from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.images import mark_occlusion, projection
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.robot.fk_stages import FKStages, add_jacobian_stage
+from robsim.robot.fk_stages import FKStages
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
@@ -74,8 +74,7 @@ class BoundFeatureRows:
 
     def jacobian(self, sight: CameraTarget, moves: BodyMoves) -> BlockRows:
         """Return the rows of J (6, n) of a camera relative to its target, by some velocities."""
-        camera_frame = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
-        return add_jacobian_stage(self.program, *camera_frame, moves)
+        return self.placed.frame_jacobian(self.frames[sight.key][0], moves)
 
     def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
         """Return the rows of L J (k, n) with sdot = L (J_c - J_o) qdot, block by block."""
