@@ -216,7 +216,7 @@ def test_an_image_of_unknown_size_has_no_border():
 @pytest.mark.parametrize(
     ("fields", "part"),
     [
-        ({"constraints": []}, "expected a list"),
+        ({"constraints": []}, "must have at least 1 item, not 0"),
         ({"constraints": ["views"]}, "no constraint 'views'"),
         ({"constraints": ["joint_limits"], "metric": "euclid"}, "no choice 'euclid'"),
         ({"constraints": ["joint_limits"], "joint_weight": 0.0}, "must be a positive number"),

@@ -243,7 +243,7 @@ def test_progress_covers_the_whole_mission():
 @pytest.mark.parametrize(
     ("make", "told"),
     [
-        (lambda: Mission([]), "Mission.phases: expected a list, each a Phase, got"),
+        (lambda: Mission([]), "Mission.phases must have at least 1 item, not 0, got"),
         (lambda: Mission([go(0, 0)]), "Mission.phases: expected a Phase, got"),
         (lambda: Mission([Phase("a", go(0, 0))] * 2), "two phases are called 'a'"),
         (lambda: Phase("", go(0, 0)), "must be a name without dots"),

@@ -358,7 +358,7 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         ),
         (
             lambda: rs.imperfections.Occlusion([], 1.0),
-            "Occlusion.marks: expected a list, each a whole number from 0 to",
+            "Occlusion.marks must have at least 1 item, not 0",
         ),
         (
             lambda: rs.imperfections.Occlusion([0.5], 1.0),

@@ -79,8 +79,9 @@ class ListOf(Spec):
         is_list = isinstance(value, Sequence | np.ndarray) and has_items(value)
         if self.alone and not is_list:
             value, is_list = [value], True
-        if not is_list or not self.least <= len(value) <= self.most:
+        if not is_list:
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
+        self._check_count(value, f"{what} ")
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[FieldValue, ...]:
@@ -227,14 +228,13 @@ class ListOf(Spec):
                 changes[name] = table
         return changes
 
-    def _check_count(self, raw: list[Raw]) -> None:
-        count = len(raw)
+    def _check_count(self, values: Sequence[object], who: str = "") -> None:
+        count = len(values)
         if not self.least <= count <= self.most:
-            bound = "at least" if count < self.least else "at most"
-            number = self.least if count < self.least else self.most
-            how = f"{bound} {number}" if self.least < self.most else f"{number}"
-            items = "item" if number == 1 else "items"
-            raise InputError(f"must have {how} {items}, not {count}, got {format_value(raw)}")
+            bound = f"at least {self.least}" if count < self.least else f"at most {self.most}"
+            how = bound if self.least < self.most else f"{self.least}"
+            items = f"{how} item" if how.split()[-1] == "1" else f"{how} items"
+            raise InputError(f"{who}must have {items}, not {count}, got {format_value(values)}")
 
 
 NAME = Text(most=200)
