@@ -79,7 +79,7 @@ class ListOf(Spec):
         is_list = isinstance(value, Sequence | np.ndarray) and has_items(value)
         if self.alone and not is_list:
             value, is_list = [value], True
-        if not is_list:
+        if not is_list or self.least == self.most != len(value):
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         self._check_count(value, f"{what} ")
         return tuple(self.item.check(each, what) for each in value)
