@@ -22,9 +22,7 @@ def put_projector(w, n, N, free, has_basis, P):
 
 
 @stage
-def compute_projector(
-    w, step, n="count", N="columns, n", free="whole", usual="row", P="n, n", columns="count"
-):
+def compute_projector(w, step, n="count", N="n, n", free="whole", usual="row", P="n, n"):
     """Compute the projector P onto the free motions in the runs with usual = 1.
 
     The first `free` columns of N, stored in column-major order, are a basis. The other runs have P.

@@ -7,6 +7,7 @@ of them. L R' has the singular values of A. H is applied as a product of reflect
 12 n operations.
 """
 
+from robsim.kernels.control.free_motions import project_motion
 from robsim.kernels.linear_algebra.householder import (
     apply_reflections,
     apply_reflections_back,
@@ -124,10 +125,7 @@ def _project(w, V, n, betas, P, room, x):
     """Replace x by H [P x_0; x_1] with [x_0; x_1] = H' x. `room` has 6 rows."""
     apply_reflections(w, V, n, 6, betas, x, 1)
     for i in range(6):
-        total = get(w, P + 6 * i) * get(w, x)
-        for j in range(1, 6):
-            total = total + get(w, P + 6 * i + j) * get(w, x + j)
-        put(w, room + i, total)
+        put(w, room + i, project_motion(w, 6, P, x, i))
     for i in range(6):
         put(w, x + i, get(w, room + i))
     apply_reflections_back(w, V, n, 6, betas, x)
