@@ -5,8 +5,8 @@ import io
 import numpy as np
 import pytest
 from page.borders import list_acting, make_border_case
-from page.conftest import until
 from page.desk import open_desk
+from page.waiting import until
 
 import robsim as rs
 from robsim.page.export import export_html

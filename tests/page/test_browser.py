@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from page.conftest import until
+from page.waiting import until
 
 import robsim as rs
 from robsim.page.export import embed_page, export_html

@@ -1,8 +1,8 @@
 """The gallery of a studio in a real browser: groups, pictures, search and keys."""
 
 import pytest
-from page.conftest import until
 from page.desk import open_desk
+from page.waiting import until
 
 import robsim as rs
 from robsim.files.example_groups import GROUPS

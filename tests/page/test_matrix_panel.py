@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from page.conftest import until
+from page.waiting import until
 
 pytestmark = pytest.mark.browser
 

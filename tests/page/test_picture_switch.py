@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from page.conftest import until
 from page.posters import decode, draw_noise, hang_poster, read_pictures
+from page.waiting import until
 
 import robsim as rs
 from robsim.page.export import embed_page, export_html, load_recording

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from page.conftest import until
+from page.waiting import until, wait_for_frame
 
 import robsim as rs
 from robsim.studio.studio import studio
@@ -25,7 +25,7 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         page.evaluate("robsim.link.ask({ speed: 0 })")
         page.evaluate("robsim.link.ask({ play: true })")
         until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
-        page.wait_for_timeout(200)  # until the last instant has been placed
+        wait_for_frame(page)  # which places the last instant
         goal = np.array(page.evaluate(AT, "camera"))
         assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-6)
         page.evaluate("robsim.link.ask({ play: false })")
@@ -41,7 +41,7 @@ def test_a_pushed_camera_returns_to_its_goal(chromium):
         assert pushed - goal == pytest.approx([0.03, 0.0, 0.0], abs=1e-5)
         page.evaluate("robsim.link.ask({ play: true })")
         until(page, "robsim.state.resting && robsim.clock.index === robsim.clock.times.length - 1")
-        page.wait_for_timeout(200)
+        wait_for_frame(page)
         assert page.evaluate(AT, "camera") == pytest.approx(goal, abs=1e-5)
         assert page.evaluate(BALL, "cameras.camera") == pytest.approx(goal, abs=1e-5)
         context.close()

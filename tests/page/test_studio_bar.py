@@ -3,8 +3,8 @@
 import re
 
 import pytest
-from page.conftest import until
 from page.test_studio_page import row
+from page.waiting import until
 
 import robsim as rs
 from robsim.page import load_recording

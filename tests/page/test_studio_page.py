@@ -38,11 +38,12 @@ def test_it_plays_steps_and_goes_back(desk):
 
 def test_the_past_is_looked_at_and_a_page_loaded_again_while_it_goes_on(desk):
     page = desk.page()
-    page.locator("#speed").select_option("0.5")
+    page.locator("#speed").select_option("0.1")
     page.locator("#play").click()
     until(page, "robsim.clock.times.length > 10")
     page.keyboard.press("Home")
-    page.wait_for_timeout(300)
+    here = page.evaluate("robsim.clock.times.length")
+    until(page, f"robsim.clock.times.length > {here}")
     assert page.evaluate("robsim.clock.index") == 0
     page.keyboard.press("End")
     until(page, "robsim.clock.index === robsim.clock.times.length - 1")

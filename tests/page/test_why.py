@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from page.conftest import until
 from page.desk import open_desk
+from page.waiting import until
 
 import robsim as rs
 
