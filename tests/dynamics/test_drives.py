@@ -503,6 +503,7 @@ def test_the_belief_of_a_task_has_no_dynamics():
             experiment.vary({name: [1.0, 2.0]})
 
 
+@pytest.mark.full
 def test_the_command_writes_a_figure_of_the_torques(tmp_path):
     from robsim.cli.figure_files import write_run_figures
 

@@ -260,7 +260,7 @@ NUMBER = st.one_of(
 
 
 @try_samples(
-    12, 24, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
+    4, 24, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
 )
 def test_whatever_is_changed_comes_back_from_a_short_text(changes):
     scenario = load_scenario(examples.path("wrong_dh"))

@@ -184,6 +184,7 @@ def any_robot(rng):
     return rs.Robot("any", links)
 
 
+@pytest.mark.full
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(st.integers(0, 2**32))
 def test_any_robot_comes_back(tmp_path_factory, seed):

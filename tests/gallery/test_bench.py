@@ -172,6 +172,7 @@ def test_cns_150_has_the_poses_of_the_papers_files():
 # who succeeds: golden numbers, as docs/bench prints them
 
 
+@pytest.mark.full
 def test_schemes_that_succeed_on_vit_500():
     table = run_bench("vit_500").table
     assert {*table["runs"]} == {412} and {*table["not_begun"]} == {88}
@@ -223,9 +224,8 @@ CONSTRAINED = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", ["near_limits", pytest.param("large_rolls", marks=pytest.mark.full)]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["near_limits", "large_rolls"])
 def test_schemes_succeed_more_often_within_constraints(name):
     """L current, L mean and PBVS in goal form: nothing lost but a retreat without end."""
     table = run_bench(name).table
@@ -237,15 +237,18 @@ def test_schemes_succeed_more_often_within_constraints(name):
         assert paths[own] < 1.06 * paths[scheme]
 
 
+@pytest.mark.full
 def test_schemes_that_succeed_on_cns_150():
     """Of the 150 pairs, L current, desired and mean reach 98.7, 71.3 and 99.3 %."""
     assert successes("cns_150") == [444, 321, 447, 420, 450, 447, 314, 450]
 
 
+@pytest.mark.full
 def test_schemes_that_succeed_on_oblique_pairs():
     assert successes("oblique_pairs") == [321, 312, 450, 402, 450, 447, 218]
 
 
+@pytest.mark.full
 def test_schemes_that_succeed_on_every_twentieth_start_of_the_retreat():
     table = rs.bench(take_runs(load_suite("retreat"), range(0, 500, 20))).table
     assert table["successes"].tolist() == [19, 2, 22, 24, 25, 24, 16, 25]

@@ -51,12 +51,9 @@ def test_under_l_mean_the_camera_swings_round_the_square_at_one_distance():
     np.testing.assert_allclose(metres, 1.0, atol=1e-3)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
-    ("name", "trapped", "lost"),
-    [
-        ("local_minimum", 0.35, 0.21),
-        pytest.param("tilted_square", 0.157, 0.235, marks=pytest.mark.full),
-    ],
+    ("name", "trapped", "lost"), [("local_minimum", 0.35, 0.21), ("tilted_square", 0.157, 0.235)]
 )
 def test_how_many_starts_are_trapped_under_l_current_and_lost_under_l_desired(name, trapped, lost):
     """Shares of 4000 starts; 600 others agree within three binomial standard deviations."""

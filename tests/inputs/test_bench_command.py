@@ -52,6 +52,7 @@ def files(folder):
     return sorted(path.name for path in Path(folder).iterdir())
 
 
+@pytest.mark.full
 def test_schemes_of_a_file_are_compared_with_the_textbooks(robsim):
     tasks = ("--task", "mine.py:Scheme", "--task", "mine.py:function")
     status, out, err = robsim("bench", "vit_500", *tasks)
@@ -67,6 +68,7 @@ def test_schemes_of_a_file_are_compared_with_the_textbooks(robsim):
     assert "mine:Scheme" in out and "mine:Scheme" in Path("robsim-bench/bench.tex").read_text()
 
 
+@pytest.mark.full
 def test_alone_and_several_suites(robsim):
     own = ("--task", "mine.py:Scheme", "--alone", "-o", "out")
     assert robsim("bench", "vit_500", "gallery", *own)[0] == 0

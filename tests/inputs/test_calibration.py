@@ -141,6 +141,7 @@ def seeing(views, marks):
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("make", "reason"),
     [

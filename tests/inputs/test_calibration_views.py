@@ -94,6 +94,7 @@ def test_encoders_may_measure_a_little_more_than_the_limits(views, over, fits):
             rs.calibration.CalibrationViews(views.scene, q, views.pixels)
 
 
+@pytest.mark.full
 def test_marks_behind_the_camera_are_reported_before_any_least_squares(views, capfd):
     """Of a robot without limits; LAPACK itself would print."""
     free = remove_joint_limits(rs.Experiment(views.scene, rs.IBVS())).scene
@@ -136,8 +137,8 @@ WRONG = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("wrong", WRONG)
-@pytest.mark.few(2)
 def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
     with pytest.warns(rs.errors.FitWarning) as record:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
@@ -150,6 +151,7 @@ def test_a_misfit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
     assert str(found).splitlines()[1] == text == found.misfit and text in found._repr_html_()
 
 
+@pytest.mark.full
 def test_noise_that_is_given_is_no_misfit(bench, views):
     """5 pixels of noise are too much unless they are declared as noise."""
     loud = rs.calibration.simulate_views(bench.at("sensing.noise", 5.0), views.q)
@@ -190,6 +192,7 @@ POSE_FAULTS = {
 }
 
 
+@pytest.mark.full
 def test_wrong_poses_of_a_hand_are_named(views):
     given = free_camera(views)
     assert rs.calibrate(given, ALSO).misfit == ""

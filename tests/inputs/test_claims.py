@@ -122,6 +122,7 @@ FULL = """
 """
 
 
+@pytest.mark.full
 def test_a_full_disk_is_an_error_and_what_was_there_stays(here):
     (here / "out").write_text("mine")
     done = process(FULL)

@@ -470,6 +470,7 @@ def locked(here, robsim):
         os.seteuid(0)
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="there are no such permissions here")
 def test_a_folder_without_permission_is_reported(locked, robsim):
     robsim("run", "lift.toml", "-o", "locked").told("cannot write locked: Permission denied")
@@ -564,6 +565,7 @@ main()
 """
 
 
+@pytest.mark.full
 @pytest.mark.skipif(pty is None, reason="there are no pseudo-terminals here")
 def test_ctrl_c_in_the_middle_of_a_run_saves_the_simulated_part_and_reports_it(here):
     Path("endless.toml").write_text(ENDLESS, encoding="utf-8")
@@ -608,6 +610,7 @@ def read_until(terminal, pattern, seconds):
     raise AssertionError(f"not within {seconds} s: {seen[-500:]!r}")
 
 
+@pytest.mark.full
 @pytest.mark.skipif(sys.platform == "win32", reason="the shell is not bash")
 def test_a_reader_that_goes_away_is_no_traceback(here):
     reading, writing = os.pipe()
@@ -626,6 +629,7 @@ def test_a_reader_that_goes_away_is_no_traceback(here):
     assert "Traceback" not in done.stderr and "Error" not in done.stderr
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
 def test_output_to_a_full_device_is_reported_before_anything_is_simulated(here):
     command = [sys.executable, "-m", "robsim", "run", "lift.toml", "-o", "out", "--no-figures"]
@@ -664,6 +668,7 @@ def test_other_values_are_left_to_numba(variable, value, monkeypatch):
     environment.check_numba_variables()
 
 
+@pytest.mark.full
 def test_variables_of_libraries_are_named_by_the_command(here):
     for setting in ({"NUMBA_NUM_THREADS": "0"}, {"MPLBACKEND": "nonsense"}):
         done = process("run", "lift.toml", "-o", "out", env={**os.environ, **setting})

@@ -574,6 +574,7 @@ def test_a_run_is_saved_over_another_whole_or_not_at_all(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["run.nc"]
 
 
+@pytest.mark.full
 def test_a_file_that_is_no_run_is_not_opened(tmp_path):
     whole = rs.save_run(simulate(), tmp_path / "run.nc").read_bytes()
     bad = tmp_path / "bad.nc"
@@ -1109,6 +1110,7 @@ def test_runs_that_were_over_before_ctrl_c_keep_their_end():
     assert error.run.end_time.values[0] == 0.0 and error.run.end_time.values[1] > 0.0
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there are no timers of signals here")
 def test_ctrl_c_reaches_a_run_without_a_progress_function():
     def stop(number, frame):

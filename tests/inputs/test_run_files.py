@@ -276,7 +276,7 @@ def group(file):
         (group, "q is not a variable"),
     ],
 )
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, harm, told):
     Path("secret").write_bytes(SECRET)
     with h5py.File("other.nc", "w") as other:
@@ -291,6 +291,7 @@ def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, ha
         rs.open_run(path, unsealed=True)
 
 
+@pytest.mark.full
 def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called):
     run = run.assign(nothing=("none", np.zeros(0)))
     run.to_netcdf(path, engine="h5netcdf")  # as earlier versions wrote it

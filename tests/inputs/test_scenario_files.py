@@ -1345,6 +1345,7 @@ def tried_with(**strategies):
     return decorate
 
 
+@pytest.mark.full
 @tried_with(data=st.data())
 def test_a_scenario_with_changed_tables_is_read_or_refused(data):
     tables = tomllib.loads(data.draw(BASES))
@@ -1378,6 +1379,7 @@ def test_a_scenario_with_changed_text_is_read_or_refused(data):
     is_sound(text)
 
 
+@pytest.mark.full
 @tried_with(
     path=st.one_of(
         st.text(max_size=20), st.sampled_from(["task.gain", "run.seed", "robots.arm.home"])

@@ -238,9 +238,8 @@ def started(folder, *arguments, code=TOLD):
     )
 
 
-@pytest.mark.parametrize(
-    "number", [SIGNALS[0], *(pytest.param(each, marks=pytest.mark.full) for each in SIGNALS[1:])]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("number", SIGNALS)
 def test_a_command_that_is_stopped_saves_and_reports_the_file_and_the_signal(tmp_path, number):
     child = started(tmp_path, "run", "long.toml", "-o", "out")
     while child.stdout.readline() != "begun\n":

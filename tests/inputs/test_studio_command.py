@@ -28,6 +28,7 @@ def served():
             process.kill()
 
 
+@pytest.mark.full
 def test_it_serves_those_who_have_the_address_and_ends_with_ctrl_c(served):
     output = served.stdout.readline()
     address = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", output)[0]

@@ -100,6 +100,7 @@ def _count_ends(_):
     return float(run_batch().end_time.sum())
 
 
+@pytest.mark.full
 def test_a_process_ends_with_idle_threads():
     import subprocess
 

@@ -637,7 +637,7 @@ def test_a_changed_file_gives_a_robot_or_a_file_error(tmp_path_factory, data):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.UnitWarning")
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(derandomize=True, deadline=None, max_examples=100)
 @given(
     st.sampled_from(["xyz", "rpy", "lower", "upper", "multiplier", "offset", "velocity", "ixx"]),
     st.floats() | st.integers(),

@@ -40,6 +40,7 @@ def integrated(u, v, lag, limit, rate, dt, steps):
     return v, way / dt
 
 
+@pytest.mark.full
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(
     st.floats(-3, 3), st.floats(-3, 3), st.floats(0.02, 1), st.floats(0.5, 4), st.floats(0.5, 50)

@@ -249,6 +249,7 @@ def camera_in_target(scene, q):
     return T_w_o.inv() @ T_w_c
 
 
+@pytest.mark.full
 def test_the_predicted_shift_of_a_mistake_is_the_end_of_runs():
     """All errors of the belief of an arm with a computed goal, to the second order of each."""
     scene = scene_of("in hand")
@@ -328,6 +329,7 @@ def test_a_loop_that_leads_away_is_unstable_at_every_gain():
     assert example("uneven_depth").run(record="summary").outcome != rs.Outcome.CONVERGED
 
 
+@pytest.mark.full
 def test_outliers_are_noise_where_no_robust_weights_leave_them_out():
     """In millimetres, rms; runs of the example give 27.6 and 4.7 from 10 s on."""
     plain, robust, noise = (

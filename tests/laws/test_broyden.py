@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.servo.laws.broyden_rule import Broyden, broyden_update
 
-steady = settings(derandomize=True, max_examples=50, deadline=None)
+steady = settings(derandomize=True, max_examples=25, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 8)
 
 

@@ -248,6 +248,7 @@ def normalised_squares(bench, q, trials, also):
     return np.array(squares), found
 
 
+@pytest.mark.full
 def test_errors_are_as_large_as_the_covariance_predicts(bench, q):
     """Of 20 trials the mean of d' C^-1 d is 6 m / (m - 2), to 3 of its standard deviations."""
     squares, found = normalised_squares(bench, q[:8], 20, ["focal", "center"])
@@ -296,6 +297,7 @@ def planned(bench, q, some, seed):
     ), more
 
 
+@pytest.mark.full
 def test_ten_chosen_views_are_worth_more_than_twenty_random_ones(bench, q):
     """In five trials, by the covariance."""
     rng = np.random.default_rng(2)
@@ -365,6 +367,7 @@ def test_the_cost_of_a_wrong_lens_is_the_shift_of_the_pose(bench, exact, q):
         assert abs(table["distance_to_goal"][i] / wanted - 1) < 0.05
 
 
+@pytest.mark.full
 def test_a_cost_agrees_with_the_covariance(bench, q):
     """Draws have its moments, and do not depend on how many there are."""
     found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])

@@ -12,7 +12,7 @@ from robsim.kernels.formulas import perspective as kernels
 from robsim.vision.camera import Camera, Visibility
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 
-steady = settings(derandomize=True, max_examples=60, deadline=None)
+steady = settings(derandomize=True, max_examples=30, deadline=None)
 
 K = np.array([[800.0, 3.0, 320.0], [0.0, 780.0, 240.0], [0.0, 0.0, 1.0]])
 HERE = Pose.at()

@@ -60,7 +60,7 @@ def test_a_cropped_camera_sees_the_same_pixels_from_another_corner():
 
 
 @pytest.mark.parametrize("ending", ["xml", "txt"])
-@settings(derandomize=True, max_examples=50, deadline=None)
+@settings(derandomize=True, max_examples=25, deadline=None)
 @given(
     focal=st.tuples(*[st.floats(1, 1e6)] * 2),
     centre=st.tuples(finite, finite),

@@ -176,9 +176,8 @@ def test_no_two_points_are_nearer(seed):
         assert found <= away.min()
 
 
-@pytest.mark.parametrize(
-    "seeds", [range(6), pytest.param(range(6, 25), marks=pytest.mark.full)], ids=str
-)
+@pytest.mark.full
+@pytest.mark.parametrize("seeds", [range(6), range(6, 25)], ids=str)
 def test_overlapping_shapes_are_parted_by_their_depth(seeds):
     """A point common to both is found, and there is an axis along which the depth parts them."""
     for seed in seeds:

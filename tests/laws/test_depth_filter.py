@@ -142,6 +142,7 @@ def test_turning_in_place_gives_no_information_on_distance():
     np.testing.assert_allclose(1.0 / inverse(state), expected[:, 2], rtol=1e-9)
 
 
+@pytest.mark.full
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(
     seeds,

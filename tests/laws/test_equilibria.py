@@ -65,7 +65,7 @@ def velocity(T_w_c, name, interaction):
     return -np.linalg.pinv(L) @ (s - s_goal), np.linalg.norm(s - s_goal)
 
 
-@pytest.mark.covering(1)
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("name", "interaction"),
     [(n, i) for n in CASES for i in ("current", "desired", "mean") if (n, i) != ("three", "mean")],
@@ -126,6 +126,7 @@ def test_the_traps_of_the_literature(free_scene, name, norm, place, turn):
     assert saddle.error_norm > trap.error_norm
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["planar", "tilted"])
 def test_with_l_desired_the_trap_is_a_saddle_and_with_l_mean_it_is_gone(free_scene, name):
     """Two motions lead away from it; with L mean the goal is alone on this side of the marks."""
@@ -140,6 +141,7 @@ def test_with_l_desired_the_trap_is_a_saddle_and_with_l_mean_it_is_gone(free_sce
     assert mean.goal.share > 0.95
 
 
+@pytest.mark.full
 def test_a_square_that_is_faced_has_no_trap(free_scene):
     """Starts from near and far, nearly all round: nothing but the goal under L current."""
     wide = {"count": 1000, "distance": (0.4, 3.0), "cone": np.radians(85)}
@@ -166,6 +168,7 @@ def test_a_square_that_is_faced_has_four_saddles_under_l_desired(free_scene):
     assert len(turns) == 4
 
 
+@pytest.mark.full
 def test_about_46_percent_of_the_starts_are_trapped(free_scene):
     """Look-at starts with |x|, |y| < 0.5, z in [-1.3, -0.6], any roll."""
     points, goal = CASES["planar"]

@@ -144,7 +144,7 @@ def test_an_estimated_pose_serves_under_a_pixel_of_noise(arrange, around, task):
     assert run.pixel_error.max() < 10.0
 
 
-@pytest.mark.covering(1)
+@pytest.mark.full
 @pytest.mark.parametrize("task", [rs.PBVS, rs.Hybrid])
 @pytest.mark.parametrize("ahead", [-3.0, -1.2])
 def test_a_target_believed_behind_the_camera_is_found_in_the_image(task, ahead):

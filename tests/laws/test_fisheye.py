@@ -49,7 +49,7 @@ def test_an_equidistant_lens_has_equal_distances_for_equal_angles():
     np.testing.assert_allclose(np.diff(columns), 300 * np.radians(10), rtol=1e-13)
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(derandomize=True, max_examples=50, deadline=None)
 @given(
     lens=st.sampled_from(LENSES),
     share=st.floats(0, 0.98),

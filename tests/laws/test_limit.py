@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.servo.shaping.speed_limit import SpeedLimit
 
-steady = settings(derandomize=True, max_examples=50, deadline=None)
+steady = settings(derandomize=True, max_examples=25, deadline=None)
 LIMITS = [
     SpeedLimit(joint=0.5),
     SpeedLimit(joint=[0.1, 0.2, 0.3, 0.4, 0.5]),

@@ -79,8 +79,8 @@ def check_motion(log):
     assert any(each.startswith("The joints move as commanded") for each in remarks)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("jitter", JITTERS)
-@pytest.mark.few(2)
 def test_a_row_that_jitters_is_the_row_of_its_instant(rhino, run, jitter, tmp_path):
     """With the last row before k dt, 22 to 94 % of the rows were one period old."""
     rng = np.random.default_rng(11)
@@ -93,6 +93,7 @@ def test_a_row_that_jitters_is_the_row_of_its_instant(rhino, run, jitter, tmp_pa
     check_health(log)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("seed", range(3))
 def test_signals_with_stamps_of_their_own_jitter(rhino, run, seed, tmp_path):
     """Joints, images and commands in rows of their own, each up to a fifth of a period off.

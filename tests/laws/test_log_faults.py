@@ -42,19 +42,14 @@ def healthy_drive(seed, steps=220):
     return explain_drive(made, cell, drive, seed)
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        kind if i % 3 == 0 else pytest.param(kind, marks=pytest.mark.full)
-        for i, kind in enumerate(plant.FAULTS)
-    ],
-)
-@pytest.mark.few(2)
+@pytest.mark.full
+@pytest.mark.parametrize("kind", plant.FAULTS)
 def test_a_fault_is_named_alone(kind):
     told, named = drive_with(kind, 77)
     assert named and len(told.causes) == 1, str(told)
 
 
+@pytest.mark.full
 def test_a_healthy_drive_has_no_finding():
     for seed in range(5):
         assert healthy_drive(100 + seed, steps=100).causes == ()
@@ -77,6 +72,7 @@ def test_of_15_healthy_drives_none_has_a_finding():
 # ---- values ----
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("joint", "group"), [(0, "target pose"), (5, "mount")])
 def test_faults_that_the_images_cannot_separate_are_one_group(joint, group):
     """An offset of the first joint turns the base, an offset of the last joint the mount."""
@@ -90,6 +86,7 @@ def test_faults_that_the_images_cannot_separate_are_one_group(joint, group):
     assert abs(finding.evidence["offset_rad"] - np.radians(5.0)) < 2 * half < 2e-3
 
 
+@pytest.mark.full
 def test_a_fitted_value_is_the_value_of_the_fault():
     cell = plant.cell()
     made = plant.experiment(cell, plant.start_near(np.random.default_rng(3)))

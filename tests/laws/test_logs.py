@@ -161,6 +161,7 @@ def test_joints_that_follow_late_are_found_out(rhino):
     assert motion.evidence["lag_s"] == pytest.approx(0.12, abs=1e-9)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("changes", "about", "number", "value"),
     [

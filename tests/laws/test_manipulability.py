@@ -16,7 +16,7 @@ from robsim.kinematics import (
     singularity_distance,
 )
 
-RANDOM = settings(derandomize=True, deadline=None, max_examples=50)
+RANDOM = settings(derandomize=True, deadline=None, max_examples=25)
 LENGTHS = st.floats(0.05, 3)
 ANGLES = st.floats(-np.pi, np.pi)
 

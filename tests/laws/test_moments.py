@@ -174,7 +174,7 @@ def test_the_orientation_of_a_turned_rectangle_is_its_angle():
 @SHAPES
 @steady
 @given(seed=seeds)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_interaction_matrix_of_a_region_is_its_derivative(feature, shape, seed):
     assert check_feature(feature, marks=flat(shape), seed=seed, runs=50, bits=True) == []
 
@@ -183,7 +183,7 @@ def test_the_interaction_matrix_of_a_region_is_its_derivative(feature, shape, se
 @pytest.mark.parametrize("depth", [0, 1], ids=["flat", "scattered"])
 @steady
 @given(seed=seeds)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_interaction_matrix_of_marks_is_their_derivative(feature, depth, seed):
     marks = flat(PENTAGON)
     marks[:, 2] = 0.05 * depth * np.array([1, -2, 0, 3, -1])

@@ -208,6 +208,7 @@ def test_it_is_explained(own, experiment):
     assert "Without the dead zone of the joints, the same run converges" in cause.sentence
 
 
+@pytest.mark.full
 def test_advice_counts_it(own, experiment):
     """Noise of the same size on all marks alike is counted as noise of each."""
     Shake, DeadZone = own

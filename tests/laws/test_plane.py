@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 
-steady = settings(derandomize=True, max_examples=100, deadline=None)
+steady = settings(derandomize=True, max_examples=50, deadline=None)
 seeds = st.integers(0, 2**32)
 turns = st.one_of(st.just(0.0), st.floats(-20, 20), st.floats(-1e-6, 1e-6))
 

@@ -48,7 +48,7 @@ def scattered(seed, runs=1, marks=4):
 @EACH
 @steady
 @given(seed=seeds)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_interaction_matrix_is_the_derivative_in_50_views_each(feature, seed):
     assert check_feature(feature, MARKS, seed, runs=50, bits=True) == []
 

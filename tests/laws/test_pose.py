@@ -11,7 +11,7 @@ from robsim.base.errors import FrameError, InputError
 from robsim.geometry.pose import IDENTITY, Pose, as_pose
 from robsim.geometry.rotation import axis_rotation
 
-steady = settings(derandomize=True, max_examples=60, deadline=None)
+steady = settings(derandomize=True, max_examples=30, deadline=None)
 
 coordinates = st.floats(-10, 10, allow_nan=False)
 triples = st.tuples(coordinates, coordinates, coordinates)

@@ -9,7 +9,7 @@ from robsim.kernels.linear_algebra import pseudoinverse, svd
 from robsim.kernels.machine.program import evaluate_stages
 from robsim.servo.task_product import TaskProduct
 
-steady = settings(derandomize=True, max_examples=60, deadline=None)
+steady = settings(derandomize=True, max_examples=30, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)
 SHAPES = [(8, 6), (20, 6), (6, 6), (6, 5), (5, 6), (3, 6), (6, 1), (1, 6), (1, 1)]
 EPS = np.finfo(float).eps

@@ -146,6 +146,7 @@ class Turned(UserPoints):
         return (-rate if self.broken == "sign" else rate)[:, None]
 
 
+@pytest.mark.full
 def test_an_angle_may_jump_by_a_turn_from_view_to_view():
     """Of 300 views some lie at the seam of arctan2, with differences of 2 pi over the step."""
     marks = [[-0.3, 0.0, 0.0], [0.1, 0.2, 0.0], [0.1, -0.2, 0.1]]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import robsim as rs
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
-TRIES = settings(max_examples=60, deadline=None, derandomize=True)
+TRIES = settings(max_examples=30, deadline=None, derandomize=True)
 SEEDS = st.integers(0, 2**32 - 1)
 FINE = 4001  # instants
 

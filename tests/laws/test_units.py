@@ -11,7 +11,7 @@ from robsim import units
 from robsim.base.errors import UnitError
 from robsim.units import parse
 
-steady = settings(derandomize=True, max_examples=100, deadline=None)
+steady = settings(derandomize=True, max_examples=50, deadline=None)
 POWERS = {"m": 0, "cm": -2, "mm": -3, "um": -6, "s": 0, "ms": -3}
 LENGTHS, TIMES = ("m", "cm", "mm", "um"), ("s", "ms")
 

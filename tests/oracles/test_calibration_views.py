@@ -188,14 +188,8 @@ def check_cause(fault, noise):
     assert np.linalg.norm(off) < 5e-4
 
 
-@pytest.mark.parametrize(
-    "fault",
-    [
-        each if i % 2 == 0 else pytest.param(each, marks=pytest.mark.full)
-        for i, each in enumerate(FAULTS)
-    ],
-)
-@pytest.mark.few(2)
+@pytest.mark.full
+@pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_named(fault):
     check_cause(FAULTS[fault], NOISE)
 

@@ -62,6 +62,7 @@ def test_exact_images_give_the_pose_to_rounding_without_a_failure(kind):
     assert found.max() < 1e-12 and not flagged.any()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", CASES["KINDS"])
 def test_poses_that_fail_are_flagged_as_ambiguous(kind):
     """With noise; at most two of a thousand are wrong and not flagged."""

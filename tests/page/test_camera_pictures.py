@@ -49,6 +49,7 @@ def test_a_run_of_one_instant_has_one_picture(run):
     assert pictures["instants"] == [0] and len(pictures["images"]) == 1
 
 
+@pytest.mark.full
 def test_pictures_with_noise_give_equal_bytes_and_are_small(tmp_path):
     optics = rs.vision.Optics(full_well=5000, read_noise=3.0, exposure=0.02)
     smooth = np.kron(draw_noise((4, 4)), np.ones((30, 40), dtype=np.uint8))

@@ -61,6 +61,7 @@ def test_robust_weights_leave_the_error_of_noise():
     np.testing.assert_allclose([lying[1], weighted[1]], [11.5, 2.68], rtol=0.01)
 
 
+@pytest.mark.full
 def test_a_long_exposure_blurs_the_dots_of_a_fast_camera():
     fast = run_of("detected_dots", "task.gain=10")
     assert outcome(fast) == "CONVERGED" and float(fast.end_time) == pytest.approx(0.48)
@@ -108,6 +109,7 @@ def rest_of_discs(radius):
     return np.linalg.norm(off.position), np.linalg.norm(off.rotvec)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("radius", [0.02, 0.01])
 def test_the_centres_of_discs_move_the_end_by_their_closed_form(radius):
     run = run_of("disc_centers", f"objects.sheet.dots.radius={radius} m")
@@ -117,6 +119,7 @@ def test_the_centres_of_discs_move_the_end_by_their_closed_form(radius):
     assert distance == pytest.approx(2.224 * radius**2, rel=1e-3)
 
 
+@pytest.mark.full
 def test_dots_without_the_shift_of_their_centres_end_at_the_goal():
     run = run_of("disc_centers", "task.detector.unbiased=true")
     assert float(run.distance_to_goal) < 6e-5

@@ -87,6 +87,7 @@ def test_a_wheel_that_holds_rolls_without_slip(done):
         assert np.abs(omega).max() == pytest.approx(0.4 / RADIUS, rel=0.02)  # and roll it does
 
 
+@pytest.mark.full
 def test_nothing_of_it_touches_the_obstacle(done):
     gaps = rs.kinematics.clearance(done.scene, done.q, done.robot.name, THINGS[done.robot.name])
     assert gaps.min() > 0.05
@@ -99,6 +100,7 @@ def test_a_wheel_swings_aside_only_when_it_is_clear_of_the_cable(done):
         assert rs.kinematics.clearance(done.scene, done.q[aside], parts, "cable").min() > 0.02
 
 
+@pytest.mark.full
 def test_an_arm_touches_neither_the_body_nor_another_arm(done):
     name = done.robot.name
     parts = {arm: [f"{name}.{arm}_{part}" for part in ("lift", "wheel")] for arm in done.arms}

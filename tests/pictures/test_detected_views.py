@@ -23,6 +23,7 @@ def bench():
     return rs.Experiment(scene, task, bench.start)
 
 
+@pytest.mark.full
 def test_dots_in_pictures_calibrate_a_camera(bench):
     start = rs.starts.LookAt("board", distance=(0.4, 0.6))
     q = sample_viewpoints(bench, 12, start, seed=2)
@@ -36,6 +37,7 @@ def test_dots_in_pictures_calibrate_a_camera(bench):
     np.testing.assert_allclose(K, bench.scene.camera().camera.K, rtol=0, atol=0.6)
 
 
+@pytest.mark.full
 def test_unbiased_dots_calibrate_a_camera_without_a_doubt(bench):
     q = sample_viewpoints(bench, 12, rs.starts.LookAt("board", distance=(0.4, 0.6)), seed=2)
     views = simulate_views(bench, q, detector=DotDetector(unbiased=True))

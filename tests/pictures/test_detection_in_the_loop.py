@@ -82,6 +82,7 @@ def test_the_features_are_those_of_the_picture_of_each_instant(experiment):
     assert list(run.picture_camera.values) == ["camera"]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("sensing", [{}, {"latency": 0.07, "dropped": 0.3}])
 def test_bits_are_the_same_alone_in_chunks_and_threads(experiment, sensing):
     optics = Optics(read_noise=2.0, full_well=9000, exposure=0.01, readout=0.01)
@@ -181,6 +182,7 @@ def test_marks_that_are_not_found_are_not_used(experiment):
     assert float(run.pixel_error) < 0.2
 
 
+@pytest.mark.full
 def test_the_advice_takes_the_noise_of_the_detector(experiment):
     exact = rs.advise(experiment.with_(task=replace(experiment.task, detector=None)))
     noisy = rs.advise(

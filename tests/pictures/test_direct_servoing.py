@@ -255,6 +255,7 @@ def test_colours_become_grey_by_their_luminance():
     assert read_frame(colours, "frame", (3, 1)).tolist() == [[76, 150, 29]]
 
 
+@pytest.mark.full
 def test_a_camera_that_loses_the_wall_has_nothing_in_view(scene):
     away = simulate(scene, make_task(), np.asarray(rs.Pose.at(0, 0, 1).q))
     assert outcome(away) is rs.Outcome.NOTHING_IN_VIEW and away.end_time == 0.0
@@ -326,6 +327,7 @@ def mean_greys(pictures, goal_pictures):
     return pictures.reshape(B, 4, h // 4, 5, w // 5).mean(axis=(2, 4)).reshape(B, 20)
 
 
+@pytest.mark.full
 def test_an_own_function_of_pictures_servoes_with_an_estimated_interaction(scene):
     feature = rs.features.PictureFunction(mean_greys, "grey", 0.5)
     run = simulate(scene, rs.IBVS(GOAL, features=feature, gain=2.0), NEAR)
@@ -394,6 +396,7 @@ def test_explain_names_the_exposure_of_another_picture(scene):
     assert "differs by 0 grey without the gain (gain = 0.5)" in text
 
 
+@pytest.mark.full
 def test_advise_finds_the_largest_gain_of_a_loop_with_pictures(scene):
     experiment = rs.Experiment(scene, make_task(), NEAR, dt=DT, duration=4.0)
     advice = rs.advise(experiment)

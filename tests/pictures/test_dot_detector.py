@@ -161,6 +161,7 @@ def find_places(picture, *last, **options):
     return DotDetector(**options).find(picture[None], marks)[0]
 
 
+@pytest.mark.full
 def test_the_detector_alone_is_exact_to_two_thousandths_of_a_pixel():
     """In pictures with 256 places a pixel."""
     rng, errors = np.random.default_rng(6), []

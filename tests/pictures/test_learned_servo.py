@@ -88,8 +88,8 @@ def test_a_controller_takes_the_pictures_of_a_real_camera(parts, pictures):
     np.testing.assert_allclose(command.velocities, -2.0 * pose, atol=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["cells", "text"])
-@pytest.mark.few(1)
 def test_runs_from_afar_reach_the_goal(parts, kind):
     """Cells are no kind of the training, and this text is not in it."""
     scene = parts.evaluate.make_scene(parts.posters.draw_poster(kind, 1))
@@ -98,6 +98,7 @@ def test_runs_from_afar_reach_the_goal(parts, kind):
     assert parts.evaluate.succeed(run).all()
 
 
+@pytest.mark.full
 def test_a_run_has_the_same_bits_alone_and_in_a_batch(parts):
     scene = parts.evaluate.make_scene(parts.posters.draw_poster("leaves", 0))
     starts = rs.Pose(parts.views.draw_starts(np.random.default_rng(8), 3, 60, 0.10, 0.50))

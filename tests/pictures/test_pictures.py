@@ -42,15 +42,15 @@ def build_wall(tilt, turn, depth=1.6, width=5.0):
 
 @pytest.mark.parametrize("tilt", [0.0, 0.4, np.pi / 4])
 @pytest.mark.parametrize(("samples", "least"), [(1, 46.0), (2, 55.0)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_poster_is_as_by_144_rays(tilt, samples, least):
     scene = build_wall(tilt, turn=0.2)
     exact = cast_picture(scene, "eye", [], FULL, background=50.0)
     assert find_psnr(scene.picture(samples=samples, light=FULL, exact=True), exact) > least
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("lens", LENSES)
-@pytest.mark.few(2)
 def test_solids_hide_each_other_as_by_rays(lens):
     solids = [
         rs.Object(
@@ -88,7 +88,7 @@ def find_centroid(image, near):
 
 
 @pytest.mark.parametrize("lens", LENSES)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_middle_of_a_spot_is_where_the_camera_projects_it(lens):
     rows, columns = np.mgrid[:301, :301] - 150.0
     spot = np.rint(200 * np.exp(-(rows**2 + columns**2) / (2 * 20.0**2))).astype(np.uint8)

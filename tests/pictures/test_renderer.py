@@ -136,9 +136,9 @@ def test_the_part_of_a_pixel_that_a_face_with_many_sides_covers(radius):
     np.testing.assert_allclose(dark.sum(), np.pi * radius**2, rtol=1e-5)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("tilt", [0.0, 0.4, np.pi / 4])
 @pytest.mark.parametrize("lens", LENSES)
-@pytest.mark.few(4)
 def test_the_edges_of_a_poster_are_as_by_144_rays(lens, tilt):
     pose = rs.Pose.at(0.05, -0.02, 1.6, rpy=(tilt, 0, 0.2))
     camera = rs.MountedCamera("eye", rs.Camera(K, (96, 72), **LENSES[lens]))
@@ -151,6 +151,7 @@ def test_the_edges_of_a_poster_are_as_by_144_rays(lens, tilt):
         assert find_psnr(image, exact) > least
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("lens", LENSES)
 def test_an_edge_between_two_faces_is_exact(lens):
     block = Block(0.5, 0.5, 0.5, albedo=0.8)

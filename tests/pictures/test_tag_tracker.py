@@ -151,6 +151,7 @@ def test_reading_the_cells_takes_less_than_the_edges():
     assert min(times[True]) < 1.5 * min(times[False])
 
 
+@pytest.mark.full
 def test_a_tag_is_tracked_through_a_run():
     """The camera has noise and its exposure; the end is within the noise of the tracker."""
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))

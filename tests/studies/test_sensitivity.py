@@ -71,6 +71,7 @@ def falls(rng, n, slope):
     return x, np.minimum((5 * x).astype(int), 4), (rng.random(n) < 0.5 - slope * (x - 0.5)) + 0.0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("slope", [0.2, 0.6])
 def test_the_intervals_hold_the_truth_at_their_level(slope):
     rng = np.random.default_rng(8)

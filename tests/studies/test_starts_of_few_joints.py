@@ -51,6 +51,7 @@ def chapter():
     return rs.load_scenario(rs.examples.path("chapter_6_1"))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("model", "link"), FEW.items())
 def test_a_robot_with_few_joints_has_starts_of_every_sampler(model, link):
     """Every draw is accepted; distances, angles and offsets are within their bounds."""
@@ -193,7 +194,7 @@ FAILURES = {
 
 
 @pytest.mark.parametrize("reason", FAILURES)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_message_names_the_bound_that_the_joints_violate(reason):
     model, start = FAILURES[reason]
     experiment = experiment_with(model, FEW.get(model))
@@ -201,6 +202,7 @@ def test_a_message_names_the_bound_that_the_joints_violate(reason):
         rs.study(experiment, 4, start=start)
 
 
+@pytest.mark.full
 def test_samples_for_a_message_may_outnumber_the_given_values():
     start = rs.starts.Shell((5, 6), about=rs.Pose.at(50, 0, 0))
     vary = {"task.gain": rs.samplers.TabulatedValues([1.0, 2.0, 3.0])}

@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 
+import pytest
 from studio.fake import answer, everything
 
 from robsim.studio.web import server_limits
@@ -105,6 +106,7 @@ def test_a_page_that_reads_nothing_is_dropped(server, browser, monkeypatch):
         assert browser_is_let_in(server, browser)
 
 
+@pytest.mark.full
 def test_a_page_of_which_nothing_is_heard_is_dropped(server, browser, monkeypatch):
     monkeypatch.setattr(server_limits, "PATIENCE", 1.0)
     monkeypatch.setattr(server_limits, "PING", 0.05)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
+import pytest
+
 from robsim import examples, load_scenario, robots
 from robsim.studio import request_queue
 from robsim.studio.pendant.pendant_session import PendantSession
@@ -47,6 +49,7 @@ def slow(function):
     return act
 
 
+@pytest.mark.full
 def test_a_saved_file_has_the_poses_that_were_recorded_before(monkeypatch):
     monkeypatch.setattr(TeachPendant, "record", slow(TeachPendant.record))
     session = PendantSession(robots.planar_2r())

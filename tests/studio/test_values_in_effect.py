@@ -141,7 +141,7 @@ def check_followers(bench, path, others, stored):
 
 @pytest.mark.filterwarnings("ignore")  # such as features of low rank
 @pytest.mark.parametrize(("name", "count"), EACH)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_value_shown_the_value_in_effect_and_the_value_saved_are_one(name, count):
     bench = Workbench(load_scenario(examples.path(name)))
     rng = np.random.default_rng(7)

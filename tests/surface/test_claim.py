@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from robsim.kernels.machine.compiler.compile_lock import CompileLock
 
 COUNTED = """
@@ -15,6 +17,7 @@ print(len(cache_files.SAVED))
 """
 
 
+@pytest.mark.full
 def test_one_process_compiles_and_the_others_load(tmp_path):
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(tmp_path), "ROBSIM_QUIET": "1"}
     call = [sys.executable, "-c", COUNTED]

@@ -42,7 +42,7 @@ def page_name(document):
 
 
 @pytest.mark.parametrize("document", RUN, ids=page_name)
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 def test_its_python_runs_from_top_to_bottom(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {}  # as a reader has them who pastes the page

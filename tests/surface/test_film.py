@@ -62,12 +62,9 @@ def read_gif(run, path, **how):
 # ---- time ----
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
-    ("fps", "speed", "frames"),
-    [
-        *((8, 0.5, 17), (7, 3, 4)),
-        *(pytest.param(*each, marks=pytest.mark.full) for each in [(8, 2, 5), (3, 1, 4)]),
-    ],
+    ("fps", "speed", "frames"), [(8, 0.5, 17), (7, 3, 4), (8, 2, 5), (3, 1, 4)]
 )
 def test_the_number_of_frames_follows_from_rate_and_speed(arm, tmp_path, fps, speed, frames):
     pictures, spans = read_gif(arm, tmp_path / "run.gif", fps=fps, speed=speed)
@@ -135,6 +132,7 @@ def test_marks_are_the_pixels_of_the_run_in_each_frame(arm):
         assert read_time_line(screen).endswith(f"t = {float(arm.time[instant]):.2f} s")
 
 
+@pytest.mark.full
 def test_two_cameras_have_an_image_each():
     run = example("stereo_in_hand", duration=0.4).run()
     screen = screen_of(run)
@@ -246,6 +244,7 @@ def test_a_mission_shows_its_phases_and_its_camera_where_it_is_used(mission):
 # ---- files ----
 
 
+@pytest.mark.full
 def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
     pictures, _ = read_gif(arm, tmp_path / "run.gif", fps=5, size=(12.8, 7.2), dpi=50)
     screen = screen_of(arm, fps=5.0)

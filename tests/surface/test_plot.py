@@ -334,6 +334,7 @@ def test_outcomes_have_colours_of_their_own_blue_where_it_worked_warm_where_not(
         assert blue > red if outcome == rs.Outcome.CONVERGED else red >= blue, outcome
 
 
+@pytest.mark.full
 def test_the_same_figure_has_the_same_bytes(scene, run):
     drawn = [plot.run(run, scene, goal=scene.home)._repr_png_() for _ in range(2)]
     assert drawn[0] == drawn[1]
@@ -910,6 +911,7 @@ def test_the_summary_shows_scene_image_velocities_and_error(run, scene):
     assert figure.get_suptitle() == f"time limit after 3 s; path {way:.3g} m"
 
 
+@pytest.mark.full
 def test_the_summary_shows_the_camera_and_the_frame_that_are_requested(pair, pair_scene, tmp_path):
     figure = plot.run(pair, pair_scene, "right", "fly.body")
     solid, image, v, _, e = figure.axes
@@ -954,6 +956,7 @@ def test_a_scene_is_drawn_at_one_configuration_or_over_a_run_of_its_own(scene, r
         plot.scene(other, run=run)
 
 
+@pytest.mark.full
 def test_a_run_of_one_moment_can_be_drawn(still, scene, tmp_path):
     figure = plot.run(still, scene)
     figure.savefig(tmp_path / "still.png")

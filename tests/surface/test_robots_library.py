@@ -291,8 +291,8 @@ def carriers(robot):
             yield f"{robot.name}.{link.name}", f"{robot.name}.{above.name}"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", DRAWN)
-@pytest.mark.few(5)
 def test_links_hang_together_however_the_arm_stands(name):
     robot, rng = robots.load(name), np.random.default_rng(3)
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
