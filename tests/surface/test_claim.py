@@ -20,6 +20,7 @@ print(len(cache_files.SAVED))
 @pytest.mark.full
 def test_one_process_compiles_and_the_others_load(tmp_path):
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(tmp_path), "ROBSIM_QUIET": "1"}
+    environment["ROBSIM_USE_NUMBA"] = "1"  # also where the package has machine code
     call = [sys.executable, "-c", COUNTED]
     each = [
         subprocess.Popen(call, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)
