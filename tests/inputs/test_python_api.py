@@ -574,6 +574,13 @@ def test_a_run_is_saved_over_another_whole_or_not_at_all(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["run.nc"]
 
 
+@pytest.mark.parametrize("name, value", [("threads", 0), ("chunk", 0), ("progress", 3)])
+def test_a_wrong_argument_of_run_is_no_error_of_the_scenario_file(name, value):
+    with pytest.raises(rs.errors.InputError, match=f"^{name}") as caught:
+        rs.load_scenario(rs.examples.path("chapter_6_1")).run(**{name: value})
+    assert type(caught.value) is rs.errors.InputError
+
+
 @pytest.mark.full
 def test_a_file_that_is_no_run_is_not_opened(tmp_path):
     whole = rs.save_run(simulate(), tmp_path / "run.nc").read_bytes()

@@ -42,6 +42,13 @@ class CheckpointStore(Protocol):
         """Store the state of all loops that have begun."""
 
 
+def check_workers(threads: int | None, chunk: int, progress: Progress | None) -> tuple[int, int]:
+    """Return the numbers of threads and of runs in a chunk. Raise InputError for a wrong value."""
+    check_progress(progress)
+    chunk = as_integer(chunk, "chunk", 1)
+    return as_integer(count_processors() if threads is None else threads, "threads", 1, 1025), chunk
+
+
 def advance_loop(
     loop: Loop,
     threads: int | None,
@@ -53,9 +60,7 @@ def advance_loop(
 
     Checkpoints are written repeatedly, and at a stop.
     """
-    check_progress(progress)
-    chunk = as_integer(chunk, "chunk", 1)
-    threads = as_integer(count_processors() if threads is None else threads, "threads", 1, 1025)
+    threads, chunk = check_workers(threads, chunk, progress)
     loop.controller.check_start(loop.q0)
     check_constrained_start(loop.controller, loop.q0)
     loop.sequence  # noqa: B018 created before threads share it

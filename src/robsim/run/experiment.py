@@ -39,7 +39,7 @@ from robsim.engine.instant import Instant, iterate_instants
 from robsim.engine.loop import Loop
 from robsim.engine.recorder import Record, parse_record
 from robsim.engine.start_visibility import check_start_visibility
-from robsim.engine.workers import Progress, advance_loop
+from robsim.engine.workers import Progress, advance_loop, check_workers
 from robsim.files.overrides import Changes
 from robsim.files.toml import Tables, read_toml_text
 from robsim.geometry.content_reference import DIGEST_KEY
@@ -796,6 +796,7 @@ class Experiment(Value, Generic[TaskT_co]):
             )
             return run
         keeper = self._make_checkpoint_file(checkpoint, resume)
+        threads, chunk = check_workers(threads, chunk, progress)  # not errors of the file
         how = {"threads": threads, "chunk": chunk, "progress": progress}
         result: RunDataset | MissionRun
         with interrupt.defer_stops(begun=False) as stops, self._named_errors():
