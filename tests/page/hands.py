@@ -1,8 +1,7 @@
 """Gestures of a person on the page of a studio, and the poses and values that the page shows."""
 
-import time
-
 import numpy as np
+from page.waiting import wait_until_true
 
 from robsim import Pose
 
@@ -47,12 +46,7 @@ class Hands:
 
     def until(self, expression, seconds=30.0):
         """Wait until an expression of the page is true."""
-        end = time.monotonic() + seconds
-        while not self.driver.evaluate(f"Boolean({expression})"):
-            assert time.monotonic() < end, (
-                f"never true: {expression}; {self.driver.evaluate('robsim.state')}"
-            )
-            self.driver.wait(0.05)
+        wait_until_true(self.driver, expression, seconds)
 
     def ask(self, request):
         """Send a request, and wait until it has been handled."""

@@ -795,8 +795,8 @@ class Experiment(Value, Generic[TaskT_co]):
                 progress, checkpoint=checkpoint, resume=resume, **how
             )
             return run
-        keeper = self._make_checkpoint_file(checkpoint, resume)
         threads, chunk = check_workers(threads, chunk, progress)  # not errors of the file
+        keeper = self._make_checkpoint_file(checkpoint, resume)
         how = {"threads": threads, "chunk": chunk, "progress": progress}
         result: RunDataset | MissionRun
         with interrupt.defer_stops(begun=False) as stops, self._named_errors():
