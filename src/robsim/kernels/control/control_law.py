@@ -6,6 +6,8 @@ All matrices are stored in row-major order: L[k, 6], J[6, n] and A[k, n].
 import math
 
 from robsim.kernels.formulas.adaptive_gain import gain_at
+from robsim.kernels.formulas.lane_poses import pose_column
+from robsim.kernels.formulas.lane_vectors import cross_product
 from robsim.kernels.linear_algebra.pseudoinverse import solve_block
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, absolute, get, get_lane, put, sqrt, where
@@ -13,18 +15,12 @@ from robsim.kernels.machine.stages import stage
 
 
 @part
-def _cross_axis(w, T, c, x, y, z):
-    """Return the cross product of axis c of T and a vector."""
-    a, b, e = get(w, T + c), get(w, T + 4 + c), get(w, T + 8 + c)
-    return b * z - e * y, e * x - a * z, a * y - b * x
-
-
-@part
-def _write_in_axes(w, T, J, n, x, y, z):
-    """Write a vector, in the axes of T, to three rows of a column of J[6, n]."""
-    for r in range(3):
-        along = get(w, T + r) * x + get(w, T + 4 + r) * y + get(w, T + 8 + r) * z
-        put(w, J + n * r, along)
+def _write_in_axes(w, axes, J, n, x, y, z):
+    """Write a vector, in axes of three components each, to three rows of a column of J[6, n]."""
+    a, b, c = axes
+    put(w, J, a[0] * x + a[1] * y + a[2] * z)
+    put(w, J + n, b[0] * x + b[1] * y + b[2] * z)
+    put(w, J + 2 * n, c[0] * x + c[1] * y + c[2] * z)
 
 
 @stage
@@ -46,27 +42,25 @@ def compute_camera_jacobian(
     the camera at p with v = a x (p - o) and omega = a. A translation along a moves it with v = a.
     """
     C = T_w_c
+    axes = pose_column(w, C, 0), pose_column(w, C, 1), pose_column(w, C, 2)
+    p = pose_column(w, C, 3)
     zero = 0.0 * get(w, ratios)
     vx, vy, vz, ox, oy, oz = zero, zero, zero, zero, zero, zero
     for m in range(moves[0]):
         at = 1 + 6 * m
         column, T, axis = moves[at], poses + 12 * moves[at + 1], moves[at + 3]
         ratio = moves[at + 5] * get(w, ratios + moves[at + 4])
-        a, b, c = get(w, T + axis), get(w, T + 4 + axis), get(w, T + 8 + axis)
+        a, b, c = pose_column(w, T, axis)
         if moves[at + 2]:
-            x, y, z = _cross_axis(
-                w, T, axis,
-                get(w, C + 3) - get(w, T + 3),
-                get(w, C + 7) - get(w, T + 7),
-                get(w, C + 11) - get(w, T + 11),
-            )  # fmt: skip
+            o = pose_column(w, T, 3)
+            x, y, z = cross_product(a, b, c, p[0] - o[0], p[1] - o[1], p[2] - o[2])
             vx, vy, vz = vx + ratio * x, vy + ratio * y, vz + ratio * z
             ox, oy, oz = ox + ratio * a, oy + ratio * b, oz + ratio * c
         else:
             vx, vy, vz = vx + ratio * a, vy + ratio * b, vz + ratio * c
         if m + 1 == moves[0] or moves[at + 6] != column:
-            _write_in_axes(w, C, J + column, n, vx, vy, vz)
-            _write_in_axes(w, C, J + column + 3 * n, n, ox, oy, oz)
+            _write_in_axes(w, axes, J + column, n, vx, vy, vz)
+            _write_in_axes(w, axes, J + column + 3 * n, n, ox, oy, oz)
             vx, vy, vz, ox, oy, oz = zero, zero, zero, zero, zero, zero
 
 

@@ -11,6 +11,12 @@ def pose_row(w, T, r):
 
 
 @part
+def pose_column(w, T, c):
+    """Return axis c of a pose, or its origin for c = 3."""
+    return get(w, T + c), get(w, T + 4 + c), get(w, T + 8 + c)
+
+
+@part
 def times_column(a, w, B, c):
     """Return a row of A times column c of B, without the translation of A."""
     return a[0] * get(w, B + c) + a[1] * get(w, B + 4 + c) + a[2] * get(w, B + 8 + c)

@@ -88,6 +88,7 @@ def count_still_periods(
     """Count consecutive periods with a command that hardly moves the features.
 
     The motion of the features over the time 1/pace must be below the share STALL of the tolerance.
+    A feature that moves in all runs settles the answer, so the further features are not read.
     """
     least = (STALL * get(w, tolerance)) * get(w, pace)
     most = 0.0 * get(w, scale)
@@ -96,6 +97,8 @@ def count_still_periods(
         for j in range(n):
             change = change + (get(w, A + n * i + j) * get(w, scale + i)) * get(w, qd + j)
         most = _larger_magnitude(most, change)
+        if not any_lane(most < least):
+            break
     still = get(w, periods) if step > 0 else 0.0 * least
     put(w, periods, where(most < least, still + 1.0, 0.0))
 
