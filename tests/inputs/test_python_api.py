@@ -581,6 +581,12 @@ def test_a_wrong_argument_of_run_is_no_error_of_the_scenario_file(name, value):
     assert type(caught.value) is rs.errors.InputError
 
 
+def test_the_view_of_a_check_is_true_or_false():
+    experiment = rs.load_scenario(rs.examples.path("chapter_6_1"))
+    with pytest.raises(rs.errors.InputError, match="view must be True or False, got 3"):
+        experiment.check(view=3)
+
+
 @pytest.mark.full
 def test_a_file_that_is_no_run_is_not_opened(tmp_path):
     whole = rs.save_run(simulate(), tmp_path / "run.nc").read_bytes()

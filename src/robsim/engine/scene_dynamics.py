@@ -12,7 +12,7 @@ from robsim.kernels.dynamics.joint_drives import copy_single_rows, place_carrier
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluate_stages
 from robsim.robot.dynamics_stages import DynamicsStages
-from robsim.robot.fk_stages import FKStages, add_jacobian_stage
+from robsim.robot.fk_stages import FKStages
 from robsim.robot.rigid_bodies import RigidBodies
 from robsim.world.scene import Scene
 
@@ -70,8 +70,7 @@ def place_carriers(
         T, twist = placed.poses[carrier.body], program.rows(6)
         if rates is not None:
             moves = scene.tree.moves(scene.tree.carried(carrier.body))
-            J = add_jacobian_stage(program, placed.poses, placed.ratio, T, moves)
-            program.add(multiply_vector, A=J, x=rates, out=twist)
+            program.add(multiply_vector, A=placed.frame_jacobian(T, moves), x=rates, out=twist)
         program.add(
             place_carrier,
             T=T,

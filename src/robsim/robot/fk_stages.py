@@ -147,7 +147,7 @@ class FKStages:
         """
         key = int(T), moves.rows.tobytes(), moves.sign.tobytes(), moves.columns.size
         if key not in self._jacobians:
-            J = add_jacobian_stage(self.program, self.poses, self.ratio, T, moves)
+            J = _add_jacobian_stage(self.program, self.poses, self.ratio, T, moves)
             self._jacobians[key] = J
         return self._jacobians[key]
 
@@ -156,7 +156,7 @@ class FKStages:
         here = self.program.constant(np.eye(3, 4))
         for r in range(3):
             self.program.add(copy_rows, rows=T[r, 3:], to=here[r, 3:])
-        return add_jacobian_stage(self.program, self.poses, self.ratio, here, moves)
+        return _add_jacobian_stage(self.program, self.poses, self.ratio, here, moves)
 
     def _collect_body_rows(self, i: int) -> BodyRows:
         """Return the rows of a body, its parent and its joint."""
@@ -181,13 +181,13 @@ def evaluate_frame_jacobian(bodies: Bodies, T: Array, moves: BodyMoves) -> Array
     def add(
         program: Program, poses: BlockRows, ratios: BlockRows, T: BlockRows
     ) -> tuple[BlockRows]:
-        return (add_jacobian_stage(program, poses, ratios, T, moves),)
+        return (_add_jacobian_stage(program, poses, ratios, T, moves),)
 
     (J,) = evaluate_stages(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
     return J
 
 
-def add_jacobian_stage(
+def _add_jacobian_stage(
     program: Program, poses: BlockRows, ratios: BlockRows, T: BlockRows, moves: BodyMoves
 ) -> BlockRows:
     """Add the stage of the Jacobian of a frame in its own axes, and return its rows (6, n)."""

@@ -18,7 +18,7 @@ from robsim.kernels.formulas.body_arrays import Bodies
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.robot.assembly import Assembly, JointTables, as_int64
-from robsim.robot.fk_stages import FKStages, add_jacobian_stage, evaluate_frame_jacobian
+from robsim.robot.fk_stages import FKStages, evaluate_frame_jacobian
 from robsim.robot.frame import Frame
 from robsim.robot.independent_joint import IndependentJoint
 from robsim.robot.integration_stages import add_integration, add_wheel_rolling
@@ -99,7 +99,7 @@ class Tree:
         stages, v = self._build_program(program, self.nv)
         moves = self.moves(self.flag_moves(name))
         (T,) = stages.frames([self.find(name)])
-        J = add_jacobian_stage(program, stages.poses, stages.ratio, T, moves)
+        J = stages.frame_jacobian(T, moves)
         output = program.rows(18)
         program.add(copy_rows, rows=T.flat, to=output[:12])
         program.add(multiply_vector, A=J, x=v, out=output[12:])

@@ -699,8 +699,9 @@ class Experiment(Value, Generic[TaskT_co]):
         Raises
         ------
         GoalError, FileError or InputError
-            If `run` would raise it.
+            If `run` would raise it, or `view` is neither True nor False.
         """
+        view = as_bool(view, "view")
         with self._named_errors():
             if isinstance(self.task, SelfSimulatingTask):
                 with self.prefix_error_keys("task"):

@@ -109,8 +109,6 @@ def count_product_rows(k: int, n: int) -> int:
 @part
 def _invert_jacobian_triangle(w, R, inverse):
     """Compute R^-1 and return ||R|| ||R^-1||, in Frobenius norms."""
-    for j in range(6):
-        put(w, inverse + 7 * j, 1.0 / get(w, R + 7 * j))
     invert_triangle(w, R, 6, inverse)
     norm, inverse_norm = 0.0 * get(w, R), 0.0 * get(w, R)
     for j in range(6):

@@ -150,8 +150,6 @@ def _solve_by_reflections(w, p, late, rest):
     inverse, x = R + m * m, R + 2 * m * m
     _multiply_basis(w, A, k, n, N, free, M, wide)
     factorise_qr(w, M, height, m, betas, R)
-    for j in range(m):
-        put(w, inverse + j * m + j, 1.0 / get(w, R + j * m + j))
     invert_triangle(w, R, m, inverse)
     if wide:
         _solve_least_norm(w, inverse, m, rest, M, height, betas, x)

@@ -79,9 +79,17 @@ def _subtract_projection(block, v, head, share, u, rows):
     return along
 
 
-@routine
+@part
 def invert_triangle(block, R, n, inverse):
-    """Compute inverse = R^-1 of an upper triangular R. On entry it holds the inverse diagonal."""
+    """Compute inverse = R^-1 of an upper triangular R, both in column-major order."""
+    for j in range(n):
+        put(block, inverse + j * n + j, 1.0 / get(block, R + j * n + j))
+    _invert_above_diagonal(block, R, n, inverse)
+
+
+@routine
+def _invert_above_diagonal(block, R, n, inverse):
+    """Compute the rest of R^-1 from its diagonal."""
     for j in range(n):
         for i in range(j - 1, -1, -1):
             total = get(block, R + (i + 1) * n + i) * get(block, inverse + j * n + i + 1)
@@ -173,7 +181,7 @@ def _factorise_and_solve(numbers, block):
             put(block, V + j * rows + p + j, get(block, damping))
     _load_padded_column(block, right_side, rows, y, 1, k)
     _gram_schmidt(block, V, rows, m, m if wide else m + 1, R, inverse)
-    invert_triangle(block, R, m, inverse)
+    _invert_above_diagonal(block, R, m, inverse)
     put(block, numbers[7], _condition_bound(block, R, inverse, m))
     if wide:
         _solve_wide(block, V, rows, m, inverse, right_side, x, p)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,6 @@ from robsim.kernels.control import control_law
 from robsim.kernels.formulas.jacobian import BodyMoves
 from robsim.kernels.images.projection import relative_pose_stage
 from robsim.kernels.machine.block_rows import BlockRows
-from robsim.robot.fk_stages import add_jacobian_stage
 from robsim.servo.constraints.constraint import ConstraintInputs, ConstraintPlace
 from robsim.servo.frame_rows import add_prescribed_velocities
 
@@ -52,7 +52,7 @@ def add_motion_in_world(of: ConstraintInputs, frame: str) -> FrameMotion:
     (T,) = placed.frames([tree.find(frame)])
     sign = tree.flag_moves(frame)
     J = placed.base_jacobian(T, tree.moves(sign, of.columns))
-    return FrameMotion(T, J, _add_drift(of, sign, lambda moves: placed.base_jacobian(T, moves)))
+    return FrameMotion(T, J, _add_drift(of, sign, partial(placed.base_jacobian, T)))
 
 
 def add_motion_in_camera(of: ConstraintInputs, camera: str, frame: str) -> FrameMotion:
@@ -60,13 +60,12 @@ def add_motion_in_camera(of: ConstraintInputs, camera: str, frame: str) -> Frame
 
     T is the pose of the frame in the camera. J and the drift are twists in axes of the camera.
     """
-    tree, placed, program = of.scene.tree, of.placed, of.inputs.program
+    tree, placed = of.scene.tree, of.placed
     T_w_c, T_w_f = placed.frames([tree.find(camera), tree.find(frame)])
-    T = program.result(relative_pose_stage, "T", 3, 4, A=T_w_c, B=T_w_f)
+    T = of.inputs.program.result(relative_pose_stage, "T", 3, 4, A=T_w_c, B=T_w_f)
     sign = tree.flag_moves(camera) - tree.flag_moves(frame)
-    rows = program, placed.poses, placed.ratio, T_w_c
-    J = add_jacobian_stage(*rows, tree.moves(sign, of.columns))
-    return FrameMotion(T, J, _add_drift(of, sign, lambda moves: add_jacobian_stage(*rows, moves)))
+    J = placed.frame_jacobian(T_w_c, tree.moves(sign, of.columns))
+    return FrameMotion(T, J, _add_drift(of, sign, partial(placed.frame_jacobian, T_w_c)))
 
 
 def add_camera_drift(of: ConstraintInputs, camera: str, frame: str) -> BlockRows | None:
@@ -79,8 +78,7 @@ def add_camera_drift(of: ConstraintInputs, camera: str, frame: str) -> BlockRows
     if not of.scene.prescribed[np.unique(tree.velocity[sign != 0.0])].any():
         return None
     (T_w_c,) = placed.frames([tree.find(camera)])
-    rows = of.inputs.program, placed.poses, placed.ratio, T_w_c
-    return _add_drift(of, sign, lambda moves: add_jacobian_stage(*rows, moves))
+    return _add_drift(of, sign, partial(placed.frame_jacobian, T_w_c))
 
 
 def _add_drift(
