@@ -21,7 +21,7 @@ WRITERS = {"put": (0,), "call_stage": (3,), "make_linked_call": (0,), "make_unro
 VIEWS = {"carray", "make_address_cast", "point_to_row", "point_to_numbers", "cast_to_unsigned"}
 READERS = {
     *("get", "get_lane", "replace_lane", "fill_lanes", "sqrt", "absolute", "floor", "where"),
-    *("any_lane", "least_lane", "align_stack", "load_word"),
+    *("copy_sign", "any_lane", "least_lane", "align_stack", "load_word"),
 }
 NEW = {np.empty, np.empty_like, np.zeros, np.hypot, np.rint, np.sqrt}
 NEW |= {np.uint8, np.int32, np.uint32, np.int64, np.uint64, np.float32}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from robsim.kernels.formulas.lane_math import cos_sin, log_of_fraction
+from robsim.kernels.formulas.lane_math import arc_tangent, cos_sin, log_of_fraction
 from robsim.kernels.machine.block_io import gather_rows, scatter_rows
 from robsim.kernels.machine.compiler import dispatchers  # noqa: F401  Numba learns of lanes
 from robsim.kernels.machine.lanes import (
@@ -98,6 +98,51 @@ def test_logarithms_of_fractions_are_correct_to_one_unit_in_the_last_place():
         taken(block)
         exact = np.log(each.astype(np.longdouble))
         assert (np.abs(block[WIDTH:] - exact) <= np.spacing(np.abs(exact.astype(float)))).all()
+
+
+@njit
+def angled(block):
+    """The angle of (row 1, row 0) in row 2, and of single numbers in row 3."""
+    put(block, 2, arc_tangent(get(block, 0), get(block, 1)))
+    for i in range(WIDTH):
+        block[3 * WIDTH + i] = arc_tangent(block[i], block[WIDTH + i])
+
+
+def angles_of(y, x):
+    """Angles of many points, each computed on lanes and alone."""
+    found = []
+    for each in np.stack([y, x]).reshape(2, -1, WIDTH).transpose(1, 0, 2):
+        block = np.concatenate([each.ravel(), np.full(2 * WIDTH, np.nan)])
+        angled(block)
+        found.append(block.reshape(4, WIDTH)[2:])
+    return np.concatenate(found, axis=1)
+
+
+def test_arc_tangents_are_correct_to_two_units_in_the_last_place():
+    """Against long doubles; near the ends of the parts into which the ratio is divided, too."""
+    rng = np.random.default_rng(3)
+    borders = np.array([0.0, 0.4375, 0.6875, 1.0, 1 / 0.6875, 1 / 0.4375])
+    ratio = np.concatenate([rng.uniform(0, 1, 4000), 10 ** rng.uniform(-300, 300, 4000)])
+    near = (borders[:, None] * (1.0 + rng.uniform(-1e-15, 1e-15, (6, 200)))).ravel()
+    ratio = np.concatenate([ratio, near])
+    x = rng.choice([-1.0, 1.0], ratio.size) * 10 ** rng.uniform(-3, 3, ratio.size)
+    y = rng.choice([-1.0, 1.0], ratio.size) * np.abs(x) * ratio
+    exact = np.arctan2(y.astype(np.longdouble), x.astype(np.longdouble))
+    lanes, alone = angles_of(y, x)
+    assert lanes.tobytes() == alone.tobytes()
+    assert (np.abs(lanes - exact) <= 2 * np.spacing(np.abs(exact.astype(float)))).all()
+
+
+def test_arc_tangents_of_zero_and_of_infinite_numbers():
+    y = np.array([0.0, -0.0, 0.0, 1.0, -1.0, np.inf, -np.inf, 1.0])
+    x = np.array([0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, np.inf])
+    lanes, alone = angles_of(y, x)
+    np.testing.assert_array_equal(lanes, np.arctan2(y, x))
+    np.testing.assert_array_equal(np.signbit(lanes), np.signbit(y))
+    assert lanes.tobytes() == alone.tobytes()
+    assert np.isnan(angles_of(np.full(8, np.inf), np.full(8, np.inf))).all()
+    assert np.isnan(angles_of(np.full(8, np.nan), np.ones(8))).all()
+    np.testing.assert_array_equal(angles_of(np.zeros(8), -np.ones(8)), np.full((2, 8), np.pi))
 
 
 @pytest.mark.parametrize("far", [2e5, -1e300, np.inf, np.nan])

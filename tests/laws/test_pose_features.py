@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 
 import robsim as rs
 from robsim.base.errors import GoalError, InputError
 from robsim.features.pose_error import ThetaU, Translation
 from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.kernels.estimation.pose_newton import pose_hessian
-from robsim.kernels.features import pose_features
+from robsim.kernels.features.pose_features import put_theta_u_rates
 from robsim.kernels.formulas import se3
-from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.compiler import dispatchers  # noqa: F401  Numba learns of lanes
+from robsim.kernels.machine.lanes import WIDTH, get
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
@@ -218,14 +220,26 @@ def jacobian(w):
     return total
 
 
+@njit
+def put_rates(block):
+    put_theta_u_rates(block, 3, get(block, 0), get(block, 1), get(block, 2))
+
+
+def rates_of_theta_u(w):
+    """L (3, 6) of a rotation vector."""
+    block = np.zeros((3 + 18) * WIDTH)
+    block[: 3 * WIDTH] = np.repeat(w, WIDTH)
+    put_rates(block)
+    return block.reshape(-1, WIDTH)[3:, 0].reshape(3, 6)
+
+
 @steady
 @given(seed=seeds, power=st.floats(-12, np.log10(np.pi)))
 def test_l_of_theta_u_is_the_inverse_of_the_jacobian_of_exp_at_every_angle(seed, power):
-    w = np.random.default_rng(seed).normal(size=(3, 1))
+    w = np.random.default_rng(seed).normal(size=3)
     w *= 10**power / np.linalg.norm(w)
-    L = np.empty((3, 6, 1))
-    pose_features.theta_u_interaction(w, L)
-    close(L[:, 3:, 0] @ jacobian(w[:, 0]), np.eye(3), 4e-15)
+    L = rates_of_theta_u(w)
+    close(L[:, 3:] @ jacobian(w), np.eye(3), 4e-15)
     assert not L[:, :3].any()
 
 

@@ -110,8 +110,7 @@ class ThetaU(_PoseFeature):
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        T, room = self._add_goal_pose(seen), seen.program.rows(4)
-        return seen.computed(kernels.theta_u_stage, 3, T=T, scratch=room)
+        return seen.computed(kernels.theta_u_stage, 3, T=self._add_goal_pose(seen))
 
 
 @register("feature", "translation")

@@ -3,7 +3,7 @@
 Poses in the world have twelve rows, [R | t] row by row.
 """
 
-from robsim.kernels.features.pose_features import theta_u_interaction
+from robsim.kernels.features.pose_features import put_theta_u_rates
 from robsim.kernels.formulas.lane_poses import compose_lanes
 from robsim.kernels.formulas.pose_interpolation import (
     interpolate_pose,
@@ -102,9 +102,7 @@ def compute_path_error(w, step, T="3, 4", end="3, 4", scratch="46", s="6", L="3,
     for i in range(3):
         put(w, s + i, get(w, T + 4 * i + 3))
     _rotation_between(w, end, T, scratch, s + 3, True)
-    for i in range(3):
-        put(w, scratch + i, -get(w, s + 3 + i))
-    theta_u_interaction(vector(w, scratch, 3), matrix(w, L, 3, 6))
+    put_theta_u_rates(w, L, -get(w, s + 3), -get(w, s + 4), -get(w, s + 5))
 
 
 @kernel

@@ -30,3 +30,15 @@ def compose_lanes(w, A, B, T):
         for c in range(3):
             put(w, T + 4 * r + c, times_column(a, w, B, c))
         put(w, T + 4 * r + 3, times_column(a, w, B, 3) + a[3])
+
+
+@part
+def invert_lanes(w, A, T):
+    """Compute T = A^-1 = [R' | -R' t]. T and A must be different rows."""
+    x, y, z = pose_column(w, A, 3)
+    for r in range(3):
+        a, b, c = pose_column(w, A, r)
+        put(w, T + 4 * r, a)
+        put(w, T + 4 * r + 1, b)
+        put(w, T + 4 * r + 2, c)
+        put(w, T + 4 * r + 3, -(a * x + b * y + c * z))

@@ -7,10 +7,10 @@ are checked against 60-digit numbers for angles from 1e-12 to pi.
 
 import math
 
-import numpy as np
-
+from robsim.kernels.formulas.lane_math import arc_tangent
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import part
+from robsim.kernels.machine.lanes import copy_sign, sqrt, where
 
 
 @part
@@ -51,7 +51,7 @@ def log_coefficient(theta):
     h cot h = 1 - h2/(3 - h2/(5 - h2/(7 - ...))) with h2 = h^2. It has no cancellation and is
     accurate for every angle.
     """
-    tail = 25.0
+    tail = 25.0 + 0.0 * theta
     for odd in range(23, 1, -2):
         tail = odd - 0.25 * theta * theta / tail
     return 0.25 / tail
@@ -154,40 +154,54 @@ def exp_se3(twist, T):
             )
 
 
-@entry("float64[:, :, ::1], out float64[:, ::1]")
-def rotation_to_quaternion(T, quaternion):
-    """Compute the unit quaternion[4, b] with w >= 0 of the rotation in T[3, 4, b].
+@part
+def _largest_of(a, b):
+    return where(a > b, a, b)
+
+
+@part
+def quaternion_of_rotation(a, b, c):
+    """Return the unit quaternion with w >= 0 of a rotation with the rows a, b and c.
 
     The formula divides by the largest component.
     """
+    # four times the squares of x, y, z, w
+    xx, yy = 1.0 + a[0] - b[1] - c[2], 1.0 - a[0] + b[1] - c[2]
+    zz, ww = 1.0 - a[0] - b[1] + c[2], 1.0 + a[0] + b[1] + c[2]
+    xy, xz, yz = b[0] + a[1], a[2] + c[0], c[1] + b[2]
+    xw, yw, zw = c[1] - b[2], a[2] - c[0], b[0] - a[1]
+    by_y = yy >= zz
+    x, y, z, w = where(by_y, xy, xz), where(by_y, yy, yz), where(by_y, yz, zz), where(by_y, yw, zw)
+    by_x = xx >= _largest_of(yy, zz)
+    x, y, z, w = where(by_x, xx, x), where(by_x, xy, y), where(by_x, xz, z), where(by_x, xw, w)
+    by_w = ww >= _largest_of(_largest_of(xx, yy), zz)
+    x, y, z, w = where(by_w, xw, x), where(by_w, yw, y), where(by_w, zw, z), where(by_w, ww, w)
+    scale = copy_sign(1.0 / sqrt(x * x + y * y + z * z + w * w), w)
+    return x * scale, y * scale, z * scale, w * scale
+
+
+@part
+def log_quaternion(x, y, z, w):
+    """Return the rotation vector theta u of a unit quaternion, theta in [0, pi].
+
+    The sign of u is arbitrary at theta = pi.
+    """
+    sine = sqrt(x * x + y * y + z * z)
+    scale = where(sine > 0.0, 2.0 * arc_tangent(sine, w) / where(sine > 0.0, sine, 1.0), 2.0)
+    return scale * x, scale * y, scale * z
+
+
+@entry("float64[:, :, ::1], out float64[:, ::1]")
+def rotation_to_quaternion(T, quaternion):
+    """Compute the unit quaternion[4, b] with w >= 0 of the rotation in T[3, 4, b]."""
     for b in range(T.shape[2]):
-        d0, d1, d2 = T[0, 0, b], T[1, 1, b], T[2, 2, b]
-        # four times the squares of x, y, z, w
-        xx, yy, zz, ww = 1 + d0 - d1 - d2, 1 - d0 + d1 - d2, 1 - d0 - d1 + d2, 1 + d0 + d1 + d2
-        xy, xz, yz = T[1, 0, b] + T[0, 1, b], T[0, 2, b] + T[2, 0, b], T[2, 1, b] + T[1, 2, b]
-        xw, yw, zw = T[2, 1, b] - T[1, 2, b], T[0, 2, b] - T[2, 0, b], T[1, 0, b] - T[0, 1, b]
-        if ww >= max(xx, yy, zz):
-            x, y, z, w = xw, yw, zw, ww
-        elif xx >= max(yy, zz):
-            x, y, z, w = xx, xy, xz, xw
-        elif yy >= zz:
-            x, y, z, w = xy, yy, yz, yw
-        else:
-            x, y, z, w = xz, yz, zz, zw
-        scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
-        quaternion[0, b], quaternion[1, b] = x * scale, y * scale
-        quaternion[2, b], quaternion[3, b] = z * scale, w * scale
+        x, y, z, w = quaternion_of_rotation(T[0, :, b], T[1, :, b], T[2, :, b])
+        quaternion[0, b], quaternion[1, b], quaternion[2, b], quaternion[3, b] = x, y, z, w
 
 
 @entry("float64[:, ::1], out float64[:, ::1]", inline="always")
 def rotation_vector(quaternion, w):
-    """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi].
-
-    The sign of u is arbitrary at theta = pi.
-    """
+    """Compute w[3, b] = theta u of a unit quaternion[4, b], theta in [0, pi]."""
     for b in range(quaternion.shape[1]):
         x, y, z = quaternion[0, b], quaternion[1, b], quaternion[2, b]
-        sine = np.hypot(np.hypot(x, y), z)
-        angle = 2.0 * math.atan2(sine, quaternion[3, b])
-        scale = angle / sine if sine > 0.0 else 2.0
-        w[0, b], w[1, b], w[2, b] = scale * x, scale * y, scale * z
+        w[0, b], w[1, b], w[2, b] = log_quaternion(x, y, z, quaternion[3, b])

@@ -120,24 +120,38 @@ def _lower_negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
-def _define_unary(name: str) -> Any:
-    """Return the function that applies an LLVM intrinsic of one argument to every lane."""
+def _define_function(name: str, count: int) -> Any:
+    """Return the function that applies an LLVM intrinsic of `count` arguments to every lane.
 
-    @intrinsic
-    def function(typing: Any, x: Any) -> Any:
+    It takes lanes, or numbers without lanes.
+    """
+
+    def apply(*kinds: Any) -> Any:
+        kind = LANES if any(isinstance(each, LanesType) for each in kinds) else types.float64
+
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            kind = ir.FunctionType(_REALS, [_REALS])
-            symbol = f"llvm.{name}.v{WIDTH}f64"
-            return builder.call(
-                cgutils.get_or_insert_function(builder.module, kind, symbol), list(args)
-            )
+            real = _REALS if kind is LANES else ir.DoubleType()
+            declared = ir.FunctionType(real, [real] * count)
+            symbol = f"llvm.{name}.{f'v{WIDTH}f64' if kind is LANES else 'f64'}"
+            function = cgutils.get_or_insert_function(builder.module, declared, symbol)
+            if kind is LANES:
+                pairs = zip(kinds, args, strict=True)
+                args = [_broadcast(context, builder, *pair) for pair in pairs]
+            return builder.call(function, list(args))
 
-        return LANES(LANES), emit
+        return kind(*(kinds if kind is LANES else [kind] * count)), emit
 
-    return function
+    def unary(typing: Any, x: Any) -> Any:
+        return apply(x)
+
+    def binary(typing: Any, x: Any, y: Any) -> Any:
+        return apply(x, y)
+
+    return intrinsic(unary if count == 1 else binary)
 
 
-sqrt, absolute, floor = _define_unary("sqrt"), _define_unary("fabs"), _define_unary("floor")
+sqrt, absolute = _define_function("sqrt", 1), _define_function("fabs", 1)
+floor, copy_sign = _define_function("floor", 1), _define_function("copysign", 2)
 
 
 def _define_mask_operator(function: Any, instruction: str) -> None:
@@ -173,7 +187,12 @@ def _lower_not(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @intrinsic
 def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
-    """Return lanes of `a` if the mask is true, else lanes of `b`. Both may be scalars."""
+    """Return lanes of `a` if the mask is true, else lanes of `b`. Both may be scalars.
+
+    A truth value instead of a mask chooses one of two numbers.
+    """
+    if isinstance(mask, types.Boolean):
+        return types.float64(mask, types.float64, types.float64), _emit_select
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         _, *kinds = sig.args
@@ -181,6 +200,10 @@ def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
         return builder.select(args[0], *chosen)
 
     return LANES(MASK, a, b), emit
+
+
+def _emit_select(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.select(*args)
 
 
 @intrinsic
