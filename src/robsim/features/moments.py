@@ -47,7 +47,8 @@ def _add_moments(seen: ObservationRows, of_marks: bool) -> dict[str, BlockRows]:
     rows = seen.program.rows
     moments = {"centre": rows(2), "mu": rows(ORDER_4), "R": rows(ORDER_3, 6)}
     if of_marks:
-        seen.program.add(features.marks_stage, **seen.image, **moments, L=rows(2, 6))
+        L = rows(2 * seen.image["points"].shape[0], 6)
+        seen.program.add(features.marks_stage, **seen.image, **moments, L=L)
     else:
         seen.program.add(features.region_stage, **seen.image, **moments, ABC=rows(3))
     return moments

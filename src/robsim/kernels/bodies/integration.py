@@ -55,11 +55,14 @@ def integrate_floating_body(w, step, dt="row", q="7", v="6"):
 def integrate_planar_body(w, step, dt="row", q="3", v="velocities", velocities="count"):
     """Integrate the coordinates q = (x, y, theta) of a body that moves in a plane.
 
-    The rows v hold (vx, vy, omega), or (v, omega).
+    The rows v hold (vx, vy, omega), or (v, omega). theta is not wrapped.
     """
-    v, q = vector(w, v, velocities), vector(w, q, 3)
-    for b in range(WIDTH):
-        vehicle_motion.integrate_in_plane(v[:, b : b + 1], w[dt * WIDTH + b], q[:, b : b + 1])
+    dt, theta, vx, omega = get(w, dt), get(w, q + 2), get(w, v), get(w, v + velocities - 1)
+    vy = get(w, v + 1) if velocities == 3 else 0.0 * vx
+    x, y = vehicle_motion.chord_in_plane(theta, vx, vy, omega, dt)
+    put(w, q, get(w, q) + x)
+    put(w, q + 1, get(w, q + 1) + y)
+    put(w, q + 2, theta + dt * omega)
 
 
 @stage

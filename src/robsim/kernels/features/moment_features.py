@@ -17,9 +17,11 @@ from robsim.kernels.formulas.image_moments import (
     region_moment_rates,
     region_moments,
 )
+from robsim.kernels.formulas.lane_math import arc_tangent
 from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import part
+from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
 
 ANGLE_VOTE = 0.8  # weight of a small rotation against contradicting third moments
@@ -41,14 +43,14 @@ def _moment_size_rate(of_marks, R, c, b):
 @part
 def _orientation(mu, b):
     """Return the angle of the principal axis."""
-    return 0.5 * math.atan2(2.0 * mu[4, b], mu[3, b] - mu[5, b])
+    return 0.5 * arc_tangent(2.0 * mu[4, b], mu[3, b] - mu[5, b])
 
 
 @part
-def _orientation_rate(mu, R, c, b):
-    """Return the rate of the orientation for a unit of twist component c."""
-    across, twice = mu[3, b] - mu[5, b], 2.0 * mu[4, b]
-    turn = across * 2.0 * R[4, c, b] - twice * (R[3, c, b] - R[5, c, b])
+def _orientation_rate(xx, xy, yy, dxx, dxy, dyy):
+    """Return the rate of the orientation from the second moments and their rates."""
+    across, twice = xx - yy, 2.0 * xy
+    turn = across * 2.0 * dxy - twice * (dxx - dyy)
     return 0.5 * turn / (across * across + twice * twice)
 
 
@@ -114,12 +116,15 @@ def basic_moments(of_marks, centre, mu, s):
 
 
 @part
-def basic_moment_rates(of_marks, mu, R, L):
-    """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
+def put_basic_moment_rates(w, of_marks, mu, R, L):
+    """Write L (4, 6) of (a, xg, yg, alpha), from the rates R (k, 6) of the moments."""
+    xx, xy, yy = get(w, mu + 3), get(w, mu + 4), get(w, mu + 5)
     for c in range(6):
-        for b in range(mu.shape[1]):
-            L[0, c, b], L[1, c, b] = _moment_size_rate(of_marks, R, c, b), R[1, c, b]
-            L[2, c, b], L[3, c, b] = R[2, c, b], _orientation_rate(mu, R, c, b)
+        dxx, dxy, dyy = get(w, R + 18 + c), get(w, R + 24 + c), get(w, R + 30 + c)
+        put(w, L + c, dxx + dyy if of_marks else get(w, R + c))
+        put(w, L + 6 + c, get(w, R + 6 + c))
+        put(w, L + 12 + c, get(w, R + 12 + c))
+        put(w, L + 18 + c, _orientation_rate(xx, xy, yy, dxx, dxy, dyy))
 
 
 @part
@@ -142,7 +147,7 @@ def decoupled_moments(of_marks, size_goal, Z_goal, centre, mu, s):
         an = Z_goal[b] * math.sqrt(size_goal[b] / _moment_size(of_marks, mu, b))
         rho, px, py, _spread = _skewness(mu, b)
         alpha = _orientation(mu, b)
-        twice = 2.0 * (math.atan2(py, px) - alpha)
+        twice = 2.0 * (arc_tangent(py, px) - alpha)
         s[0, b], s[1, b], s[2, b] = an * centre[0, b], an * centre[1, b], an
         s[3, b], s[4, b], s[5, b] = rho * math.cos(twice), rho * math.sin(twice), alpha
 
@@ -161,9 +166,10 @@ def decoupled_moment_rates(of_marks, centre, mu, R, s, L):
             )
             _rho, px, py, spread = _skewness(mu, b)
             dx, dy, square = R[6, c, b] + R[8, c, b], R[7, c, b] + R[9, c, b], px * px + py * py
-            alpha_rate = _orientation_rate(mu, R, c, b)
+            dxx, dxy, dyy = R[3, c, b], R[4, c, b], R[5, c, b]
+            alpha_rate = _orientation_rate(mu[3, b], mu[4, b], mu[5, b], dxx, dxy, dyy)
             growth = (px * dx + py * dy) / square + 0.5 * R[0, c, b] / mu[0, b]
-            growth -= 1.5 * (R[3, c, b] + R[5, c, b]) / spread
+            growth -= 1.5 * (dxx + dyy) / spread
             turn = 2.0 * ((px * dy - py * dx) / square - alpha_rate)
             L[0, c, b] = an_rate * centre[0, b] + an * R[1, c, b]
             L[1, c, b] = an_rate * centre[1, b] + an * R[2, c, b]
@@ -183,7 +189,7 @@ def marks_stage(
     centre="2",
     mu="o",
     R="m, 6",
-    L="2, 6",
+    L="2*N, 6",
     o="count",
     m="count",
 ):
@@ -229,11 +235,11 @@ def basic_stage(
     m="count",
 ):
     """Compute s = (size, xg, yg, alpha) and L, with alpha near the angle of the goal."""
-    of_marks, mu, s = of_marks != 0, vector(w, mu, ORDER_3), vector(w, s, 4)
-    basic_moments(of_marks, vector(w, centre, 2), mu, s)
+    of_marks, s = of_marks != 0, vector(w, s, 4)
+    basic_moments(of_marks, vector(w, centre, 2), vector(w, mu, ORDER_3), s)
     if goal >= 0:
         within_quarter_turn(vector(w, goal, 1)[0], s[3])
-    basic_moment_rates(of_marks, mu, matrix(w, R, ORDER_3, 6), matrix(w, L, 4, 6))
+    put_basic_moment_rates(w, of_marks, mu, R, L)
 
 
 @stage

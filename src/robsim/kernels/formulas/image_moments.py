@@ -101,25 +101,22 @@ def mean_point(x, centre):
                 centre[r, b] += x[n, r, b] / x.shape[0]
 
 
-@part
-def _centred_monomials(x, n, centre, u, terms):
-    """Compute u[2, b], point n relative to the centre, and its monomials."""
-    for b in range(x.shape[2]):
-        u[0, b], u[1, b], terms[0, b] = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b], 1.0
-    _monomials(u, terms)
-
-
 @entry("float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1]", inline="always")
 def mark_moments(x, centre, mu):
-    """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
-    u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
+    """Compute centre[2, b] and mu[k, b], up to order 3, of marks x[n, 2, b].
+
+    mu_ij = sum (x - xg)^i (y - yg)^j.
+    """
     mean_point(x, centre)
-    mu[:] = 0.0
-    for n in range(x.shape[0]):
-        _centred_monomials(x, n, centre, u, terms)
-        for k in range(mu.shape[0]):
-            for b in range(x.shape[2]):
-                mu[k, b] += 0.0 if k in (1, 2) else terms[k, b]
+    for b in range(x.shape[2]):
+        uu, uv, vv, uuu, uuv, uvv, vvv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for n in range(x.shape[0]):
+            u, v = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b]
+            uu, uv, vv = uu + u * u, uv + v * u, vv + v * v
+            uuu, uuv, uvv, vvv = uuu + u * u * u, uuv + v * u * u, uvv + v * v * u, vvv + v * v * v
+        mu[0, b], mu[1, b], mu[2, b] = x.shape[0], 0.0, 0.0
+        mu[3, b], mu[4, b], mu[5, b] = uu, uv, vv
+        mu[6, b], mu[7, b], mu[8, b], mu[9, b] = uuu, uuv, uvv, vvv
 
 
 @entry("float64[:, :, ::1], float64[:, ::1], out float64[:, ::1]", inline="always")
@@ -205,37 +202,38 @@ def mark_moment_rates(w, N, points, depth, centre, R, L):
     The rates follow by the chain rule from the interaction matrix of each mark, so the marks need
     not be coplanar. For coplanar marks they equal the rates of Tahri and Chaumette (2005),
     Point-based and region-based image moments for visual servoing of planar objects, IEEE T-RO
-    21(6). `L` (2, 6) are scratch rows.
+    21(6). `L` (2 N, 6) are scratch rows.
     """
-    for i in range(6 * ORDER_3):
-        put(w, R + i, 0.0)
-    for n in range(N):
-        _put_mark_rates(w, points + 2 * n, depth + n, L)
-        for i in range(12):
-            put(w, R + 6 + i, get(w, R + 6 + i) + get(w, L + i) / N)
+    zero = 0.0 * get(w, centre)
     for n in range(N):
         x, y = get(w, points + 2 * n), get(w, points + 2 * n + 1)
-        _put_mark_rates(w, points + 2 * n, depth + n, L)
-        u, v = x - get(w, centre), y - get(w, centre + 1)
-        uu, uv, vv = u * u, v * u, v * v
-        for c in range(6):
-            du, dv = get(w, L + c) - get(w, R + 6 + c), get(w, L + 6 + c) - get(w, R + 12 + c)
-            _add_rate(w, R + 18 + c, 2.0 * u * du)
-            _add_rate(w, R + 24 + c, v * du + u * dv)
-            _add_rate(w, R + 30 + c, 2.0 * v * dv)
-            _add_rate(w, R + 36 + c, 3.0 * uu * du)
-            _add_rate(w, R + 42 + c, 2.0 * uv * du + uu * dv)
-            _add_rate(w, R + 48 + c, vv * du + 2.0 * uv * dv)
-            _add_rate(w, R + 54 + c, 3.0 * vv * dv)
+        put_point_rates(w, L + 12 * n, x, y, 1.0 / get(w, depth + n))
+    for i in range(12):
+        rate = zero
+        for n in range(N):
+            rate = rate + get(w, L + 12 * n + i) / N
+        put(w, R + 6 + i, rate)
+    for c in range(6):
+        put(w, R + c, 0.0)
+        _put_moment_rates(w, N, points, centre, L + c, R + c, zero)
 
 
 @part
-def _put_mark_rates(w, point, depth, L):
-    """Write both rows of the interaction matrix of a mark."""
-    put_point_rates(w, L, get(w, point), get(w, point + 1), 1.0 / get(w, depth))
-
-
-@part
-def _add_rate(w, row, rate):
-    """Add a rate to a row."""
-    put(w, row, get(w, row) + rate)
+def _put_moment_rates(w, N, points, centre, L, R, zero):
+    """Write the rates of the moments of order 2 and 3 by one component of the twist."""
+    uu, uv, vv, uuu, uuv, uvv, vvv = zero, zero, zero, zero, zero, zero, zero
+    for n in range(N):
+        u = get(w, points + 2 * n) - get(w, centre)
+        v = get(w, points + 2 * n + 1) - get(w, centre + 1)
+        du, dv = get(w, L + 12 * n) - get(w, R + 6), get(w, L + 12 * n + 6) - get(w, R + 12)
+        uu, uv, vv = uu + 2.0 * u * du, uv + (v * du + u * dv), vv + 2.0 * v * dv
+        uuu, vvv = uuu + 3.0 * (u * u) * du, vvv + 3.0 * (v * v) * dv
+        uuv = uuv + (2.0 * (v * u) * du + u * u * dv)
+        uvv = uvv + (v * v * du + 2.0 * (v * u) * dv)
+    put(w, R + 18, uu)
+    put(w, R + 24, uv)
+    put(w, R + 30, vv)
+    put(w, R + 36, uuu)
+    put(w, R + 42, uuv)
+    put(w, R + 48, uvv)
+    put(w, R + 54, vvv)

@@ -2,27 +2,25 @@
 
 import math
 
-from robsim.kernels.formulas import se3
+from robsim.kernels.formulas.lane_math import cos_sin
 from robsim.kernels.machine.entry import entry
-from robsim.kernels.machine.kernel import kernel
+from robsim.kernels.machine.kernel import part
+from robsim.kernels.machine.lanes import where
 
 
-@kernel
-def integrate_in_plane(v, dt, q):
-    """Integrate q = (x, y, theta) for a constant velocity (vx, vy, omega), or (v, omega), over dt.
+@part
+def chord_in_plane(theta, vx, vy, omega, dt):
+    """Return the motion (x, y) on lanes of a body with constant velocities over dt, from theta on.
 
     int_0^dt R(theta + omega t) dt = dt sinc(h) R(theta + h) with h = omega dt / 2. The motion is
-    the chord of an arc, in the direction of the body at dt / 2. theta is not wrapped.
+    the chord of an arc, in the direction of the body at dt / 2.
     """
-    last = v.shape[0] - 1
-    for b in range(q.shape[1]):
-        half = 0.5 * dt * v[last, b]
-        chord, halfway = dt * se3.sinc(half), q[2, b] + half
-        c, s = chord * math.cos(halfway), chord * math.sin(halfway)
-        vx, vy = v[0, b], v[1, b] if last == 2 else 0.0
-        q[0, b] += c * vx - s * vy
-        q[1, b] += s * vx + c * vy
-        q[2, b] += dt * v[last, b]
+    half = 0.5 * dt * omega
+    _, sine = cos_sin(half)
+    is_straight = half == 0.0
+    chord = dt * where(is_straight, 1.0, sine / where(is_straight, 1.0, half))
+    c, s = cos_sin(theta + half)
+    return chord * c * vx - chord * s * vy, chord * s * vx + chord * c * vy
 
 
 @entry("int64, int64, float64, float64, float64, float64, out float64[:, ::1], float64[:, ::1]")
