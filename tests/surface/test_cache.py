@@ -20,13 +20,12 @@ CALL = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels.features import line_features
+from robsim.kernels.image_features import photometric_moments as moments
 from robsim.kernels.machine import cache_files
-x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
-line_features.segments(x, s)
-stats = line_features.segments.dispatcher.stats
+found = moments.shift_moment(np.array([3.0, 9.0]), 0, 0.0, 0.0)
+stats = moments.shift_moment.dispatcher.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
-print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(cache_files.CACHE)]))
+print(json.dumps([moments.__file__, found, hits, misses, str(cache_files.CACHE)]))
 """
 SOLVE = """
 import json, sys
@@ -102,7 +101,7 @@ for module, path in json.loads(sys.argv[2]).items():
     before = after
 print(json.dumps(changed))
 """
-LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of to_polar
+INDEX = "(i + j) * (i + j + 1) // 2 + j"  # of moment_index
 
 
 @pytest.fixture
@@ -117,7 +116,7 @@ def copy(tmp_path):
 
 
 def start(copy, cache, code=CALL):
-    """Run a kernel of the copy in a fresh Python: length and angle, hits, misses, cache folder."""
+    """Run a kernel of the copy in a fresh Python: its result, hits, misses, cache folder."""
     environment = {**os.environ, "ROBSIM_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code, str(copy)],
@@ -146,23 +145,23 @@ def compiled(cache):
 def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles_nothing(copy):
     cache = copy / "cache"
     found, hits, misses, folder = start(copy, cache)
-    assert (found, hits) == ([3.0, 0.0], 0) and misses == 1
+    assert (found, hits, misses) == (3.0, 0, 1)
     before = compiled(cache)
     assert before and Path(folder).parent == cache
 
-    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
+    assert start(copy, cache) == [3.0, 1, 0, folder]
     edit(copy / "robsim/kernels/control/docking_law.py", "\n", "\n\n")  # which it does not import
-    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
+    assert start(copy, cache) == [3.0, 1, 0, folder]
     assert compiled(cache) == before
 
-    edit(copy / "robsim/kernels/features/point_features.py", LENGTH, "3.0 * " + LENGTH)
+    edit(copy / "robsim/kernels/formulas/image_moments.py", INDEX, "1 + " + INDEX)
     found, hits, _, other = start(copy, cache)
-    assert (found, hits, other) == ([9.0, 0.0], 0, folder)
+    assert (found, hits, other) == (9.0, 0, folder)
     assert compiled(cache).keys() > before.keys()
-    assert start(copy, cache) == [[9.0, 0.0], 1, 0, folder]
+    assert start(copy, cache) == [9.0, 1, 0, folder]
 
-    edit(copy / "robsim/kernels/features/point_features.py", "3.0 * " + LENGTH, LENGTH)
-    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]  # the old code is still there
+    edit(copy / "robsim/kernels/formulas/image_moments.py", "1 + " + INDEX, INDEX)
+    assert start(copy, cache) == [3.0, 1, 0, folder]  # the old code is still there
 
 
 @pytest.mark.first_start

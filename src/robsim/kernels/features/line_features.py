@@ -3,82 +3,39 @@
 The interaction matrix satisfies sdot = L V_c with the camera's twist V_c = (v, omega) in its axes.
 """
 
-import math
-
 import numpy as np
 
-from robsim.kernels.features.point_features import polar_rates, to_polar, unwrap_angles
-from robsim.kernels.formulas.interaction import points_interaction
-from robsim.kernels.machine.array_views import matrix, vector
-from robsim.kernels.machine.kernel import kernel
-from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.features.point_features import put_polar_rates, to_polar, unwrap_angle
+from robsim.kernels.formulas.interaction import points_interaction, put_point_rates
+from robsim.kernels.formulas.lane_math import arc_tangent
+from robsim.kernels.formulas.lane_vectors import put_vector
+from robsim.kernels.machine.array_views import matrix
+from robsim.kernels.machine.kernel import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, get, put, sqrt
 from robsim.kernels.machine.stages import stage
 
 
-@kernel
-def segments(x, s):
-    """Compute s[2n, b] = (xc, yc, length, angle) of segments x[0] to x[1], x[2] to x[3], ..."""
-    for n in range(0, x.shape[0], 2):
-        i = 2 * n
-        for b in range(x.shape[2]):
-            x0, y0, x1, y1 = x[n, 0, b], x[n, 1, b], x[n + 1, 0, b], x[n + 1, 1, b]
-            s[i, b], s[i + 1, b] = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-            s[i + 2, b], s[i + 3, b] = to_polar(x1 - x0, y1 - y0)
+@part
+def _put_half_sum(w, L, other):
+    """Replace six rows by their mean with six others, and the others by the difference."""
+    for i in range(6):
+        before, after = get(w, L + i), get(w, other + i)
+        put(w, L + i, 0.5 * (before + after))
+        put(w, other + i, after - before)
 
 
-@kernel
-def to_segment_rates(x, L):
-    """Convert L of the end points x[n, 2, b] to L of `segments`, in place."""
-    for n in range(0, x.shape[0], 2):
-        i = 2 * n
-        for c in range(6):
-            for b in range(x.shape[2]):
-                dx0, dy0, dx1, dy1 = L[i, c, b], L[i + 1, c, b], L[i + 2, c, b], L[i + 3, c, b]
-                along, down = x[n + 1, 0, b] - x[n, 0, b], x[n + 1, 1, b] - x[n, 1, b]
-                L[i, c, b], L[i + 1, c, b] = 0.5 * (dx0 + dx1), 0.5 * (dy0 + dy1)
-                L[i + 2, c, b], L[i + 3, c, b] = polar_rates(along, down, dx1 - dx0, dy1 - dy0)
-
-
-@kernel
-def line_normal(x0, y0, x1, y1):
-    """Return (cos theta, sin theta) of the line from point 0 to point 1, and their distance.
-
-    The line is x cos theta + y sin theta = rho, with the direction (-sin theta, cos theta).
-    """
-    distance, _ = to_polar(x1 - x0, y1 - y0)
-    return (y1 - y0) / distance, (x0 - x1) / distance, distance
-
-
-@kernel
-def line_parameters(x, s):
-    """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3], ..."""
-    for n in range(0, x.shape[0], 2):
-        for b in range(x.shape[2]):
-            x0, y0 = x[n, 0, b], x[n, 1, b]
-            c, s_, _ = line_normal(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
-            s[n, b], s[n + 1, b] = x0 * c + y0 * s_, math.atan2(s_, c)
-
-
-@kernel
-def lines_interaction(x, Z, L):
-    """Compute L[n, 6, b] of `line_parameters` through marks x[n, 2, b] at depths Z[n, b].
+@part
+def _put_line_rates(w, L, c, s, rho, slope, foot):
+    """Write L (2, 6) of (rho, theta) of a line with cos theta = c and sin theta = s.
 
     Its lambdas follow from a plane through the line in space. Along the image of the line 1/Z is
     linear, so lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
     perpendicular from the principal point.
     """
-    for n in range(0, x.shape[0], 2):
-        for b in range(x.shape[2]):
-            x0, y0 = x[n, 0, b], x[n, 1, b]
-            c, s, distance = line_normal(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
-            rho = x0 * c + y0 * s
-            slope = (1.0 / Z[n + 1, b] - 1.0 / Z[n, b]) / distance
-            foot = 1.0 / Z[n, b] - slope * (y0 * c - x0 * s)
-            L[n, 0, b], L[n, 1, b], L[n, 2, b] = -foot * c, -foot * s, foot * rho
-            L[n, 3, b], L[n, 4, b] = (1.0 + rho * rho) * s, -(1.0 + rho * rho) * c
-            L[n, 5, b] = 0.0
-            L[n + 1, 0, b], L[n + 1, 1, b], L[n + 1, 2, b] = slope * c, slope * s, -slope * rho
-            L[n + 1, 3, b], L[n + 1, 4, b], L[n + 1, 5, b] = -rho * c, -rho * s, -1.0
+    put_vector(w, L, -foot * c, -foot * s, foot * rho)
+    put_vector(w, L + 3, (1.0 + rho * rho) * s, -(1.0 + rho * rho) * c, 0.0)
+    put_vector(w, L + 6, slope * c, slope * s, -slope * rho)
+    put_vector(w, L + 9, -rho * c, -rho * s, -1.0)
 
 
 @kernel
@@ -99,23 +56,49 @@ def intersections(x, p):
 def segments_stage(
     w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
 ):
-    """Compute s and L of N / 2 segments, with angles near the goal's angles."""
-    x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
-    segments(x, s)
-    if goal >= 0:
-        unwrap_angles(vector(w, goal, 2 * N), 4, s)
-    points_interaction(x, vector(w, depth, N), L)
-    to_segment_rates(x, L)
+    """Compute s = (xc, yc, length, angle) and L of N / 2 segments between pairs of marks.
+
+    The angles are near the goal's angles.
+    """
+    for i in range(0, 2 * N, 4):
+        x0, y0 = get(w, points + i), get(w, points + i + 1)
+        x1, y1 = get(w, points + i + 2), get(w, points + i + 3)
+        put(w, s + i, 0.5 * (x0 + x1))
+        put(w, s + i + 1, 0.5 * (y0 + y1))
+        length, angle = to_polar(x1 - x0, y1 - y0)
+        put(w, s + i + 2, length)
+        put(w, s + i + 3, angle)
+        if goal >= 0:
+            unwrap_angle(w, goal + i + 3, s + i + 3)
+        rates, end = L + 6 * i, L + 6 * i + 12
+        put_point_rates(w, rates, x0, y0, 1.0 / get(w, depth + i // 2))
+        put_point_rates(w, end, x1, y1, 1.0 / get(w, depth + i // 2 + 1))
+        _put_half_sum(w, rates, end)
+        _put_half_sum(w, rates + 6, end + 6)
+        put_polar_rates(w, end, x1 - x0, y1 - y0)
 
 
 @stage
 def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", s="N", L="N, 6"):
-    """Compute s and L of N / 2 straight lines, with angles near the goal's angles."""
-    x, s = matrix(w, points, N, 2), vector(w, s, N)
-    line_parameters(x, s)
-    if goal >= 0:
-        unwrap_angles(vector(w, goal, N), 2, s)
-    lines_interaction(x, vector(w, depth, N), matrix(w, L, N, 6))
+    """Compute s = (rho, theta) and L of N / 2 straight lines through pairs of marks.
+
+    A line is x cos theta + y sin theta = rho, with the direction (-sin theta, cos theta) from the
+    first to the second mark. The angles are near the goal's angles.
+    """
+    for n in range(0, N, 2):
+        x0, y0 = get(w, points + 2 * n), get(w, points + 2 * n + 1)
+        dx, dy = get(w, points + 2 * n + 2) - x0, get(w, points + 2 * n + 3) - y0
+        distance = sqrt(dx * dx + dy * dy)
+        cosine, sine = dy / distance, -dx / distance
+        rho = x0 * cosine + y0 * sine
+        put(w, s + n, rho)
+        put(w, s + n + 1, arc_tangent(sine, cosine))
+        if goal >= 0:
+            unwrap_angle(w, goal + n + 1, s + n + 1)
+        near, far = 1.0 / get(w, depth + n), 1.0 / get(w, depth + n + 1)
+        slope = (far - near) / distance
+        foot = near - slope * (y0 * cosine - x0 * sine)
+        _put_line_rates(w, L + 6 * n, cosine, sine, rho, slope, foot)
 
 
 @stage

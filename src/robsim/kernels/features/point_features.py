@@ -5,58 +5,40 @@ The interaction matrix satisfies sdot = L V_c with the camera's twist V_c = (v, 
 
 import math
 
-import numpy as np
-
-from robsim.kernels.formulas.interaction import points_interaction, put_point_rates
+from robsim.kernels.formulas.interaction import put_point_rates
+from robsim.kernels.formulas.lane_math import arc_tangent
 from robsim.kernels.formulas.perspective import pinhole_pixel
 from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.kernel import kernel, part
-from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.lanes import floor, get, put, sqrt
 from robsim.kernels.machine.stages import stage
 
 
-@kernel
+@part
 def to_polar(x, y):
     """Return (rho, theta) of the vector (x, y)."""
-    return math.sqrt(x * x + y * y), math.atan2(y, x)
+    return sqrt(x * x + y * y), arc_tangent(y, x)
 
 
-@kernel
-def polar_rates(x, y, dx, dy):
-    """Return the rates (rho', theta') of the vector (x, y) with the rate (dx, dy)."""
-    rho = math.sqrt(x * x + y * y)
+@part
+def put_polar_rates(w, L, x, y):
+    """Convert the rates of a vector (x, y), the two rows of L (2, 6), to those of (rho, theta)."""
+    rho = sqrt(x * x + y * y)
     c, s = x / rho, y / rho
-    return c * dx + s * dy, (c * dy - s * dx) / rho
+    for i in range(6):
+        dx, dy = get(w, L + i), get(w, L + 6 + i)
+        put(w, L + i, c * dx + s * dy)
+        put(w, L + 6 + i, (c * dy - s * dx) / rho)
 
 
-@kernel
-def polar_features(x, s):
-    """Compute s[2n, b] = (rho, theta) of image points x[n, 2, b] about the principal point."""
-    for n in range(x.shape[0]):
-        for b in range(x.shape[2]):
-            s[2 * n, b], s[2 * n + 1, b] = to_polar(x[n, 0, b], x[n, 1, b])
+@part
+def unwrap_angle(w, goal, s):
+    """Shift the angle s by whole turns to within half a turn of the goal.
 
-
-@kernel
-def to_polar_rates(x, L):
-    """Convert L of the points x[n, 2, b] to L of `polar_features`, in place."""
-    for n in range(x.shape[0]):
-        i, j = 2 * n, 2 * n + 1
-        for c in range(6):
-            for b in range(x.shape[2]):
-                L[i, c, b], L[j, c, b] = polar_rates(x[n, 0, b], x[n, 1, b], L[i, c, b], L[j, c, b])
-
-
-@kernel
-def unwrap_angles(goal, group, s):
-    """Shift the angles of s[k, b] by whole turns to within half a turn of the goal.
-
-    The angles are the last of each `group` rows. An angle near the goal keeps its bits.
+    An angle near the goal keeps its bits.
     """
-    for i in range(group - 1, s.shape[0], group):
-        for b in range(s.shape[1]):
-            half_turn_less = s[i, b] - goal[i, b] - math.pi
-            s[i, b] -= 2.0 * math.pi * np.ceil(half_turn_less / (2.0 * math.pi))
+    half_turn_less = get(w, s) - get(w, goal) - math.pi
+    put(w, s, get(w, s) + 2.0 * math.pi * floor(-half_turn_less / (2.0 * math.pi)))
 
 
 @kernel
@@ -134,13 +116,19 @@ def log_depth_interaction(x, Z, L):
 def polar_stage(
     w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
 ):
-    """Compute s and L of polar coordinates, with angles near the goal's angles."""
-    x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
-    polar_features(x, s)
-    if goal >= 0:
-        unwrap_angles(vector(w, goal, 2 * N), 2, s)
-    points_interaction(x, vector(w, depth, N), L)
-    to_polar_rates(x, L)
+    """Compute s and L of polar coordinates (rho, theta), with angles near the goal's angles.
+
+    They are about the principal point.
+    """
+    for i in range(0, 2 * N, 2):
+        x, y = get(w, points + i), get(w, points + i + 1)
+        rho, theta = to_polar(x, y)
+        put(w, s + i, rho)
+        put(w, s + i + 1, theta)
+        if goal >= 0:
+            unwrap_angle(w, goal + i + 1, s + i + 1)
+        put_point_rates(w, L + 6 * i, x, y, 1.0 / get(w, depth + i // 2))
+        put_polar_rates(w, L + 6 * i, x, y)
 
 
 @stage

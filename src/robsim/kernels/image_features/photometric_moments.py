@@ -6,7 +6,7 @@ from robsim.kernels.machine.kernel import kernel
 
 
 @kernel
-def _shift_moment(m, k, x, y):
+def shift_moment(m, k, x, y):
     """Return moment k about (x, y) from the moments m (10,) about the origin.
 
     It is the sum of C(i, p) C(j, q) (-x)^(i - p) (-y)^(j - q) m_pq.
@@ -42,7 +42,7 @@ def centre_moments(m, Lm, centre, mu, R):
         x, y = m[b, 1] / m[b, 0], m[b, 2] / m[b, 0]
         centre[0, b], centre[1, b] = x, y
         for k in range(ORDER_3):
-            mu[k, b] = 0.0 if k in (1, 2) else _shift_moment(m[b], k, x, y)
+            mu[k, b] = 0.0 if k in (1, 2) else shift_moment(m[b], k, x, y)
         for c in range(6):
             column = Lm[b, :, c]
             R[0, c, b] = column[0]
@@ -50,7 +50,7 @@ def centre_moments(m, Lm, centre, mu, R):
             R[2, c, b] = (column[2] - y * column[0]) / m[b, 0]
             for k in range(3, ORDER_3):
                 i, j = moment_powers(k)
-                rate = _shift_moment(column, k, x, y)
+                rate = shift_moment(column, k, x, y)
                 if i > 0:
                     rate -= i * mu[moment_index(i - 1, j), b] * R[1, c, b]
                 if j > 0:
