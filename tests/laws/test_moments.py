@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.errors import InputError
-from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
+from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments, measure_moments
 from robsim.kernels.formulas import image_moments as kernels
 from robsim.testing import check_feature
 
@@ -43,9 +43,8 @@ def seen_from(T_c_o, shape):
 
 def centred(points, of_marks=False):
     """Centre (2,) and moments (15,) of one polygon or set of marks."""
-    centre, mu = np.empty((2, 1)), np.empty((kernels.ORDER_4, 1))
-    x = np.ascontiguousarray(points, float)[..., None]
-    (kernels.mark_moments if of_marks else kernels.region_moments)(x, centre, mu)
+    x = np.asarray(points, float)[..., None]
+    centre, mu = measure_moments(x, np.ones((len(x), 1)), of_marks)
     return centre[:, 0], mu[:, 0]
 
 

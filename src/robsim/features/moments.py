@@ -18,6 +18,7 @@ from robsim.kernels.features import moment_features as features
 from robsim.kernels.formulas import image_moments as kernels
 from robsim.kernels.formulas.image_moments import ORDER_3, ORDER_4
 from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Program, evaluate_stages
 
 MOMENT_KINDS = ("points", "region")
 # least length of the vector of third moments that determines the head, and its least ratio to the
@@ -26,13 +27,18 @@ LEAST_SKEW, LEAST_SKEW_RATIO = 0.05, 0.9
 DEFAULT_GOAL = make_read_only(np.array([[1.0]] * 2 + [[0.0]] * 5))  # used without a goal
 
 
-def _measure_goal_moments(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
-    """Return the centre (2, B) and the centred moments at the goal."""
-    # a copy, as kernels are compiled for writeable arrays
-    x = check_goal_observation(goal, "DecoupledMoments").points_last.copy()
-    centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
-    (kernels.mark_moments if of_marks else kernels.region_moments)(x, centre, mu)
-    return centre, mu
+def measure_moments(points: Array, depth: Array, of_marks: bool) -> list[Array]:
+    """Return the centre (2, B) and the centred moments (15, B) of marks or of a region.
+
+    The marks, or the corners, are at normalised points (N, 2, B). Moments of marks end with the
+    third order, and the other rows are zero.
+    """
+
+    def add(program: Program, points: BlockRows, depth: BlockRows) -> list[BlockRows]:
+        rows = _add_moments(program, {"points": points, "depth": depth}, of_marks)
+        return [rows["centre"], rows["mu"]]
+
+    return evaluate_stages(add, [points, depth], [(2,), (ORDER_4,)])
 
 
 def _fit_plane(goal: Observation) -> Array:
@@ -42,15 +48,18 @@ def _fit_plane(goal: Observation) -> Array:
     return ABC
 
 
-def _add_moments(seen: ObservationRows, of_marks: bool) -> dict[str, BlockRows]:
+def _add_moments(
+    program: Program, image: dict[str, BlockRows], of_marks: bool
+) -> dict[str, BlockRows]:
     """Add the stage of the moments of a region or of marks; return the rows that it fills."""
-    rows = seen.program.rows
+    rows = program.rows
     moments = {"centre": rows(2), "mu": rows(ORDER_4), "R": rows(ORDER_3, 6)}
     if of_marks:
-        L = rows(2 * seen.image["points"].shape[0], 6)
-        seen.program.add(features.marks_stage, **seen.image, **moments, L=L)
+        L = rows(2 * image["points"].shape[0], 6)
+        program.add(features.marks_stage, **image, **moments, L=L)
     else:
-        seen.program.add(features.region_stage, **seen.image, **moments, ABC=rows(3))
+        scratch = {"ABC": rows(3), "terms": rows(ORDER_4)}
+        program.add(features.region_stage, **image, **moments, **scratch)
     return moments
 
 
@@ -63,8 +72,9 @@ class _BasicMoments(MarkFeature):
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        arguments = _add_moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
-        return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **arguments)
+        moments = _add_moments(seen.program, seen.image, self.of_marks)
+        goal = seen.goal(self.alpha_goal, 1)
+        return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, goal=goal, **moments)
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature with alpha within a quarter turn of its value at the goal.
@@ -251,7 +261,8 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         goal = DEFAULT_GOAL if self.goal is None else self.goal
-        arguments = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
+        moments = _add_moments(seen.program, seen.image, self.of_marks)
+        arguments = moments | {"goal": seen.program.each(goal)}
         options = {"has_angle": self.goal is not None, "has_heading": self.has_head}
         return seen.computed(
             features.decoupled_stage, 6, of_marks=self.of_marks, **arguments, **options
@@ -275,7 +286,8 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         InputError
             If `goal` is not an Observation.
         """
-        centre, mu = _measure_goal_moments(goal, self.of_marks)
+        seen = check_goal_observation(goal, "DecoupledMoments")
+        centre, mu = measure_moments(seen.points_last, seen.depth_last, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic_moments(self.of_marks, centre, mu, s)
         size, x, y, alpha = s

@@ -13,9 +13,9 @@ from robsim.kernels.formulas.image_moments import (
     ORDER_4,
     fit_inverse_depth_plane,
     mark_moment_rates,
-    mark_moments,
+    put_mark_moments,
+    put_region_moments,
     region_moment_rates,
-    region_moments,
 )
 from robsim.kernels.formulas.lane_math import arc_tangent
 from robsim.kernels.machine.array_views import matrix, vector
@@ -194,7 +194,7 @@ def marks_stage(
     m="count",
 ):
     """Compute the moments of a set of N marks, and their rates. `L` are scratch rows."""
-    mark_moments(matrix(w, points, N, 2), vector(w, centre, 2), vector(w, mu, ORDER_3))
+    put_mark_moments(w, N, points, centre, mu)
     mark_moment_rates(w, N, points, depth, centre, R, L)
 
 
@@ -209,14 +209,17 @@ def region_stage(
     mu="o",
     R="m, 6",
     ABC="3",
+    terms="o",
     o="count",
     m="count",
 ):
-    """Compute the moments of a polygon with N corners, and their rates."""
-    x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
-    mu, ABC = vector(w, mu, ORDER_4), vector(w, ABC, 3)
-    region_moments(x, centre, mu)
-    fit_inverse_depth_plane(x, Z, ABC)
+    """Compute the moments of a polygon with N corners, and their rates.
+
+    `terms` are scratch rows.
+    """
+    put_region_moments(w, N, points, centre, mu, terms)
+    centre, mu, ABC = vector(w, centre, 2), vector(w, mu, ORDER_4), vector(w, ABC, 3)
+    fit_inverse_depth_plane(matrix(w, points, N, 2), vector(w, depth, N), ABC)
     region_moment_rates(ABC, centre, mu, matrix(w, R, ORDER_3, 6))
 
 

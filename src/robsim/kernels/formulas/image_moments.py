@@ -11,9 +11,10 @@ import math
 import numpy as np
 
 from robsim.kernels.formulas.interaction import put_point_rates
+from robsim.kernels.formulas.lane_vectors import put_vector
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.kernel import kernel, part
-from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.lanes import copy_sign, get, put
 
 NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # Gauss-Legendre nodes on [0, 1]
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # exact up to the fifth power
@@ -36,19 +37,23 @@ def moment_powers(k):
     return order - j, j
 
 
-@kernel
-def _monomials(u, terms):
-    """Compute terms[k, b] = terms[0, b] u^i v^j with k = `moment_index(i, j)`, u[2, b] = (u, v)."""
-    for k in range(1, terms.shape[0]):
-        i, j = moment_powers(k)
-        axis, lower = (0, moment_index(i - 1, j)) if i > 0 else (1, moment_index(i, j - 1))
-        for b in range(terms.shape[1]):
-            terms[k, b] = terms[lower, b] * u[axis, b]
+@part
+def _add_monomials(w, terms, u, v, count, m):
+    """Compute terms[k] = terms[0] u^i v^j for k = `moment_index(i, j)`, and add them to m."""
+    put(w, m, get(w, m) + get(w, terms))
+    k, order = 1, 1
+    while k < count:
+        for j in range(order + 1):
+            term = get(w, terms + k - order) * u if j < order else get(w, terms + k - order - 1) * v
+            put(w, terms + k, term)
+            put(w, m + k, get(w, m + k) + term)
+            k += 1
+        order += 1
 
 
 @kernel
-def _polygon_moments(x, origin, m):
-    """Compute signed moments m[k, b] about origin[2, b] of a polygon with corners x[n, 2, b].
+def _put_polygon_moments(w, N, points, x, y, count, terms, m):
+    """Compute `count` signed moments m about (x, y) of the polygon with N corners.
 
     By Green's theorem a polygon is the sum of the triangles from the origin to its edges
     p + t (q - p). The integral of a monomial f of order d over a triangle is (p x q) / (d + 2)
@@ -56,39 +61,57 @@ def _polygon_moments(x, origin, m):
     to d = 5. The sums equal the formulas of Steger (1996), On the calculation of arbitrary moments
     of polygons, TU Munich, FGBV-96-05.
     """
-    u, terms = np.empty((2, x.shape[2])), np.empty(m.shape)
-    m[:] = 0.0
-    for n in range(x.shape[0]):
-        after = (n + 1) % x.shape[0]
+    for k in range(count):
+        put(w, m + k, 0.0)
+    for n in range(N):
+        p, q = points + 2 * n, points + 2 * ((n + 1) % N)
+        px, py, qx, qy = get(w, p) - x, get(w, p + 1) - y, get(w, q) - x, get(w, q + 1) - y
         for g in range(3):
-            for b in range(x.shape[2]):
-                px, py = x[n, 0, b] - origin[0, b], x[n, 1, b] - origin[1, b]
-                qx, qy = x[after, 0, b] - origin[0, b], x[after, 1, b] - origin[1, b]
-                terms[0, b] = WEIGHTS[g] * (px * qy - qx * py)
-                u[0, b], u[1, b] = px + NODES[g] * (qx - px), py + NODES[g] * (qy - py)
-            _monomials(u, terms)
-            for k in range(m.shape[0]):
-                i, j = moment_powers(k)
-                for b in range(x.shape[2]):
-                    m[k, b] += terms[k, b] / (i + j + 2)
+            put(w, terms, WEIGHTS[g] * (px * qy - qx * py))
+            u, v = px + NODES[g] * (qx - px), py + NODES[g] * (qy - py)
+            _add_monomials(w, terms, u, v, count, m)
+    for k in range(count):
+        i, j = moment_powers(k)
+        put(w, m + k, get(w, m + k) / (i + j + 2))
 
 
-@entry("float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1]")
-def region_moments(x, centre, mu):
-    """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b].
+@part
+def put_region_moments(w, N, points, centre, mu, terms):
+    """Compute the centre (2,) and the moments mu up to order 4 of the polygon with N corners.
 
     The corners follow the border in either orientation. The border must not cross itself. The area
-    is positive in both orientations.
+    is positive in both orientations. `terms` are scratch rows, as many as moments.
     """
-    first = np.empty((3, x.shape[2]))
-    _polygon_moments(x, x[0], first)
-    for r in range(2):
-        for b in range(x.shape[2]):
-            centre[r, b] = x[0, r, b] + first[1 + r, b] / first[0, b]
-    _polygon_moments(x, centre, mu)
-    for k in range(mu.shape[0]):
-        for b in range(x.shape[2]):
-            mu[k, b] = 0.0 if k in (1, 2) else math.copysign(1.0, first[0, b]) * mu[k, b]
+    x, y = get(w, points), get(w, points + 1)
+    _put_polygon_moments(w, N, points, x, y, 3, terms, mu)
+    area = get(w, mu)
+    x, y = x + get(w, mu + 1) / area, y + get(w, mu + 2) / area
+    put(w, centre, x)
+    put(w, centre + 1, y)
+    _put_polygon_moments(w, N, points, x, y, ORDER_4, terms, mu)
+    for k in range(ORDER_4):
+        put(w, mu + k, copy_sign(1.0, area) * get(w, mu + k))
+    put(w, mu + 1, 0.0)
+    put(w, mu + 2, 0.0)
+
+
+@part
+def put_mark_moments(w, N, points, centre, mu):
+    """Compute the centre (2,) and mu, up to order 3, of N marks: sum (x - xg)^i (y - yg)^j."""
+    zero = 0.0 * get(w, points)
+    x, y, uu, uv, vv, uuu, uuv, uvv, vvv = zero, zero, zero, zero, zero, zero, zero, zero, zero
+    for n in range(N):
+        x, y = x + get(w, points + 2 * n) / N, y + get(w, points + 2 * n + 1) / N
+    for n in range(N):
+        u, v = get(w, points + 2 * n) - x, get(w, points + 2 * n + 1) - y
+        uu, uv, vv = uu + u * u, uv + v * u, vv + v * v
+        uuu, uuv, uvv, vvv = uuu + u * u * u, uuv + v * u * u, uvv + v * v * u, vvv + v * v * v
+    put(w, centre, x)
+    put(w, centre + 1, y)
+    put_vector(w, mu, N + zero, zero, zero)
+    put_vector(w, mu + 3, uu, uv, vv)
+    put_vector(w, mu + 6, uuu, uuv, uvv)
+    put(w, mu + 9, vvv)
 
 
 @kernel
@@ -99,24 +122,6 @@ def mean_point(x, centre):
         for r in range(2):
             for b in range(x.shape[2]):
                 centre[r, b] += x[n, r, b] / x.shape[0]
-
-
-@entry("float64[:, :, ::1], out float64[:, ::1], out float64[:, ::1]", inline="always")
-def mark_moments(x, centre, mu):
-    """Compute centre[2, b] and mu[k, b], up to order 3, of marks x[n, 2, b].
-
-    mu_ij = sum (x - xg)^i (y - yg)^j.
-    """
-    mean_point(x, centre)
-    for b in range(x.shape[2]):
-        uu, uv, vv, uuu, uuv, uvv, vvv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for n in range(x.shape[0]):
-            u, v = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b]
-            uu, uv, vv = uu + u * u, uv + v * u, vv + v * v
-            uuu, uuv, uvv, vvv = uuu + u * u * u, uuv + v * u * u, uvv + v * v * u, vvv + v * v * v
-        mu[0, b], mu[1, b], mu[2, b] = x.shape[0], 0.0, 0.0
-        mu[3, b], mu[4, b], mu[5, b] = uu, uv, vv
-        mu[6, b], mu[7, b], mu[8, b], mu[9, b] = uuu, uuv, uvv, vvv
 
 
 @entry("float64[:, :, ::1], float64[:, ::1], out float64[:, ::1]", inline="always")
