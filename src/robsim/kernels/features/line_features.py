@@ -87,9 +87,9 @@ def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", 
     """
     for n in range(0, N, 2):
         x0, y0 = get(w, points + 2 * n), get(w, points + 2 * n + 1)
-        dx, dy = get(w, points + 2 * n + 2) - x0, get(w, points + 2 * n + 3) - y0
+        dx, dy = x0 - get(w, points + 2 * n + 2), get(w, points + 2 * n + 3) - y0
         distance = sqrt(dx * dx + dy * dy)
-        cosine, sine = dy / distance, -dx / distance
+        cosine, sine = dy / distance, dx / distance
         rho = x0 * cosine + y0 * sine
         put(w, s + n, rho)
         put(w, s + n + 1, arc_tangent(sine, cosine))
