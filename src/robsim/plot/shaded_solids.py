@@ -80,7 +80,7 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
         self._paths = self._pool.build(corners, parts.codes, parts.ends)
         fills, dark = self._facecolor3d[parts.sources], self._edges[parts.sources]
         self._facecolors2d = np.where(parts.is_line[:, None], dark, fills)
-        self._edgecolors2d = dark
+        self._edgecolors2d = np.where(parts.is_lined[:, None], dark, fills)
         self._linewidths = np.where(parts.is_lined, EDGE, 0.0)
         return float(np.min(depth))
 

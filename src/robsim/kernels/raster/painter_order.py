@@ -132,7 +132,10 @@ def _push_set(stack, begin, pieces, count, sets, depth):
 
 @fragment
 def _drop_hidden_pieces(planes, solids, pool, whole, stack, begin, end):
-    """Remove parts of faces that a solid hides from a set, and return its new end."""
+    """Remove parts of faces that a solid hides from a set, and return its new end.
+
+    The first `whole` pieces are whole faces, of which the hidden ones were left out before.
+    """
     kept = begin
     for i in range(begin, end):
         if stack[i] < whole or not is_hidden(planes, solids, pool, stack[i]):
