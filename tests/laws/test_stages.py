@@ -267,3 +267,29 @@ def test_every_stage_but_those_called_by_symbol_declares_its_arguments():
     }
     assert plain == solves | {"distort_point", "undistort_points"}
     assert isinstance(weighed, CompiledStage)
+
+
+def test_joined_constants_are_those_of_the_single_rows():
+    program = Program()
+    program.rows(2)
+    first, second = program.constant([1.0, 2.0]), program.each([[3.0, 4.0]])
+    program.same.append((first, np.array([5.0])))  # the last value of a row counts
+    before = Blocks(program, np.arange(2)).numbers.copy()
+    program.join_constants()
+    assert [row for row, _ in program.same] == [0]
+    after = Blocks(program, np.arange(2))
+    np.testing.assert_array_equal(after.numbers, before)
+    np.testing.assert_array_equal(after.get(first), [[5.0, 5.0], [2.0, 2.0]])
+    np.testing.assert_array_equal(after.get(second), [[3.0, 4.0]])
+
+
+def test_extended_stages_are_those_of_the_whole_program():
+    program = Program()
+    points, depth = program.rows(4, 2), program.rows(4)
+    for _ in range(3):
+        s, L = program.rows(8), program.rows(8, 6)
+        program.add(polar_stage, points=points, depth=depth, goal=None, s=s, L=L)
+    calls = program.stages
+    whole, extended = CompiledStages(calls), CompiledStages(calls[:1]).extend(calls[1:])
+    for name in ("addresses", "at", "numbers"):
+        np.testing.assert_array_equal(getattr(extended, name), getattr(whole, name))

@@ -11,7 +11,9 @@ from mpl_toolkits.mplot3d import proj3d
 
 import robsim as rs
 from robsim import plot
-from robsim.plot.face_order import FaceOrder
+from robsim.plot.face_order import FaceOrder, PaintedFaces
+from robsim.plot.painted_parts import list_painted_parts
+from robsim.plot.polygons import grow_polygons
 from robsim.plot.shaded_solids import SolidFaces
 
 matplotlib.use("agg")
@@ -140,3 +142,69 @@ def test_no_part_of_a_visible_face_is_lost_by_the_cuts():
         areas[source] += np.linalg.norm(normals.sum(axis=0))
     assert areas[0] == pytest.approx(4.0, abs=1e-12)
     assert sorted(areas[1:]) == pytest.approx([0, 0, 0, 1, 1, 1], abs=1e-12)
+
+
+FRONT, BEHIND, BESIDE = 0.5, -0.5, 2.0
+ABOVE = np.array([0.0, 0.0, 1.0, 0.0])  # a viewer infinitely far away
+TILTED = np.array([0.1, -0.05, 1.0, 0.0])
+NEAR = np.array([0.0, 0.0, 3.0, 1.0])
+
+
+def painted_sources(shapes, viewer):
+    """The numbers of the painted faces of solids, and how many faces come before each solid."""
+    faces = [[shape.vertices[list(face)] for face in shape.faces] for shape in shapes]
+    painted = FaceOrder(faces).arrange(viewer)
+    return set(painted.sources.tolist()), np.cumsum([0, *map(len, faces)])
+
+
+@pytest.mark.parametrize("viewer", [ABOVE, TILTED, NEAR])
+@pytest.mark.parametrize(
+    ("at", "is_painted"),
+    [((0, 0, FRONT), True), ((0, 0, BEHIND), False), ((0, 0, 0), False), ((BESIDE, 0, 0), True)],
+)
+def test_a_small_block_is_left_out_behind_or_in_a_large_one(viewer, at, is_painted):
+    small = block((0.2, 0.2, 0.2), at)
+    sources, first = painted_sources([block((1.0, 1.0, 0.5), (0, 0, 0)), small], viewer)
+    assert bool(sources & set(range(first[1], first[2]))) == is_painted
+    assert sources & set(range(first[1]))
+
+
+def test_a_block_that_looks_out_from_behind_another_is_painted():
+    sources, first = painted_sources(
+        [block((1.0, 1.0, 0.2), (0, 0, 0)), block((0.2, 0.2, 0.2), (0.45, 0, BEHIND))], ABOVE
+    )
+    assert len(sources & set(range(first[1], first[2]))) == 1
+
+
+def test_a_block_around_the_viewer_hides_nothing():
+    inside = np.array([0.0, 0.0, 0.0, 1.0])
+    sources, _ = painted_sources([block((9, 9, 9), (0, 0, 0)), block((1, 1, 1), (2, 0, 0))], inside)
+    assert len(sources) == 1
+
+
+def test_two_equal_blocks_do_not_hide_each_other():
+    sources, _ = painted_sources([block((1, 1, 1), (0, 0, 0))] * 2, ABOVE)
+    assert sources
+
+
+def test_a_grown_square_has_its_sides_outside_and_its_corners_cut():
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    sides = [[0, -0.5], [2, -0.5], [2.5, 0], [2.5, 2], [2, 2.5], [0, 2.5], [-0.5, 2], [-0.5, 0]]
+    start, count = np.array([0, 4]), np.array([4, 4])
+    both = np.concatenate([square, square[::-1]])  # counterclockwise, and clockwise
+    grown = grow_polygons(both, start, count, np.full(8, 0.5))
+    np.testing.assert_allclose(np.roll(grown[:8], -1, axis=0), sides, atol=1e-15)
+    assert {tuple(each) for each in grown[8:]} == {tuple(each) for each in grown[:8]}
+
+
+def test_the_parts_of_a_face_are_one_path_and_its_edges_are_lines():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]])
+    corners = np.concatenate([square, square + np.array([1.0, 0.0])])  # a face that is cut in two
+    is_side = np.array([1, 0, 1, 1, 1, 1, 1, 0], bool)
+    both = np.array([4, 4]), np.zeros(2, int), np.zeros(2, int)
+    painted = PaintedFaces(np.pad(corners, ((0, 0), (0, 1))), is_side, *both)
+    parts = list_painted_parts(painted, corners, np.array([True]), np.array([0]))
+    assert parts.is_line.tolist() == parts.is_lined.tolist() == [False, True, True]
+    places = np.split(parts.place_corners(corners, 0.0), parts.ends[:-1])
+    assert [len(each) for each in places] == [2 * (2 * 4 + 1), 4 * 2, 2 * 2]
+    assert (np.ptp(places[2][:, 0].reshape(2, 2), axis=1) == 0).all()  # the upright lines

@@ -34,6 +34,8 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
     >>> warn_of_degrees(np.radians([10.0, 180.0, 360.0]), "rpy")
     """
     size = np.abs(angles)
+    if not (size > LARGEST_RADIANS).any():
+        return
     large = size[(size > LARGEST_RADIANS) & (size <= LARGEST_DEGREES)]
     degrees = large[large % ROUND_DEGREES == 0.0]
     if degrees.size:

@@ -43,6 +43,7 @@ def find_steps(loop: Loop) -> Steps:
     if not alone or key != last_key or any(map(operator.is_not, parts, last_parts)):
         steps = Steps(loop)
         if LAST_STEPS in kept and alone and steps.is_stateless and all(map(is_immutable, parts)):
+            steps.program.join_constants()
             kept[LAST_STEPS] = key, parts, steps
     elif steps.controller is not loop.controller:
         steps = steps.with_gain(loop.controller)
@@ -89,6 +90,8 @@ class Steps:
             *plant.torques,
         )
         self.end_rows = [*self.recorded_rows, *group_rows(judge.length, judge.ending)]
+        stages = program.stages
+        self._fast = None if stages is None else CompiledStages(stages)
 
     @property
     def is_stateless(self) -> bool:
@@ -114,7 +117,8 @@ class Steps:
         recorder.keep(program, self.row, self.alive, self.recorded_rows)
         recorder.end(program, self.row, self.alive, self.judge.outcome, self.end_rows)
         stages = program.stages
-        own._fast = None if stages is None else CompiledStages(stages)
+        if self._fast is not None and stages is not None:
+            own._fast = self._fast.extend(stages[len(self._fast.addresses) :])
         own.program, own._rescue_rows = program, program.rescues
         return own
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.plot.polygons import list_following
+from robsim.plot.polygons import FaceArrays, join_faces
 
 MOST_FACES = 480  # of a solid that is tested
 CLOSE = 1e-7  # distance of a corner in a plane, as a share of the size of the scene
@@ -20,20 +20,23 @@ def find_convex_solids(solids: Sequence[Sequence[Array]]) -> list[bool]:
     seen from outside.
     """
     faces = [face for solid in solids for face in solid]
-    near = measure_tolerance(faces)
+    near = measure_tolerance(join_faces(faces))
     return [_is_convex(solid, near) for solid in solids]
 
 
-def measure_tolerance(faces: Sequence[Array]) -> float:
-    """Return the largest distance of a corner in a plane from it."""
-    return CLOSE * (float(np.ptp(np.concatenate(faces), axis=0).max()) if faces else 1.0)
+def measure_tolerance(corners: Array) -> float:
+    """Return the largest distance of a corner (N, 3) in a plane from it."""
+    if not len(corners):
+        return CLOSE
+    columns = np.ascontiguousarray(corners.T)  # extremes of rows are found faster
+    return CLOSE * float((columns.max(axis=1) - columns.min(axis=1)).max())
 
 
 def _is_convex(solid: Sequence[Array], near: float) -> bool:
     """Return whether a solid is convex and closed, with normals that point outside."""
     if len(solid) > MOST_FACES:
         return False
-    normals = compute_area_vectors(solid)
+    normals = compute_area_vectors(FaceArrays.of(solid))
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     offsets = (np.array([face[0] for face in solid]) * normals).sum(axis=1)
     if (np.concatenate(solid) @ normals.T - offsets).max() > near:
@@ -49,13 +52,10 @@ def list_sides(faces: Sequence[Array]) -> list[tuple[bytes, bytes]]:
     return [side for each in corners for side in zip(each, each[1:] + each[:1], strict=True)]
 
 
-def compute_area_vectors(faces: Sequence[Array]) -> Array:
-    """Return the normal of each face (n, 3), as long as twice its area (Newell)."""
-    if not faces:
+def compute_area_vectors(faces: FaceArrays) -> Array:
+    """Return the normal of each face, as long as twice its area (Newell)."""
+    if not len(faces.counts):
         return np.zeros((0, 3))
-    counts = np.array([len(face) for face in faces])
-    starts = np.cumsum(counts) - counts
-    points = np.concatenate(faces)
-    first = np.repeat(points[starts], counts, axis=0)
-    pieces = np.cross(points - first, points[list_following(starts, counts)] - first)
-    return np.asarray(np.add.reduceat(pieces, starts, axis=0))
+    points = faces.corners
+    away = points - np.repeat(points[faces.starts], faces.counts, axis=0)
+    return np.asarray(np.add.reduceat(np.cross(away, away[faces.following]), faces.starts, axis=0))

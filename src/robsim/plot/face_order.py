@@ -5,6 +5,8 @@ and parts in front of one of them after it. A face that is neither is split at t
 solid. Both sets are divided further, until a set is a single convex solid: its visible faces do not
 hide each other (Fuchs, Kedem and Naylor 1980, "On visible surface generation by a priori tree
 structures").
+
+Faces and parts of them that a single convex solid hides are left out.
 """
 
 from __future__ import annotations
@@ -17,10 +19,17 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.kernels.raster import painter_order, piece_cuts
-from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids, measure_tolerance
-from robsim.plot.polygons import Indices, expand_ranges
+from robsim.plot.convex_solids import (
+    CLOSE,
+    compute_area_vectors,
+    find_convex_solids,
+    measure_tolerance,
+)
+from robsim.plot.polygons import FaceArrays, Indices, expand_ranges
 
 MOST_LONE = 120  # faces of a solid that is not convex and yet is ordered exactly
+MOST_COVERING = 100  # faces of a solid that may hide faces: it takes longer for more faces
+COVERED = 1e-3  # depth in a solid from which it hides a face, as a share of the size of the scene
 
 
 class PaintedFaces(NamedTuple):
@@ -53,21 +62,23 @@ class FaceOrder:
     """The faces of solids, ordered anew for each position of the viewer.
 
     `solids` are the faces of each solid, each face (n, 3), with its corners counterclockwise as
-    seen from outside. `like` is the order of the same solids at other poses.
+    seen from outside.
     """
 
-    def __init__(self, solids: Sequence[Sequence[Array]], like: FaceOrder | None = None) -> None:
-        faces = [face for solid in solids for face in solid]
-        self._counts = np.array([len(face) for face in faces], dtype=np.int64)
-        self._starts = np.cumsum(self._counts) - self._counts
-        self._points = np.concatenate([np.zeros((0, 3)), *faces])
+    def __init__(self, solids: Sequence[Sequence[Array]]) -> None:
+        self.convex = find_convex_solids(solids)
+        self._number_bodies([len(solid) for solid in solids])
+        self.place(FaceArrays.of([face for solid in solids for face in solid]))
+
+    def place(self, faces: FaceArrays) -> None:
+        """Place the faces of the same solids at other poses."""
+        self.faces = faces
         normals = compute_area_vectors(faces)
         self._areas = np.linalg.norm(normals, axis=1)
         self._normals = normals / np.maximum(self._areas, 1e-300)[:, None]
-        self._offsets = (self._normals * self._points[self._starts]).sum(axis=1)
-        self._near = measure_tolerance(faces)
-        self.convex: list[bool] = like.convex if like else find_convex_solids(solids)
-        self._number_bodies([len(solid) for solid in solids])
+        self._offsets = (self._normals * faces.corners[faces.starts]).sum(axis=1)
+        self._near = measure_tolerance(faces.corners)
+        self._balls = self._find_balls()
 
     def _number_bodies(self, sizes: Sequence[int]) -> None:
         """Count each face of a small solid that is not convex as a solid, and number all."""
@@ -81,27 +92,44 @@ class FaceOrder:
             closed += [convex] * size
         self._bodies = np.concatenate([np.empty(0, np.int64), *bodies])
         self._divides, self._is_closed = np.array(divides, bool), np.array(closed, bool)
+        self._first = np.searchsorted(self._bodies, np.arange(len(divides) + 1))
 
     def arrange(self, viewer: Array) -> PaintedFaces:
         """Return the faces in the order of painting, as seen from a viewer in homogeneous (4,).
 
-        Faces of convex solids that are turned away from the viewer are left out.
+        Faces of convex solids that are turned away from the viewer are left out, as are parts that
+        a single convex solid hides.
         """
         sides = self._normals @ viewer[:3] - self._offsets * viewer[3]
         towards = np.where(sides < 0, -1.0, 1.0)
         visible = np.flatnonzero(~self._is_closed | (sides > 0))
         planes = (self._normals * towards[:, None], self._offsets * towards, self._areas)
-        given = *planes, self._bodies, self._near, self._rank_bodies(viewer)
-        room = 4 * len(visible) + 64
+        solids = self._first, self._balls, sides, viewer, COVERED / CLOSE * self._near
+        given = *planes, self._bodies, self._near, *solids, self._rank_bodies(viewer)
+        room = 8 * len(visible) + 64
         while True:
-            pieces = _Pieces.of(self._points, self._starts, self._counts, visible, room)
+            pieces = _Pieces.of(self.faces, visible, room)
             if pieces.arrange(given, len(self._divides)):
                 return pieces.list_parts(viewer)
             room *= 4
 
+    def _find_balls(self) -> Array:
+        """Return centre and radius (bodies, 4) of a ball around each solid that may hide faces.
+
+        The radius is -1 for other solids.
+        """
+        faces, first = self.faces, self._first[:-1]
+        starts, counts = faces.starts[first], np.add.reduceat(faces.counts, first)
+        centres = np.add.reduceat(faces.corners, starts, axis=0) / counts[:, None]
+        away = faces.corners - np.repeat(centres, counts, axis=0)
+        radii = np.sqrt(np.maximum.reduceat((away**2).sum(axis=1), starts))
+        hides = self._is_closed[first] & (np.diff(self._first) <= MOST_COVERING)
+        return np.column_stack([centres, np.where(hides, radii, -1.0)])
+
     def _rank_bodies(self, viewer: Array) -> Indices:
         """Return the places of the convex solids in the order of depth, -1 for other solids."""
-        centres = np.add.reduceat(self._points, self._starts, axis=0) / self._counts[:, None]
+        faces = self.faces
+        centres = np.add.reduceat(faces.corners, faces.starts, axis=0) / faces.counts[:, None]
         totals = np.zeros((len(self._divides), 3))
         np.add.at(totals, self._bodies, centres)
         nearness = _measure_nearness(totals / np.bincount(self._bodies)[:, None], viewer)
@@ -122,17 +150,15 @@ class _Pieces(NamedTuple):
     sets: Indices
 
     @classmethod
-    def of(
-        cls, points: Array, starts: Indices, counts: Indices, visible: Indices, room: int
-    ) -> _Pieces:
+    def of(cls, faces: FaceArrays, visible: Indices, room: int) -> _Pieces:
         """Return the visible faces, with room for a number of parts."""
-        n, some = len(visible), counts[visible]
+        n, some = len(visible), faces.counts[visible]
         ends = np.cumsum(some)
         count = int(ends[-1]) if n else 0
         pieces = np.empty((piece_cuts.FACE_ROWS, room), np.int64)
         pieces[:, :n] = ends - some, some, visible
         corners = np.empty((8 * room + 2 * count, 3))
-        corners[:count] = points[expand_ranges(starts[visible], some)]
+        corners[:count] = faces.corners[expand_ranges(faces.starts[visible], some)]
         totals = np.array([n, count, 0])
         lists = np.empty((painter_order.LIST_ROWS, room), np.int64)
         sets = np.empty((painter_order.SET_ROWS, room), np.int64)

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.face_order import FaceOrder, PaintedFaces, find_viewer
-from robsim.plot.polygons import Indices, PolygonPool, expand_ranges, list_following
+from robsim.plot.painted_parts import list_painted_parts
+from robsim.plot.polygons import FaceArrays, Indices, PathPool
 from robsim.plot.solid_shadows import ShadowOutlines
 from robsim.plot.wireframe import WireSolid
 
@@ -24,6 +24,7 @@ AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 is full ligh
 PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so that edges are visible
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, TRANSPARENT = 1, 4, 5, 6  # z-order of the artists
+EDGE = 0.6  # width of an edge, points
 _Look = dict[str, Any]  # properties of an artist
 
 
@@ -39,81 +40,54 @@ class SolidFaces(Poly3DCollection):  # type: ignore[misc]
     """The faces of several solids, painted from the farthest to the nearest.
 
     `labels` are the labels of the faces. `FaceOrder` returns their order for the view of the axes.
+    Faces without edges are painted slightly larger, so that no gap appears between neighbours.
     """
 
-    _order: FaceOrder | None = None
     _viewer: Array
     _painted: PaintedFaces
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
-        faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
-        self.labels = [wire.label for wire, _ in faces]
-        self._has_border = np.array([wire.has_border[i] for wire, i in faces], dtype=bool)
-        self._pool = PolygonPool()
-        dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
+        sides = [(wire, i) for wire in wires for i in range(len(wire.faces))]
+        self.labels = [wire.label for wire, _ in sides]
+        self._has_border = np.array([wire.has_border[i] for wire, i in sides], dtype=bool)
+        self._solid = np.repeat(np.arange(len(wires)), [len(wire.faces) for wire in wires])
+        dark, self._pale = np.array([_choose_tints(wire.color) for wire, _ in sides]).swapaxes(0, 1)
         self._edges = np.pad(dark, ((0, 0), (0, 1)), constant_values=1.0)  # opaque
-        super().__init__([], linewidths=0.6, zorder=SHADED)
+        self._order = FaceOrder([wire.faces for wire in wires])
+        self._padding = _pad_corners(self._order.faces.counts)
+        self._pool = PathPool()
+        super().__init__([], zorder=SHADED, joinstyle="bevel", capstyle="round")
         self.move(wires)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
         """Move the faces to new poses of the same solids, and shade them for these poses."""
-        faces = [face for wire in wires for face in wire.faces]
-        self.set_verts(_pad_faces(faces))
-        self.set_facecolor(shade_faces(self._pale, faces))
-        self._order = FaceOrder([wire.faces for wire in wires], self._order)
+        faces = self._order.faces.move([face for wire in wires for face in wire.faces])
+        self.set_verts(faces.corners[self._padding])
+        self.set_facecolor(_shade_faces(self._pale, faces))
+        self._order.place(faces)
         self._viewer = np.zeros(4)
 
     def do_3d_projection(self) -> float:
         """Project the faces onto the paper in the order of the painter; return the least depth."""
         viewer = find_viewer(self.axes.M)
-        assert self._order is not None
         if not np.array_equal(viewer, self._viewer):
             self._viewer, self._painted = viewer, self._order.arrange(viewer)
         x, y, depth = proj3d.proj_transform(*self._painted.corners.T, self.axes.M)
-        parts = self._list_painted_parts()
-        self._paths = self._pool.build(np.column_stack([x, y])[parts.corners], parts.counts)
+        scale = self._measure_scale()
+        corners = np.column_stack([x, y]) * scale
+        parts = list_painted_parts(self._painted, corners, self._has_border, self._solid)
+        corners = parts.place_corners(corners, EDGE / 2) / scale
+        self._paths = self._pool.build(corners, parts.codes, parts.ends)
         fills, dark = self._facecolor3d[parts.sources], self._edges[parts.sources]
         self._facecolors2d = np.where(parts.is_line[:, None], dark, fills)
         self._edgecolors2d = np.where(parts.is_lined[:, None], dark, fills)
+        self._linewidths = np.where(parts.is_lined, EDGE, 0.0)
         return float(np.min(depth))
 
-    def _list_painted_parts(self) -> _PaintedParts:
-        """Return the faces of each group, and then the sides of its cut faces as lines."""
-        painted = self._painted
-        ends = np.cumsum(painted.counts)
-        starts, bordered = ends - painted.counts, self._has_border[painted.sources]
-        whole = bordered & np.logical_and.reduceat(painted.is_side, starts)
-        part = np.repeat(np.arange(len(starts)), painted.counts)  # of each corner
-        side = np.flatnonzero(painted.is_side & (bordered & ~whole)[part])
-        following = list_following(starts, painted.counts)
-        owner = np.concatenate([np.arange(len(starts)), part[side]])
-        is_line = np.arange(len(owner)) >= len(starts)
-        order = np.argsort(2 * painted.groups[owner] + is_line, kind="stable")
-        lines = np.column_stack([side, following[side]]).ravel()
-        counts = np.concatenate([painted.counts, np.full(len(side), 2)])
-        first = np.concatenate([starts, len(part) + 2 * np.arange(len(side))])
-        corners = np.concatenate([np.arange(len(part)), lines])
-        return _PaintedParts(
-            corners[expand_ranges(first[order], counts[order])],
-            counts[order],
-            painted.sources[owner[order]],
-            is_line[order],
-            (whole[owner] | is_line)[order],
-        )
-
-
-class _PaintedParts(NamedTuple):
-    """Faces and lines in the order of painting: their corners among those of all faces.
-
-    `counts` are the numbers of corners of the parts, `sources` the indices of their faces, and
-    `is_lined` is true for lines and for faces with a dark edge.
-    """
-
-    corners: Indices
-    counts: Indices
-    sources: Indices
-    is_line: NDArray[np.bool_]
-    is_lined: NDArray[np.bool_]
+    def _measure_scale(self) -> Array:
+        """Return the points (2,) on the paper for a unit of each coordinate of the projection."""
+        pixels = np.diag(self.axes.transData.get_affine().get_matrix())[:2]
+        return np.asarray(pixels * 72 / self.get_figure(root=True).dpi)
 
 
 def _pad_faces(faces: Sequence[Array]) -> Array:
@@ -122,18 +96,18 @@ def _pad_faces(faces: Sequence[Array]) -> Array:
     Without this, Matplotlib would pad faces of unequal size with uninitialised memory.
     """
     counts = np.array([len(face) for face in faces])
+    return np.asarray(np.concatenate(faces)[_pad_corners(counts)])
+
+
+def _pad_corners(counts: Indices) -> Indices:
+    """Return the indices (F, n) of the corners of padded faces among all corners."""
     starts, most = np.cumsum(counts) - counts, int(counts.max())
-    corners: Array = np.concatenate(faces)[
-        starts[:, None] + np.arange(most) * counts[:, None] // most
-    ]
-    return corners
+    return np.asarray(starts[:, None] + np.arange(most) * counts[:, None] // most)
 
 
-def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
-    """Return the colours (F, 3) of faces, each (n, 3), in the light of the lamp."""
-    counts = np.array([len(face) for face in faces])
-    points, starts = np.concatenate(faces), np.cumsum(counts) - counts
-    a, b, c = (points[starts + i] for i in range(3))
+def _shade_faces(colors: Array, faces: FaceArrays) -> Array:
+    """Return the colours (F, 3) of faces in the light of the lamp."""
+    a, b, c = (faces.corners[faces.starts + i] for i in range(3))
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
     cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.plot.convex_solids import compute_area_vectors, find_convex_solids, list_sides
+from robsim.plot.polygons import FaceArrays
 from robsim.plot.wireframe import WireSolid
 
 
@@ -26,7 +27,8 @@ class ShadowOutlines:
         some = [each for each, convex in zip(faces, self._convex, strict=True) if convex]
         sizes = [sum(map(len, each)) for each in some]
         self._solid = np.repeat(np.arange(len(some)), sizes)  # of each corner
-        counts = [len(face) for face in chain.from_iterable(some)]
+        self._faces = FaceArrays.of([face for each in some for face in each])
+        counts = self._faces.counts
         self._face = np.repeat(np.arange(len(counts)), counts)
         self._opposite = _find_opposite_sides(some)
 
@@ -35,13 +37,12 @@ class ShadowOutlines:
         pairs = list(zip(solids, self._convex, strict=True))
         some = [wire.faces for wire, convex in pairs if convex]
         outlines = [face for wire, convex in pairs if not convex for face in wire.faces]
-        faces = list(chain.from_iterable(some))
-        if not faces:
+        if not some:
             return outlines
-        points = np.concatenate(faces)
+        faces = self._faces.move(list(chain.from_iterable(some)))
         above = (compute_area_vectors(faces)[:, 2] > 0)[self._face]
         border = np.flatnonzero(above & ~above[self._opposite])
-        points, solid = points[border], self._solid[border]
+        points, solid = faces.corners[border], self._solid[border]
         counts = np.bincount(solid, minlength=len(some))
         centres = np.stack([np.bincount(solid, x) for x in points[:, :2].T]) / counts[counts > 0]
         away = points[:, :2] - centres.T[np.cumsum(counts > 0)[solid] - 1]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, as_bool, as_floats
 from robsim.base.unit_warnings import warn_of_degrees
@@ -146,12 +146,12 @@ class RobotCoordinates(Value):
         return checks
 
     @cached_property
-    def _angle_indices(self) -> list[int]:
+    def _angle_indices(self) -> NDArray[np.intp]:
         """Indices of the angles among the coordinates, except the angles of rolling wheels."""
         own = [link.joint for link in self.links]
         rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
         units = zip(self.coordinate_units, rolling, strict=True)
-        return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
+        return np.flatnonzero([unit == "rad" and not rolls for unit, rolls in units])
 
     @cached_property
     def _is_floating(self) -> bool:

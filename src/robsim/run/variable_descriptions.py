@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -74,8 +75,12 @@ class VariableDescriptions:
     """Attributes of the variables of a simulation, made for one variable at a time."""
 
     def __init__(self, loop: Loop, scene: Scene) -> None:
-        self.controller, self.endings = loop.controller, loop.endings
-        self.units = _list_units(self.controller, scene)
+        self.controller, self.endings, self.scene = loop.controller, loop.endings, scene
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """The units that depend on the joints, the features and the law."""
+        return _list_units(self.controller, self.scene)
 
     def describe(self, name: str) -> dict[str, Any]:
         """Return the attributes of a variable: its unit, its long name, and others."""
@@ -83,7 +88,7 @@ class VariableDescriptions:
             kinds = (type(each).__name__ for each in self.endings)
             return _make_flag_attributes(["none", *kinds], -1)
         return {
-            "units": self.units[name],
+            "units": UNITS.get(name) or self.units[name],
             "long_name": self._get_long_name(name),
             **self._list_further_attributes(name),
         }
@@ -108,13 +113,12 @@ class VariableDescriptions:
 
 
 def _list_units(controller: TaskController, scene: Scene) -> dict[str, str]:
-    """Return the unit of each variable."""
+    """Return the unit of each variable whose unit is not in `UNITS`."""
     features = controller.units
     unit = features[0] if len(set(features)) == 1 else "see feature_unit"
     joints = sorted(set(scene.coordinate_units))
     unit_q = joints[0] if len(joints) == 1 else "see coordinate_unit"
     return {
-        **UNITS,
         **dict.fromkeys(("q", "q0", "q_end"), unit_q),
         **dict.fromkeys(("qd", "qd_actual"), f"{unit_q}/s" if len(joints) == 1 else "m/s, rad/s"),
         **_make_torque_units(controller, scene),

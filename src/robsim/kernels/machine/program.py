@@ -133,6 +133,14 @@ class CompiledStages:
         flat = array("q", chain.from_iterable(numbers for _, numbers in calls))
         self.numbers = np.array(flat or [0], dtype=np.int64)
 
+    def extend(self, calls: list[tuple[CompiledStage, Sequence[int]]]) -> CompiledStages:
+        """Return these stages followed by others."""
+        own = CompiledStages(calls)
+        own.at = np.concatenate([self.at, own.at + len(self.numbers)])
+        own.addresses = np.concatenate([self.addresses, own.addresses])
+        own.numbers = np.concatenate([self.numbers, own.numbers])
+        return own
+
     def __call__(self, blocks: Blocks, step: int) -> None:
         """Perform the stages on all blocks."""
         kernels.perform_stages(self.addresses, self.at, self.numbers, blocks.flat, step)
@@ -175,6 +183,13 @@ class Program:
         lists = {name: list(each) for name, each in vars(self).items() if isinstance(each, list)}
         vars(other).update(lists)
         return other
+
+    def join_constants(self) -> None:
+        """Store the values that are equal in all runs as one array, which blocks copy faster."""
+        column = np.zeros(self.size)
+        for first, values in self.same:
+            column[first : first + values.size] = values
+        self.same = [(0, column)]
 
     def rows(self, *shape: int) -> BlockRows:
         """Return new rows of a shape, a single row by default."""

@@ -2,6 +2,7 @@
 
 from robsim.kernels.machine.entry import entry
 from robsim.kernels.machine.intrinsics import fragment, routine
+from robsim.kernels.raster.hidden_pieces import PainterSolids, is_hidden
 from robsim.kernels.raster.piece_cuts import (
     GROUPS,
     PIECES,
@@ -19,9 +20,10 @@ SET_END, GROUP_END, IS_SORTED, SET_ROWS = 0, 1, 2, 3  # rows of `sets`
 
 
 @entry(
-    "float64[:, ::1], float64[::1], float64[::1], int64[::1], float64, int64[::1], out int64[:, "
-    "::1], out float64[:, ::1], out bool[::1], out int64[::1], out int64[:, ::1], out int64[:, "
-    "::1], out int64[::1], out float64[:, ::1], out int64[::1] -> bool"
+    "float64[:, ::1], float64[::1], float64[::1], int64[::1], float64, int64[::1], float64[:, "
+    "::1], float64[::1], float64[::1], float64, int64[::1], out int64[:, ::1], out float64[:, "
+    "::1], out bool[::1], out int64[::1], out int64[:, ::1], out int64[:, ::1], out int64[::1], "
+    "out float64[:, ::1], out int64[::1] -> bool"
 )
 def arrange_faces(
     normals,
@@ -29,6 +31,11 @@ def arrange_faces(
     areas,
     body,
     near,
+    first,
+    balls,
+    sides,
+    viewer,
+    margin,
     rank,
     pieces,
     corners,
@@ -42,6 +49,8 @@ def arrange_faces(
 ):
     """Order pieces of faces, the farthest first; return whether the arrays have enough room.
 
+    Pieces that a single convex solid hides are left out.
+
     Parameters
     ----------
     normals, offsets : array of shape (F, 3) and (F,)
@@ -52,6 +61,16 @@ def arrange_faces(
         Solid of each face.
     near : float
         Largest distance of a corner in a plane from it.
+    first : array of int, shape (bodies + 1,)
+        First face of each solid, and the number of faces.
+    balls : array of shape (bodies, 4)
+        Centre and radius of a ball around each solid; the radius is -1 if the solid hides nothing.
+    sides : array of shape (F,)
+        Heights of the viewer over the faces, negative for a face turned away.
+    viewer : array of shape (4,)
+        Viewer in homogeneous coordinates.
+    margin : float
+        Distance from the surface of a solid from which it hides pieces.
     rank : array of int, shape (bodies,)
         Places of the convex solids in the order of depth; -1 for other solids.
     pieces : array of int, shape (3, room)
@@ -68,11 +87,15 @@ def arrange_faces(
         Working memory.
     """
     planes = PainterPlanes(normals, offsets, areas, body, near)
+    solids = PainterSolids(first, balls, sides, viewer, margin)
     pool = PainterPieces(pieces, corners, is_side, totals)
     stack, done, depth = lists[STACK], 0, 1
-    for i in range(totals[PIECES]):
-        stack[i] = i
-    sets[SET_END, 0] = totals[PIECES]
+    sets[SET_END, 0] = 0
+    whole = totals[PIECES]
+    for p in range(whole):
+        if not is_hidden(planes, solids, pool, p):
+            stack[sets[SET_END, 0]] = p
+            sets[SET_END, 0] += 1
     while depth > 0:
         depth -= 1
         begin = sets[SET_END, depth - 1] if depth > 0 else 0
@@ -82,6 +105,7 @@ def arrange_faces(
         chosen = _choose_body(planes, pool, rank, stack, begin, end, present)
         own = _take_body(planes, pool, chosen, begin, end, lists)
         if chosen < 0 or own == end - begin:
+            end = _drop_hidden_pieces(planes, solids, pool, whole, stack, begin, end)
             done = _emit_group(stack, begin, end, chosen >= 0, done, lists[ORDER], sets, totals)
             continue
         count = _list_faces(pool, lists[OWN], own, faces)
@@ -104,6 +128,20 @@ def _push_set(stack, begin, pieces, count, sets, depth):
         stack[begin + i] = pieces[i]
     sets[SET_END, depth] = begin + count
     return begin + count
+
+
+@fragment
+def _drop_hidden_pieces(planes, solids, pool, whole, stack, begin, end):
+    """Remove parts of faces that a solid hides from a set, and return its new end.
+
+    The first `whole` pieces are whole faces, of which the hidden ones were left out before.
+    """
+    kept = begin
+    for i in range(begin, end):
+        if stack[i] < whole or not is_hidden(planes, solids, pool, stack[i]):
+            stack[kept] = stack[i]
+            kept += 1
+    return kept
 
 
 @fragment

@@ -96,31 +96,30 @@ def _find_frequent_colors(palette_frames: Sequence[Frame]) -> Frame:
     return np.stack([often >> 16, often >> 8 & 255, often & 255], axis=-1).astype(np.uint8)
 
 
-def _find_changed_region(now: Frame, before: Frame | None) -> tuple[slice, slice]:
-    """Return the changed region of a frame as two slices; one pixel if nothing has changed."""
+def _find_changed_pixels(now: Frame, before: Frame | None) -> NDArray[np.intp]:
+    """Return the indices of the pixels that differ between two frames, row by row."""
     if before is None:
-        return np.s_[: now.shape[0], : now.shape[1]]
-    other = _compare_pixels(now, before)
-    rows, columns = np.flatnonzero(other.any(axis=1)), np.flatnonzero(other.any(axis=0))
-    if not len(rows):
+        return np.arange(now.shape[0] * now.shape[1])
+    one, other = (frame.view(np.uint32).ravel() for frame in (now, before))  # four bytes as one
+    return np.flatnonzero(one != other)
+
+
+def _find_region(pixels: NDArray[np.intp], width: int) -> tuple[slice, slice]:
+    """Return the smallest region with some pixels as two slices; one pixel without any."""
+    if not len(pixels):
         return np.s_[:1, :1]
-    return np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-
-
-def _compare_pixels(now: Frame, before: Frame) -> NDArray[np.bool_]:
-    """Return the mask (height, width) of the pixels that differ between two frames."""
-    one, other = (frame.view(np.uint32)[..., 0] for frame in (now, before))  # four bytes as one
-    return np.not_equal(one, other)
+    rows, columns = np.divmod(pixels, width)
+    return np.s_[rows[0] : rows[-1] + 1, columns.min() : columns.max() + 1]
 
 
 def _encode_image_block(colors: _GifPalette, now: Frame, before: Frame | None) -> bytes:
     """Return the block of the file for the changed region of a frame."""
-    part = _find_changed_region(now, before)
-    numbers = colors.find_indices(now[part])
-    if before is not None:
-        numbers[~_compare_pixels(now, before)[part]] = UNCHANGED
+    changed = _find_changed_pixels(now, before)
+    part = _find_region(changed, now.shape[1])
+    numbers = np.full(now.shape[:2], UNCHANGED, dtype=np.uint8)
+    numbers.ravel()[changed] = colors.find_indices(now.reshape(-1, 4)[changed])
     corner = (int(part[1].start or 0), int(part[0].start or 0))
-    return b"".join(GifImagePlugin.getdata(Image.fromarray(numbers), corner, interlace=0))
+    return b"".join(GifImagePlugin.getdata(Image.fromarray(numbers[part]), corner, interlace=0))
 
 
 def _encode_control_block(hundredths: int) -> bytes:
