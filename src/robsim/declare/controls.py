@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from robsim.declare.context import Context, FieldValue, Raw
 from robsim.declare.exact_quantity import ExactQuantity
-from robsim.declare.spec import Context, FieldValue, Raw
 
 # range of a slider without declared bounds, for small values, by unit
 REACH = {"m": 0.5, "rad": math.pi, "s": 0.5, "px": 5.0, "per second": 5.0, "m/s": 1.0, "rad/s": 2.0}

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import Field
 
+from robsim.declare.context import MISSING, FieldValue
 from robsim.declare.fields import DeclaredField, fields_of
-from robsim.declare.spec import MISSING, DeclaredClass, FieldValue
+from robsim.declare.spec import DeclaredClass
 from robsim.declare.tables import Table, get_text_form
 
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")

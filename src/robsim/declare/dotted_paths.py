@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from operator import attrgetter
 from typing import Any
 
@@ -18,9 +19,10 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import replace_unchecked
+from robsim.declare.context import Context, FieldValue
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.scalars import LARGEST
-from robsim.declare.spec import Context, DeclaredClass, FieldValue, PathPart, Spec, replace_whole
+from robsim.declare.spec import DeclaredClass, PathPart, Spec, replace_whole
 
 
 @dataclass(frozen=True)
@@ -43,15 +45,23 @@ class DottedPath:
 
     def replace(self, value: Any, new: Any) -> Any:
         """Return a copy of a value with another number at this path, checked."""
-        return _replace_at_path(value, self.parts, new)
+        for part, owner in reversed(self._pair_owners(value)):
+            new = part.put(owner, new)
+        return new
 
     def stack(self, value: Any, numbers: Array) -> Any:
         """Return a copy of a value with the numbers (runs, ...) of all runs at this path."""
-        owner = value
-        for part in self.parts[:-1]:
-            owner = part.get(owner)
-        assert self.leaf.stack is not None
-        return _stack_at_path(value, self.parts[:-1], self.leaf.stack(owner, numbers))
+        *outer, (leaf, owner) = self._pair_owners(value)
+        assert leaf.stack is not None
+        stacked = leaf.stack(owner, numbers)
+        for part, owner in reversed(outer):
+            stacked = part.hold(owner, stacked)
+        return stacked
+
+    def _pair_owners(self, value: Any) -> list[tuple[PathPart, Any]]:
+        """Return the parts, each with the object that it belongs to."""
+        owners = accumulate(self.parts[:-1], lambda owner, part: part.get(owner), initial=value)
+        return list(zip(self.parts, owners, strict=True))
 
     def convert_leaf_value(self, value: FieldValue, old: Any) -> FieldValue:
         """Return a number or array as the leaf stores it; InputError if a file cannot hold it.
@@ -120,34 +130,34 @@ _OWNERS: dict[DeclaredClass, dict[str, DeclaredField]] = {}
 
 def get_inner_context(form: DeclaredClass, value: Any, c: Context) -> Context:
     """Return the context inside the table of an object."""
-    own = _LazyFields(value, form)
+    own = _LazyFields(value, _get_attributes(form, value))
     inner = c.with_facts(own=own, raw={})
     return form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
-class _LazyFields(dict[str, Any]):
-    """The fields of an object by name, each looked up at its first use."""
+@dataclass(frozen=True)
+class _LazyFields:
+    """The fields of an object by name, each looked up when it is used."""
 
-    def __init__(self, value: Any, form: DeclaredClass):
-        super().__init__()
-        self.value = value
-        self.stands = {} if form is type(value) else getattr(form, "stands", {})
-
-    def __missing__(self, name: str) -> Any:
-        return attrgetter(self.stands.get(name, name))(self.value)
+    value: Any
+    attributes: Mapping[str, str]
 
     def get(self, name: str, default: Any = None) -> Any:
         """Return a field; the default if the object lacks it."""
         try:
-            return self[name]
+            return attrgetter(self.attributes.get(name, name))(self.value)
         except AttributeError:
             return default
 
 
+def _get_attributes(form: DeclaredClass, value: Any) -> Mapping[str, str]:
+    """Return the attributes of an object that stand for fields of its text form, by field."""
+    return {} if form is type(value) else getattr(form, "stands", {})
+
+
 def make_field_part(form: DeclaredClass, each: DeclaredField, value: Any, c: Context) -> PathPart:
     """Return the part of a field, of an object or of the form that represents it in texts."""
-    stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
-    name, spec = each.name, each.spec
+    stands, name, spec = _get_attributes(form, value), each.name, each.spec
     if form is not type(value) and hasattr(form, "of") and name not in stands:
         return PathPart(
             spec,
@@ -208,17 +218,3 @@ def make_item_part(spec: Spec, number: int, c: Context) -> PathPart:
         return (*owner[:number], new, *owner[number + 1 :])
 
     return PathPart(spec, c, lambda owner: owner[number], put, put)
-
-
-def _replace_at_path(value: Any, parts: Sequence[PathPart], new: Any) -> Any:
-    if not parts:
-        return new
-    head, *rest = parts
-    return head.put(value, _replace_at_path(head.get(value), rest, new) if rest else new)
-
-
-def _stack_at_path(value: Any, parts: Sequence[PathPart], new: Any) -> Any:
-    if not parts:
-        return new
-    head, *rest = parts
-    return head.hold(value, _stack_at_path(head.get(value), rest, new))

@@ -7,15 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.base.errors import InputError, format_value
-from robsim.declare.spec import (
-    Context,
-    DefineSchema,
-    FieldValue,
-    JSONSchema,
-    Raw,
-    Spec,
-    make_expected_error,
-)
+from robsim.declare.context import Context, FieldValue, Raw
+from robsim.declare.spec import DefineSchema, JSONSchema, Spec, make_expected_error
 from robsim.declare.texts import Text
 
 NAME = Text(least=1)
@@ -37,7 +30,7 @@ class NameTable(Spec):
     """
 
     several: bool = False
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
 
     def check(self, value: FieldValue, what: str) -> FieldValue:
         try:

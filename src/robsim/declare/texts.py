@@ -5,17 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from robsim.base.colors import check_color
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
+from robsim.declare.context import Context, FieldValue, Raw
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.scalars import PlainValue
-from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.spec import DefineSchema, JSONSchema
 
 
 @dataclass(frozen=True)

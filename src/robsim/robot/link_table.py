@@ -8,9 +8,9 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
 from robsim.declare import KindOf, ListOf, Name, Number, PerRun, Role, Table
+from robsim.declare.context import Context, NoTextError, Raw
 from robsim.declare.joint_numbers import Axes, OfJoint, PerJoint, get_joint_unit
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import Context, NoTextError, Raw
 from robsim.geometry.curves.curve import CURVES, Curve
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
@@ -35,11 +35,6 @@ POSE_KEYS = ("place", "tail")
 class JointKindChoice(KindOf):
     """Declaration of a kind of joint: its name, or a table with its parameters."""
 
-    __hash__ = KindOf.__hash__
-
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return ()
-
     def write(self, value: Any, c: Context) -> Raw:
         kind = find_joint_kind(value)
         return super().write(kind, c)
@@ -54,9 +49,6 @@ def _find_limit_axes(c: Context) -> Axes:
 class JointLimitPair(PerJoint):
     """Declaration of joint limits: the lowest and highest coordinate, in the unit of the joint."""
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return ()
-
     def _describe_list(self, words: str) -> str:
         return "[lowest, highest] in the unit of the joint"
 
@@ -64,8 +56,6 @@ class JointLimitPair(PerJoint):
 @dataclass(frozen=True)
 class Resistance(Number):
     """Declaration of a number of the drive or the resistance of a joint with one coordinate."""
-
-    __hash__ = Number.__hash__
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         kind = place.c.facts.get("joint")
@@ -145,6 +135,7 @@ class LinkTable:
     ] = None
 
     facts_from: ClassVar[Any] = ("joint",)
+    without_controls: ClassVar[Any] = ("joint", "limits")
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:

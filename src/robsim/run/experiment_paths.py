@@ -12,10 +12,11 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.declare import Table
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.dotted_paths import DottedPath, resolve_path
 from robsim.declare.problems import Problems, UnreadableValue
-from robsim.declare.spec import Context, NoTextError, Spec
+from robsim.declare.spec import Spec
 from robsim.declare.tables import yield_controls as controls
 from robsim.files.overrides import parse_toml_value
 from robsim.run.beliefs import find_common_belief, list_beliefs, replace_beliefs

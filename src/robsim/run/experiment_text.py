@@ -13,19 +13,11 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Flag, Integer, OneOf, Role, Table, Text, Time, Word, fields_of
+from robsim.declare.context import MISSING, Context, NoTextError, PythonValue, Raw, UnwritableChange
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import Problems, UnreadableValue
-from robsim.declare.spec import (
-    MISSING,
-    Context,
-    NoTextError,
-    PythonValue,
-    Raw,
-    Spec,
-    UnwritableChange,
-    make_expected_error,
-)
+from robsim.declare.spec import Spec, make_expected_error
 from robsim.declare.tables import get_table_keys, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.recorder import LONGEST
@@ -116,7 +108,7 @@ class ExperimentBelief(BeliefSpec):
 class ForeignTable(Spec):
     """A table that is not part of the experiment and is read by other code."""
 
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = "a table"
     json: ClassVar[Mapping[str, Any]] = {"type": "object"}
 
@@ -171,7 +163,7 @@ def read_experiment(
     c = c.with_facts(library=partial(load_origin_robot, folder=folder))
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
-    scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
+    scene = old.scene if old is not None and not raw else SCENE_SPEC.read_or_report(raw, over)
     c = c.with_facts(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
     # an old task cannot refer to a scene with problems
@@ -191,12 +183,12 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
         if "belief" in raw:
             believed = None
             if raw["belief"] != PythonValue(None):
-                believed = c.at("belief", over=shared).read_or_report(BELIEF, raw["belief"])
+                believed = BELIEF.read_or_report(raw["belief"], c.at("belief", over=shared))
             task = replace_beliefs(task, lambda one: believed if is_identical(one, shared) else one)
             shared = believed
         table = replace(make_task_table(old), task=task)
     elif scene is not None and "belief" in raw:
-        c = c.with_facts(belief=c.at("belief").read_or_report(BELIEF, raw["belief"]))
+        c = c.with_facts(belief=BELIEF.read_or_report(raw["belief"], c.at("belief")))
     task_part: Any = MISSING
     with suppress(UnreadableValue):
         task_part = read_table(TaskTable, raw, c.with_old_value(table), *SCENE)
@@ -235,7 +227,7 @@ def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
             )
         except (UnwritableChange, NoTextError):
             return one
-        new_belief: Scene | None = c.at("belief").read_or_report(BELIEF, raw)
+        new_belief: Scene | None = BELIEF.read_or_report(raw, c.at("belief"))
         return new_belief
 
     return replace_beliefs(old.task, believed)

@@ -21,16 +21,9 @@ from robsim.declare import (
     described,
     fields_of,
 )
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.problems import UnreadableValue
-from robsim.declare.spec import (
-    MISSING,
-    Context,
-    NoTextError,
-    Raw,
-    Spec,
-    add_article,
-    make_expected_error,
-)
+from robsim.declare.spec import Spec, add_article, make_expected_error
 from robsim.features.feature import FEATURES as KINDS
 from robsim.features.feature import Feature
 
@@ -224,7 +217,7 @@ class _BlockSpec(Spec):
     """Feature block in a text; with `alone`, a table without keys of a block is a feature."""
 
     alone: bool = False
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = "a feature"
 
     def read(self, raw: Raw, c: Context) -> Any:

@@ -12,9 +12,10 @@ from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare import Flag, Integer
 from robsim.declare import KindOf as ChoiceSpec
 from robsim.declare.array_types import Numbers
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.problems import Problems
 from robsim.declare.quantities import DIMENSIONS
-from robsim.declare.spec import MISSING, Context, NoTextError, Raw, Spec, make_expected_error
+from robsim.declare.spec import Spec, make_expected_error
 from robsim.declare.tables import read_table, write_table
 from robsim.files.toml import parse_toml, write_toml
 from robsim.run.experiment import Experiment
@@ -34,7 +35,7 @@ SAMPLER_SPEC = ChoiceSpec(SAMPLER, short=False)
 class VarySpec(Spec):
     """The varied names, each with a sampler, a list, or values by label."""
 
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = (
         'a table such as { "task.gain" = { kind = "uniform", low = 1, high = 2 } }'
     )
@@ -47,7 +48,7 @@ class VarySpec(Spec):
             if is_sampler_table(each):
                 unit = get_unit_at(c.facts["experiment"], name)
                 inner = c.at(name).with_facts(of=[unit if unit in DIMENSIONS else "1"])
-                values[name] = inner.read_or_report(SAMPLER_SPEC, each)
+                values[name] = SAMPLER_SPEC.read_or_report(each, inner)
         return {name: each for name, each in values.items() if each is not MISSING}
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:

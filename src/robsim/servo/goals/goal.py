@@ -15,9 +15,9 @@ from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare import ListOf
 from robsim.declare.array_types import Numbers
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import MISSING, Context, NoTextError, Raw
 from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
 from robsim.geometry.grey_picture import GreyPicture, PictureLike
