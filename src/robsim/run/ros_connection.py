@@ -8,7 +8,7 @@ from typing import Annotated
 
 from robsim.base.errors import check_known
 from robsim.declare import DeclaredValue, ListOf, Role, Table, Text, Time, Word, described
-from robsim.declare.name_tables import NameTable
+from robsim.declare.texts import NameTable
 from robsim.world.scene import Scene
 
 TOPIC = Text(most=255, least=1, pattern=r"~?/?[A-Za-z_][A-Za-z0-9_/]*")
