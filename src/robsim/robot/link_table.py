@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
 from robsim.declare import KindOf, ListOf, Name, Number, PerRun, Role, Table
-from robsim.declare.context import Context, NoTextError, Raw
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.joint_numbers import Axes, OfJoint, PerJoint, get_joint_unit
 from robsim.declare.problems import prefix_path
 from robsim.geometry.curves.curve import CURVES, Curve
@@ -29,15 +29,6 @@ LINK_NAME = Name()
 NOT_NEGATIVE = Number(least=0)
 JOINT_KEYS = ("limits", "speed", "effort", *RESISTANCES, "curve", "steering", "follows", "dh")
 POSE_KEYS = ("place", "tail")
-
-
-@dataclass(frozen=True)
-class JointKindChoice(KindOf):
-    """Declaration of a kind of joint: its name, or a table with its parameters."""
-
-    def write(self, value: Any, c: Context) -> Raw:
-        kind = find_joint_kind(value)
-        return super().write(kind, c)
 
 
 def _find_limit_axes(c: Context) -> Axes:
@@ -78,9 +69,9 @@ class LinkTable:
 
     name: Annotated[str, LINK_NAME, "Name of the link."]
     parent: Annotated[str | None, LINK_NAME, "Parent link. None: the previous link."] = None
-    joint: Annotated[
-        str | JointKind, JointKindChoice(JOINTS), "Kind of the joint that moves the link."
-    ] = "fixed"
+    joint: Annotated[str | JointKind, KindOf(JOINTS), "Kind of the joint that moves the link."] = (
+        "fixed"
+    )
     joint_name: Annotated[
         str | None, LINK_NAME, "Name of the joint and its coordinates. None: the name of the link."
     ] = None
@@ -163,5 +154,5 @@ class LinkTable:
         for key in POSE_KEYS:
             pose = getattr(joint, key)
             parts[key] = None if joint.dh or pose == IDENTITY else pose
-        parts |= {"joint": joint.kind, "joint_name": joint.name}
+        parts |= {"joint": joint.model, "joint_name": joint.name}
         return cls(value.name, value.parent, shapes=value.shapes, inertia=value.inertia, **parts)

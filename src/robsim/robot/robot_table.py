@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, cast
 
 from robsim.base.arrays import Array
@@ -163,15 +164,11 @@ class LinkTreeTable:
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
-        base, *others = self.links
-        before = [base.name, *(link.name for link in others)]
-        links = (
-            base,
-            *(
-                link if link.parent else replace(link, parent=before[i])
-                for i, link in enumerate(others)
-            ),
-        )
+        others = [
+            link if link.parent else replace(link, parent=previous.name)
+            for previous, link in pairwise(self.links)
+        ]
+        links = (self.links[0], *others)
         try:
             return Robot(self.name, links, self.home, tip=self.tip or "", origin=self.origin)
         except InputError as error:  # wrong home, or links that do not fit together
@@ -213,8 +210,7 @@ class RobotTable(LinkTreeTable):
         tip = None if value.tip == value.links[-1].name else value.tip
         home = None if c.facts.get("brief") and _is_default_home(value) else value.home
         own: Any = {"home": home, "tip": tip, "convention": find_dh_convention(value.links)}
-        own["origin"] = value.origin
-        return cls(value.name, value.links, value.base, on=value.on, **own)
+        return cls(value.name, value.links, value.base, on=value.on, origin=value.origin, **own)
 
 
 def _make_table_with_tools(value: Robot, c: Context) -> RobotTable:
