@@ -238,7 +238,8 @@ class _BlockSpec(Spec):
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _BLOCK_KEYS}
         text = raw if isinstance(raw, str) else rest
-        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(text, c.with_old_value(old))
+        inner = c.with_old_value(old).with_facts(also=_BLOCK_KEYS)  # listed beside unknown keys
+        feature = FEATURE_CHOICE.read(text, inner)
         if c.problems.total_count > before:
             raise UnreadableValue
         return feature if self.alone and not own else FeatureBlock(feature, **own)
@@ -261,13 +262,6 @@ class _BlockSpec(Spec):
             define(FEATURE_CHOICE.family.find(name), name, **own) for name in FEATURE_CHOICE.names
         ]
         return {"anyOf": [{"enum": FEATURE_CHOICE.names}, *tables]}
-
-
-class _BlockFeatureChoice(KindOf):
-    """Choice of a feature with messages about unknown keys that list the keys of the block."""
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        return super().read(raw, c.with_facts(also=_BLOCK_KEYS))
 
 
 _BLOCK_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]

@@ -248,10 +248,8 @@ class GoalTable:
             return cls(computed=value.T_c_o)
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
-        scene, places = c.facts.get("scene"), cast(Places, value.places)
+        scene, places = c.facts["scene"], cast(Places, value.places)
         more: Any = {"places": places, "picture": value.picture}
-        if scene is None:
-            return cls(**more)
         if c.facts.get("by_hand"):
             return cls(*describe_start(value.q, scene), **more)
         if c.facts.get("short") and value.q is not None:
