@@ -7,7 +7,7 @@ choice, several sliders, or a list of kinds.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -140,6 +140,18 @@ class ControlPlace:
         first, last = map(list, zip(*ends, strict=True))
         more = {"names": tuple(names), "unit": unit, "united": united}
         return self.control("numbers", each, low=first, high=last, **more)
+
+    def item_list(
+        self,
+        items: Iterable[object],
+        kinds: Iterable[str],
+        starters: Mapping[str, object],
+        counts: tuple[int, int],
+    ) -> Control:
+        """Return the control that removes items of a list, and adds new ones by their kinds."""
+        low, high = map(float, counts)
+        more = {"items": tuple(items), "options": tuple(starters), "starters": starters}
+        return self.control("list", list(kinds), low=low, high=high, **more)
 
 
 def _compute_slider_range(

@@ -100,15 +100,13 @@ class ListOf(Spec):
     def write(self, value: FieldValue, c: Context) -> list[Raw]:
         if not isinstance(c.over, tuple) or not c.over or not self.named:
             return [self.item.write(each, c.at(i)) for i, each in enumerate(value)]
-        key = self._name_key
-        if [getattr(each, key) for each in c.over] != [getattr(each, key) for each in value]:
+        table, names = cast(Table, self.item), self._list_labels(value)
+        if self._list_labels(c.over) != names:
             raise UnwritableChange
-        pairs = [
-            (old, new) for old, new in zip(c.over, value, strict=True) if not is_identical(old, new)
-        ]
-        table = cast(Table, self.item)
         return [
-            table.build_table(new, c.at(getattr(new, key), over=old), key) for old, new in pairs
+            table.build_table(new, c.at(name, over=old), self._name_key)
+            for name, old, new in zip(names, c.over, value, strict=True)
+            if not is_identical(old, new)
         ]
 
     def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
@@ -140,17 +138,8 @@ class ListOf(Spec):
     def _offer_items(self, value: Sequence[object], place: ControlPlace) -> Control:
         """Return the control that adds and removes objects of a family."""
         assert isinstance(self.item, KindOf)
-        starters = self.item.make_starters()
         kinds = [self.item.family.name_of(each) or type(each).__name__ for each in value]
-        return place.control(
-            "list",
-            kinds,
-            options=tuple(starters),
-            low=float(self.least),
-            high=float(self.most),
-            items=tuple(value),
-            starters=starters,
-        )
+        return place.item_list(value, kinds, self.item.make_starters(), (self.least, self.most))
 
     @property
     def si_unit(self) -> str:

@@ -97,17 +97,10 @@ class PayloadList(ListOf):
             return
         robots = place.c.facts["scene"].robots
         frames = [f"{robot.name}.{robot.links[-1].name}" for robot in robots]
-        yield place.control(
-            "list",
-            [each.on for each in value],
-            options=tuple(frames),
-            low=float(self.least),
-            high=float(self.most),
-            items=tuple(value),
-            starters={frame: Payload(frame, START_MASS) for frame in frames},
-        )
-        for i, each in enumerate(value):
-            yield from self.item.controls(each, place.at(str(i)))
+        starters = {frame: Payload(frame, START_MASS) for frame in frames}
+        on = [each.on for each in value]
+        yield place.item_list(value, on, starters, (self.least, self.most))
+        yield from super().controls(value, place)
 
 
 PAYLOADS = PayloadList(Table(Payload), most=64)
