@@ -153,9 +153,8 @@ class OneOrEach(PerJoint):
     def write(self, value: FieldValue, c: Context) -> FieldValue:
         if isinstance(value, tuple):
             return super().write(value, c)
-        return ExactQuantity(
-            value, (self._kinds(c) or self.of_any)[0]
-        )  # in the unit of the first joint
+        unit = (self._kinds(c) or self.of_any)[0]  # the unit of the first joint
+        return ExactQuantity(value, unit)
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         kinds = self._kinds(place.c)

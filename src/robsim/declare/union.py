@@ -41,8 +41,7 @@ class OneOf(Spec):
     summary: str = ""  # phrase for messages; "": the phrases of the specs
 
     def __init__(self, *specs: Spec, words: str = ""):
-        object.__setattr__(self, "specs", specs)
-        object.__setattr__(self, "summary", words)
+        vars(self).update(specs=specs, summary=words)
 
     @property
     def forms(self) -> tuple[str, ...]:  # type: ignore[override]

@@ -9,8 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import FileError, InputError, format_value
-from robsim.declare import Flag, Integer
-from robsim.declare import KindOf as ChoiceSpec
+from robsim.declare import Flag, Integer, KindOf
 from robsim.declare.array_types import Numbers
 from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.problems import Problems
@@ -28,7 +27,7 @@ from robsim.studies.value_grid import generate_labels
 from robsim.studies.value_lists import is_toml_value
 
 STUDY = "study"  # the key of the table
-SAMPLER_SPEC = ChoiceSpec(SAMPLER, short=False)
+SAMPLER_SPEC = KindOf(SAMPLER, short=False)
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ class StudyTable:
         "Number of draws; each is simulated with every combination of enumerated values.",
     ] = None
     seed: Annotated[int | None, Integer(0, 2**64 - 1), "Seed of all samples."] = None
-    start: Annotated[Any, ChoiceSpec(START, short=False), "Sampler of starts."] = None
+    start: Annotated[Any, KindOf(START, short=False), "Sampler of starts."] = None
     starts: Annotated[
         Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each draw."
     ] = None
