@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 from operator import attrgetter
 from typing import Any
 
@@ -45,23 +44,26 @@ class DottedPath:
 
     def replace(self, value: Any, new: Any) -> Any:
         """Return a copy of a value with another number at this path, checked."""
-        for part, owner in reversed(self._pair_owners(value)):
+        owners = self._list_owners(value)
+        for part, owner in zip(reversed(self.parts), reversed(owners), strict=True):
             new = part.put(owner, new)
         return new
 
     def stack(self, value: Any, numbers: Array) -> Any:
         """Return a copy of a value with the numbers (runs, ...) of all runs at this path."""
-        *outer, (leaf, owner) = self._pair_owners(value)
-        assert leaf.stack is not None
-        stacked = leaf.stack(owner, numbers)
-        for part, owner in reversed(outer):
+        *outer, owner = self._list_owners(value)
+        assert self.leaf.stack is not None
+        stacked = self.leaf.stack(owner, numbers)
+        for part, owner in zip(reversed(self.parts[:-1]), reversed(outer), strict=True):
             stacked = part.hold(owner, stacked)
         return stacked
 
-    def _pair_owners(self, value: Any) -> list[tuple[PathPart, Any]]:
-        """Return the parts, each with the object that it belongs to."""
-        owners = accumulate(self.parts[:-1], lambda owner, part: part.get(owner), initial=value)
-        return list(zip(self.parts, owners, strict=True))
+    def _list_owners(self, value: Any) -> list[Any]:
+        """Return the object that contains each part: the value itself first."""
+        owners = [value]
+        for part in self.parts[:-1]:
+            owners.append(part.get(owners[-1]))
+        return owners
 
     def convert_leaf_value(self, value: FieldValue, old: Any) -> FieldValue:
         """Return a number or array as the leaf stores it; InputError if a file cannot hold it.

@@ -140,10 +140,8 @@ class Number(PlainValue):
         return f"a number{unit}{self.bounds}"
 
     def schema(self, define: DefineSchema) -> JSONSchema:
-        return dict(self.json) or {
-            "type": "number",
-            **{bound.key: limit for bound, limit in self.limits},
-        }
+        bounds = {bound.key: limit for bound, limit in self.limits}
+        return dict(self.json) or {"type": "number", **bounds}
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, float | int) or not math.isfinite(value):
