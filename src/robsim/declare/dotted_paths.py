@@ -45,17 +45,17 @@ class DottedPath:
     def replace(self, value: Any, new: Any) -> Any:
         """Return a copy of a value with another number at this path, checked."""
         owners = self._list_owners(value)
-        for part, owner in zip(reversed(self.parts), reversed(owners), strict=True):
-            new = part.put(owner, new)
+        for part in reversed(self.parts):
+            new = part.put(owners.pop(), new)
         return new
 
     def stack(self, value: Any, numbers: Array) -> Any:
         """Return a copy of a value with the numbers (runs, ...) of all runs at this path."""
-        *outer, owner = self._list_owners(value)
+        owners = self._list_owners(value)
         assert self.leaf.stack is not None
-        stacked = self.leaf.stack(owner, numbers)
-        for part, owner in zip(reversed(self.parts[:-1]), reversed(outer), strict=True):
-            stacked = part.hold(owner, stacked)
+        stacked = self.leaf.stack(owners.pop(), numbers)
+        for part in reversed(self.parts[:-1]):
+            stacked = part.hold(owners.pop(), stacked)
         return stacked
 
     def _list_owners(self, value: Any) -> list[Any]:
