@@ -15,9 +15,9 @@ from refused import spec_of_key
 
 import robsim as rs
 from robsim.declare import Role
+from robsim.declare.context import MISSING, Context
 from robsim.declare.problems import Problems
 from robsim.declare.schema import SchemaDefinitions
-from robsim.declare.spec import MISSING, Context
 from robsim.files.toml import write_toml
 from robsim.plot.scene_content import build_scene_content
 from robsim.rendering.development import Development

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 4060  # lines of code, without docstrings and comments; with tables of free names
+MOST = 3899  # lines of code, without docstrings and comments; with tables of free names
 
 
 def count_lines():

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robsim.analysis.resimulation import Resimulation
 from robsim.base.arrays import Array
 from robsim.declare import fields_of
-from robsim.declare.spec import Raw
+from robsim.declare.context import Raw
 from robsim.rendering.light import Light
 from robsim.robot.robot import Robot
 from robsim.robot.tree import Tree

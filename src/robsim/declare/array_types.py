@@ -11,16 +11,10 @@ import numpy as np
 
 from robsim.base.arrays import as_floats, make_read_only
 from robsim.base.errors import InputError
+from robsim.declare.context import Context, FieldValue, Raw
 from robsim.declare.problems import prefix_path
 from robsim.declare.scalars import ANY, Number, PlainValue
-from robsim.declare.spec import (
-    Context,
-    DefineSchema,
-    FieldValue,
-    JSONSchema,
-    Raw,
-    make_expected_error,
-)
+from robsim.declare.spec import DefineSchema, JSONSchema, make_expected_error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +28,7 @@ class Numbers(PlainValue):
     item: Number = ANY
     shape: tuple[int | str, ...] | None = ("n",)
 
-    form: ClassVar[str] = "list"
+    forms: ClassVar[tuple[str, ...]] = ("list",)
 
     def find_violation(self, value: FieldValue) -> str:
         deepest = 2 if self.shape is None else len(self.shape)

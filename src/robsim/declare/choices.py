@@ -6,42 +6,37 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.protocols import describe_protocol, implements
+from robsim.declare.context import MISSING, Context, FieldValue, NoTextError, PythonValue, Raw
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.dotted_paths import find_field_parts
 from robsim.declare.error_phrases import join_alternatives, pluralize
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.kind_families import KindFamily
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
-    MISSING,
-    Context,
     DeclaredClass,
     DefineSchema,
-    FieldValue,
     JSONSchema,
-    NoTextError,
     PathPart,
-    PythonValue,
-    Raw,
     Spec,
     add_article,
     make_expected_error,
 )
 from robsim.declare.tables import (
     LACKING,
+    find_declared_field,
     get_text_form,
     read_field,
     read_table,
+    report_unknown_keys,
     write_table,
     yield_controls,
 )
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -78,7 +73,7 @@ class KindOf(Spec):
 
     family: KindFamily
     default: str | None = None
-    beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
     protocol: type | None = None
     short: bool = True
     none: str | None = None
@@ -86,9 +81,6 @@ class KindOf(Spec):
     other: Spec | None = None
     only: tuple[str, ...] | None = None
     forms: ClassVar[tuple[str, ...]] = ("plain", "table")
-
-    def __hash__(self) -> int:
-        return hash((id(self.family), self.default, self.short))
 
     @property
     def names(self) -> list[str]:
@@ -143,9 +135,10 @@ class KindOf(Spec):
     def write(self, value: object, c: Context) -> Raw:
         if isinstance(value, str) and value in self.plain:
             return value
-        if self.other is not None and self.family.name_of(value) is None:
+        name = self.family.name_of(value)
+        if name is None:
             return self._write_other(value, c)
-        name, table = self._write_kind(value, c)
+        table = write_table(value, c.with_old_value(MISSING))
         if self.short and not table:
             return name
         return table if name == self.default and not self.short else {"kind": name, **table}
@@ -164,7 +157,7 @@ class KindOf(Spec):
         for key, (kind, at) in self.beside_of.items():
             if kind == raw:
                 return self._read_field_beside(self.family.find(raw), at, key, table, c)
-        return MISSING if raw is MISSING else c.at(name, over=c.over).read_or_report(self, raw)
+        return MISSING if raw is MISSING else self.read_or_report(raw, c.at(name, over=c.over))
 
     def _read_field_beside(
         self, kind: DeclaredClass, at: str, key: str, table: Mapping[str, Raw], c: Context
@@ -293,12 +286,12 @@ class KindOf(Spec):
         return isinstance(value, tuple(kinds))
 
     def _write_other(self, value: Any, c: Context) -> Raw:
-        assert self.other is not None
-        try:
-            self.other.check(value, "value")
-        except InputError:
-            raise NoTextError(f"{type(value).__name__} is Python code") from None
-        return self.other.write(value, c)
+        """Return the text of a value that is not a kind; NoTextError if it is Python code."""
+        with suppress(InputError):
+            if self.other is not None:
+                self.other.check(value, "value")
+                return self.other.write(value, c)
+        raise NoTextError(f"{type(value).__name__} is Python code")
 
     def _find_names(self, name: str) -> list[str]:
         if name not in self.family.names:
@@ -333,17 +326,6 @@ class KindOf(Spec):
     def _noun_with_article(self) -> str:
         return add_article(self.family.noun)
 
-    def _write_kind(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
-        name = self.family.name_of(value)
-        if name is None:
-            raise NoTextError(f"{type(value).__name__} is Python code")
-        return name, write_table(value, c.with_old_value(MISSING))
-
-
-def find_declared_field(kind: DeclaredClass, name: str) -> DeclaredField:
-    """Return the declared field of a class with a name."""
-    return next(each for each in fields_of(get_text_form(kind)) if each.name == name)
-
 
 def _list_required_parameters(kind: DeclaredClass) -> list[str]:
     """Return the names of the required fields."""
@@ -360,10 +342,7 @@ def _make_default_kind(kind: DeclaredClass, name: str, what: str) -> Any:
 def _replace_user_fields(value: Any, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return an object of a user's class without a family, with other fields."""
     known = [each.name for each in fields(value) if each.init]
-    for key in raw.keys() - set(known):
-        c.at(key).report(
-            f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
-        )
+    report_unknown_keys(raw, known, c)
     new_fields = {
         key: x.value if isinstance(x, PythonValue) else x for key, x in raw.items() if key in known
     }

@@ -7,12 +7,12 @@ choice, several sliders, or a list of kinds.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from robsim.declare.context import Context, FieldValue, Raw
 from robsim.declare.exact_quantity import ExactQuantity
-from robsim.declare.spec import Context, FieldValue, Raw
 
 # range of a slider without declared bounds, for small values, by unit
 REACH = {"m": 0.5, "rad": math.pi, "s": 0.5, "px": 5.0, "per second": 5.0, "m/s": 1.0, "rad/s": 2.0}
@@ -140,6 +140,18 @@ class ControlPlace:
         first, last = map(list, zip(*ends, strict=True))
         more = {"names": tuple(names), "unit": unit, "united": united}
         return self.control("numbers", each, low=first, high=last, **more)
+
+    def item_list(
+        self,
+        items: Iterable[object],
+        kinds: Iterable[str],
+        starters: Mapping[str, object],
+        counts: tuple[int, int],
+    ) -> Control:
+        """Return the control that removes items of a list, and adds new ones by their kinds."""
+        low, high = map(float, counts)
+        more = {"items": tuple(items), "options": tuple(starters), "starters": starters}
+        return self.control("list", list(kinds), low=low, high=high, **more)
 
 
 def _compute_slider_range(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import Field
 
+from robsim.declare.context import MISSING
 from robsim.declare.fields import DeclaredField, fields_of
-from robsim.declare.spec import MISSING, DeclaredClass, FieldValue
+from robsim.declare.spec import DeclaredClass
 from robsim.declare.tables import Table, get_text_form
 
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
@@ -29,13 +29,10 @@ def format_markdown_table(kind: DeclaredClass) -> str:
 def _get_field_group(kind: DeclaredClass, each: DeclaredField) -> str:
     """Return the group of a field: the attribute `group` of the class that declares it."""
     field = kind.__dataclass_fields__[each.name]
-    owner = next(one for one in reversed(kind.__mro__) if _has_field(one, field))
-    return str(vars(owner).get("group", ""))
-
-
-def _has_field(owner: type, field: Field[FieldValue]) -> bool:
-    """Return whether a class has this field; a subclass that declares it anew has another."""
-    return vars(owner).get("__dataclass_fields__", {}).get(field.name) is field
+    for owner in map(vars, reversed(kind.__mro__)):  # a class that declares it anew has another
+        if owner.get("__dataclass_fields__", {}).get(each.name) is field:
+            return str(owner.get("group", ""))
+    return ""
 
 
 def _format_field_rows(each: DeclaredField) -> Iterator[tuple[str, str, str, str]]:

@@ -18,9 +18,10 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import replace_unchecked
+from robsim.declare.context import Context, FieldValue
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.scalars import LARGEST
-from robsim.declare.spec import Context, DeclaredClass, FieldValue, PathPart, Spec, replace_whole
+from robsim.declare.spec import DeclaredClass, PathPart, Spec, replace_whole
 
 
 @dataclass(frozen=True)
@@ -43,15 +44,26 @@ class DottedPath:
 
     def replace(self, value: Any, new: Any) -> Any:
         """Return a copy of a value with another number at this path, checked."""
-        return _replace_at_path(value, self.parts, new)
+        owners = self._list_owners(value)
+        for part in reversed(self.parts):
+            new = part.put(owners.pop(), new)
+        return new
 
     def stack(self, value: Any, numbers: Array) -> Any:
         """Return a copy of a value with the numbers (runs, ...) of all runs at this path."""
-        owner = value
-        for part in self.parts[:-1]:
-            owner = part.get(owner)
+        owners = self._list_owners(value)
         assert self.leaf.stack is not None
-        return _stack_at_path(value, self.parts[:-1], self.leaf.stack(owner, numbers))
+        stacked = self.leaf.stack(owners.pop(), numbers)
+        for part in reversed(self.parts[:-1]):
+            stacked = part.hold(owners.pop(), stacked)
+        return stacked
+
+    def _list_owners(self, value: Any) -> list[Any]:
+        """Return the object that contains each part: the value itself first."""
+        owners = [value]
+        for part in self.parts[:-1]:
+            owners.append(part.get(owners[-1]))
+        return owners
 
     def convert_leaf_value(self, value: FieldValue, old: Any) -> FieldValue:
         """Return a number or array as the leaf stores it; InputError if a file cannot hold it.
@@ -120,34 +132,34 @@ _OWNERS: dict[DeclaredClass, dict[str, DeclaredField]] = {}
 
 def get_inner_context(form: DeclaredClass, value: Any, c: Context) -> Context:
     """Return the context inside the table of an object."""
-    own = _LazyFields(value, form)
+    own = _LazyFields(value, _get_attributes(form, value))
     inner = c.with_facts(own=own, raw={})
     return form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
-class _LazyFields(dict[str, Any]):
-    """The fields of an object by name, each looked up at its first use."""
+@dataclass(frozen=True)
+class _LazyFields:
+    """The fields of an object by name, each looked up when it is used."""
 
-    def __init__(self, value: Any, form: DeclaredClass):
-        super().__init__()
-        self.value = value
-        self.stands = {} if form is type(value) else getattr(form, "stands", {})
-
-    def __missing__(self, name: str) -> Any:
-        return attrgetter(self.stands.get(name, name))(self.value)
+    value: Any
+    attributes: Mapping[str, str]
 
     def get(self, name: str, default: Any = None) -> Any:
         """Return a field; the default if the object lacks it."""
         try:
-            return self[name]
+            return attrgetter(self.attributes.get(name, name))(self.value)
         except AttributeError:
             return default
 
 
+def _get_attributes(form: DeclaredClass, value: Any) -> Mapping[str, str]:
+    """Return the attributes of an object that stand for fields of its text form, by field."""
+    return {} if form is type(value) else getattr(form, "stands", {})
+
+
 def make_field_part(form: DeclaredClass, each: DeclaredField, value: Any, c: Context) -> PathPart:
     """Return the part of a field, of an object or of the form that represents it in texts."""
-    stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
-    name, spec = each.name, each.spec
+    stands, name, spec = _get_attributes(form, value), each.name, each.spec
     if form is not type(value) and hasattr(form, "of") and name not in stands:
         return PathPart(
             spec,
@@ -208,17 +220,3 @@ def make_item_part(spec: Spec, number: int, c: Context) -> PathPart:
         return (*owner[:number], new, *owner[number + 1 :])
 
     return PathPart(spec, c, lambda owner: owner[number], put, put)
-
-
-def _replace_at_path(value: Any, parts: Sequence[PathPart], new: Any) -> Any:
-    if not parts:
-        return new
-    head, *rest = parts
-    return head.put(value, _replace_at_path(head.get(value), rest, new) if rest else new)
-
-
-def _stack_at_path(value: Any, parts: Sequence[PathPart], new: Any) -> Any:
-    if not parts:
-        return new
-    head, *rest = parts
-    return head.hold(value, _stack_at_path(head.get(value), rest, new))

@@ -20,7 +20,8 @@ import numpy as np
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.value import Value
-from robsim.declare.spec import MISSING, DeclaredClass, FieldValue, Spec
+from robsim.declare.context import MISSING, FieldValue
+from robsim.declare.spec import DeclaredClass, Spec
 
 
 @dataclass(frozen=True, init=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -12,22 +12,13 @@ from robsim.base.arrays import Array, as_one_or_each, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.si_units import make_quantity_pattern
 from robsim.declare.array_types import Numbers
+from robsim.declare.context import Context, FieldValue, NoTextError, Raw
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.problems import UnreadableValue, join_keys, prefix_path
 from robsim.declare.quantities import DIMENSIONS, format_examples, read_quantity
 from robsim.declare.scalars import POSITIVE, Number
-from robsim.declare.spec import (
-    Context,
-    DefineSchema,
-    FieldValue,
-    JSONSchema,
-    NoTextError,
-    Raw,
-    make_expected_error,
-)
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.spec import DefineSchema, JSONSchema, make_expected_error
 
 NOUNS = {"": "coordinates", "/s": "velocities", "/s^2": "accelerations"}
 
@@ -162,9 +153,8 @@ class OneOrEach(PerJoint):
     def write(self, value: FieldValue, c: Context) -> FieldValue:
         if isinstance(value, tuple):
             return super().write(value, c)
-        return ExactQuantity(
-            value, (self._kinds(c) or self.of_any)[0]
-        )  # in the unit of the first joint
+        unit = (self._kinds(c) or self.of_any)[0]  # the unit of the first joint
+        return ExactQuantity(value, unit)
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         kinds = self._kinds(place.c)
@@ -206,9 +196,6 @@ class OfJoint(Number):
 
     def words(self) -> str:
         return f"{super().words()} in the unit of the joint{self.per}"
-
-    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
-        return ()
 
 
 def get_joint_unit(c: Context) -> str:

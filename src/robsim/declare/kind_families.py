@@ -38,7 +38,7 @@ class KindSource(NamedTuple):
     name: str
 
 
-@dataclass
+@dataclass(eq=False)
 class KindFamily:
     """The kinds of one family, such as "feature" or "law" (its `noun`)."""
 

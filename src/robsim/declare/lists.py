@@ -5,34 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from robsim.base.arrays import has_items
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.declare.choices import KindOf
+from robsim.declare.context import Context, FieldValue, Raw, UnwritableChange
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.dotted_paths import make_item_part
 from robsim.declare.fields import is_identical
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.scalars import Number
 from robsim.declare.spec import (
-    Context,
     DeclaredClass,
     DefineSchema,
-    FieldValue,
     JSONSchema,
     PathPart,
-    Raw,
     Spec,
-    UnwritableChange,
     make_expected_error,
 )
 from robsim.declare.tables import Table, get_table_keys
 from robsim.declare.texts import Text
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,7 @@ class ListOf(Spec):
     names: Sequence[str] = ()
     in_turn: bool = False
     growing: bool = False
-    form: ClassVar[str] = "list"
+    forms: ClassVar[tuple[str, ...]] = ("list",)
 
     def check(self, value: FieldValue, what: str) -> tuple[FieldValue, ...]:
         if isinstance(value, Iterator):
@@ -88,14 +83,14 @@ class ListOf(Spec):
         if self._is_change(raw, c.over):
             return self._read_changes(raw, c)
         if not isinstance(raw, list):
-            tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
+            tables = self.item.forms == ("table",) and isinstance(raw, Mapping) and c.path
             raise make_expected_error(
                 f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw
             )
         self._check_count(raw)
         before = c.problems.total_count
         values = [
-            c.at(get_item_label(each, i)).read_or_report(self.item, each)
+            self.item.read_or_report(each, c.at(get_item_label(each, i)))
             for i, each in enumerate(raw)
         ]
         if c.problems.total_count > before:
@@ -105,15 +100,13 @@ class ListOf(Spec):
     def write(self, value: FieldValue, c: Context) -> list[Raw]:
         if not isinstance(c.over, tuple) or not c.over or not self.named:
             return [self.item.write(each, c.at(i)) for i, each in enumerate(value)]
-        key = self._name_key
-        if [getattr(each, key) for each in c.over] != [getattr(each, key) for each in value]:
+        table, names = cast(Table, self.item), self._list_labels(value)
+        if self._list_labels(c.over) != names:
             raise UnwritableChange
-        pairs = [
-            (old, new) for old, new in zip(c.over, value, strict=True) if not is_identical(old, new)
-        ]
-        table = cast(Table, self.item)
         return [
-            table.build_table(new, c.at(getattr(new, key), over=old), key) for old, new in pairs
+            table.build_table(new, c.at(name, over=old), self._name_key)
+            for name, old, new in zip(names, c.over, value, strict=True)
+            if not is_identical(old, new)
         ]
 
     def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
@@ -145,17 +138,8 @@ class ListOf(Spec):
     def _offer_items(self, value: Sequence[object], place: ControlPlace) -> Control:
         """Return the control that adds and removes objects of a family."""
         assert isinstance(self.item, KindOf)
-        starters = self.item.make_starters()
         kinds = [self.item.family.name_of(each) or type(each).__name__ for each in value]
-        return place.control(
-            "list",
-            kinds,
-            options=tuple(starters),
-            low=float(self.least),
-            high=float(self.most),
-            items=tuple(value),
-            starters=starters,
-        )
+        return place.item_list(value, kinds, self.item.make_starters(), (self.least, self.most))
 
     @property
     def si_unit(self) -> str:
@@ -206,7 +190,7 @@ class ListOf(Spec):
         if self.in_turn:
             changes = {name: changes.get(name, {}) for name in labels}
         values = [
-            c.at(name, over=old).read_or_report(self.item, changes[name])
+            self.item.read_or_report(changes[name], c.at(name, over=old))
             if name in changes
             else old
             for name, old in zip(labels, c.over, strict=True)

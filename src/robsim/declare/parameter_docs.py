@@ -11,8 +11,8 @@ from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from robsim.base.parameter_names import name_parameters
+from robsim.declare.context import MISSING
 from robsim.declare.fields import DeclaredField, fields_of
-from robsim.declare.spec import MISSING
 
 K = TypeVar("K", bound=type)
 WIDTH = 92  # longest line in characters

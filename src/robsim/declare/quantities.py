@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, Unpack, get_args
+from typing import Any, ClassVar, TypedDict, Unpack, get_args
 
 import numpy as np
 
@@ -12,12 +12,11 @@ from robsim.base import si_units
 from robsim.base.arrays import as_floats
 from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import UnitError, format_value
+from robsim.declare.context import Context, FieldValue, Raw
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.scalars import LARGEST, Number
-from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.spec import DefineSchema, JSONSchema
 
 LONGEST = 200  # characters of a quantity
 SI: dict[si_units.Dimension, str] = {

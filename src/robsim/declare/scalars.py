@@ -7,25 +7,15 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value
-from robsim.declare.spec import (
-    Context,
-    DefineSchema,
-    FieldValue,
-    JSONSchema,
-    NoTextError,
-    Raw,
-    Spec,
-    make_expected_error,
-)
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.context import Context, FieldValue, NoTextError, Raw
+from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.spec import DefineSchema, JSONSchema, Spec, make_expected_error
 
 LARGEST = 1e9  # bound of all numbers in SI units, so that no product of poses overflows
 
@@ -150,10 +140,8 @@ class Number(PlainValue):
         return f"a number{unit}{self.bounds}"
 
     def schema(self, define: DefineSchema) -> JSONSchema:
-        return dict(self.json) or {
-            "type": "number",
-            **{bound.key: limit for bound, limit in self.limits},
-        }
+        bounds = {bound.key: limit for bound, limit in self.limits}
+        return dict(self.json) or {"type": "number", **bounds}
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, float | int) or not math.isfinite(value):

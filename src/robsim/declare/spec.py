@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.decimal_comma import suggest_decimal_point
 from robsim.base.errors import FileError, InputError, format_value
-from robsim.declare.problems import Problems, UnreadableValue, join_keys
+from robsim.declare.context import MISSING, Context, FieldValue, PythonValue, Raw
+from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.problems import UnreadableValue
 
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
-
-Raw = Any  # Any: a TOML value, which is a table, list, text, number or truth value
-FieldValue = Any  # Any: a declared field may hold a value of any type
 DeclaredClass = type[Any]  # Any: a class with declared fields of any type
 JSONSchema = dict[str, Any]  # Any: JSON
 Shapes = tuple[tuple[int | str, ...], ...]  # valid shapes of the number of one run
@@ -30,101 +27,11 @@ class DefineSchema(Protocol):
         """Return the reference to the schema of a class, as the kind of a name if there is one."""
 
 
-class NoTextError(Exception):
-    """The error about a value that contains a user's Python code and has no text."""
-
-
-class _Missing:
-    """The type of MISSING, which marks a field without a value."""
-
-    def __repr__(self) -> str:
-        return "MISSING"
-
-
-MISSING: Any = _Missing()
-
-
-@dataclass(frozen=True)
-class PythonValue:
-    """A Python object in a table, and a table of changes to it."""
-
-    value: Any
-    changes: Mapping[str, Raw] | None = None
-
-
 def is_numeric(value: Any) -> bool:
     """Return whether a value is a number, or a nested list of numbers."""
     if isinstance(value, list):
         return all(map(is_numeric, value))
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-@dataclass(frozen=True)
-class Context:
-    """The location of a value in a text, and facts from the outer tables.
-
-    `facts` include the scene, which defines the units of joint numbers. `over` is the old value if
-    the text changes a value: `Spec.read` then keeps the parts that the text does not change, and
-    `Spec.write` omits equal parts. `over` applies to this location only.
-    """
-
-    problems: Problems
-    path: tuple[str | int, ...] = ()
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    over: Any = MISSING
-
-    def at(self, *keys: str | int, over: Any = MISSING) -> Context:
-        """Return the context of an inner value."""
-        return Context(self.problems, (*self.path, *keys), self.facts, over)
-
-    def with_old_value(self, old: Any) -> Context:
-        """Return the context of a change to an old value."""
-        return Context(self.problems, self.path, self.facts, old)
-
-    def with_facts(self, **facts: Any) -> Context:
-        """Return the same context with more facts."""
-        return Context(self.problems, self.path, {**self.facts, **facts}, self.over)
-
-    def report(self, text: str) -> None:
-        """Add a problem of the value at this location."""
-        self.problems.add(join_keys(*self.path), text)
-
-    def blame(self, error: InputError) -> None:
-        """Add an error of the value at this location, or of an inner value."""
-        self.problems.add(join_keys(*self.path, error.path), error.text)
-
-    def read_or_report(self, spec: Spec, raw: Raw) -> FieldValue:
-        """Return the value of `raw`; report an invalid value and return MISSING."""
-        try:
-            if not isinstance(raw, PythonValue):
-                return spec.read(raw, self)
-            value = self._check_python_value(spec, raw.value)
-            inner = self.with_old_value(value)
-            return value if raw.changes is None else spec.read(raw.changes, inner)
-        except UnreadableValue:  # because of a problem that is reported elsewhere
-            self.problems.total_count += 1
-        except FileError:
-            raise
-        except InputError as error:
-            self.blame(error)
-        return MISSING
-
-    def _check_python_value(self, spec: Spec, value: Any) -> Any:
-        """Return a Python object as the field stores it; plain values are read as in a text.
-
-        Numbers of fields with a unit are in SI.
-        """
-        if isinstance(value, np.generic | np.ndarray) and not np.ndim(value):
-            value = value.item()
-        united = spec.plain_spec.united and is_numeric(value)
-        if isinstance(value, bool | int | float | list | dict | str) and not united:
-            return spec.read(value, self)
-        try:
-            return spec.check(value, str(self.path[-1]) if self.path else "value")
-        except (TypeError, ValueError, AttributeError, OverflowError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise make_python_error(spec, value) from None
 
 
 def replace_whole(owner: Any, new: Any) -> Any:
@@ -175,18 +82,13 @@ class PathPart:
         )
 
 
-class UnwritableChange(Exception):
-    """The signal that no table can represent the difference between two values."""
-
-
 class Spec:
     """Base of the types of declared fields.
 
     By default a field has a single key, its name; `keys`, `pick` and `put` can change this.
     """
 
-    form: ClassVar[str] = "plain"  # "plain", "list" or "table": selects a spec of `OneOf`
-    forms: ClassVar[tuple[str, ...]] = ()  # if there are several forms
+    forms: ClassVar[tuple[str, ...]] = ("plain",)  # also "list", "table"; selects one of `OneOf`
     takes_none: ClassVar[bool] = False  # whether a default None is checked too
     united: ClassVar[bool] = False  # whether numbers have units in texts
     phrase: ClassVar[str] = ""  # constant phrase for valid values
@@ -200,6 +102,39 @@ class Spec:
     def read(self, raw: Raw, c: Context) -> FieldValue:
         """Return the value of a text, merged into `c.over`; InputError with the valid values."""
         raise NotImplementedError
+
+    def read_or_report(self, raw: Raw, c: Context) -> FieldValue:
+        """Return the value of `raw`, also of a Python object; report errors and return MISSING."""
+        try:
+            if not isinstance(raw, PythonValue):
+                return self.read(raw, c)
+            value = self._check_python_value(raw.value, c)
+            return value if raw.changes is None else self.read(raw.changes, c.with_old_value(value))
+        except UnreadableValue:  # because of a problem that is reported elsewhere
+            c.problems.total_count += 1
+        except FileError:
+            raise
+        except InputError as error:
+            c.blame(error)
+        return MISSING
+
+    def _check_python_value(self, value: Any, c: Context) -> FieldValue:
+        """Return a Python object as the field stores it; plain values are read as in a text.
+
+        Numbers of fields with a unit are in SI.
+        """
+        if isinstance(value, np.generic | np.ndarray) and not np.ndim(value):
+            value = value.item()
+        united = self.plain_spec.united and is_numeric(value)
+        if isinstance(value, bool | int | float | list | dict | str) and not united:
+            return self.read(value, c)
+        try:
+            return self.check(value, str(c.path[-1]) if c.path else "value")
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            if isinstance(error, InputError):
+                raise
+            expected = f"expected {self.accepts()}, got {format_value(value)}"
+            raise InputError(expected) from None
 
     def write(self, value: object, c: Context) -> Raw:
         """Return the exact text value, or its difference from `c.over`.
@@ -262,7 +197,7 @@ class Spec:
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         """Return the value of the field from its table; MISSING if it is absent or not valid."""
         inner = c.at(name, over=c.over)
-        return inner.read_or_report(self, table[name]) if name in table else MISSING
+        return self.read_or_report(table[name], inner) if name in table else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         """Write the field into its table; nothing for None."""
@@ -286,8 +221,3 @@ def add_article(noun: str) -> str:
 def make_expected_error(words: str, raw: Raw) -> InputError:
     """Return the error about a value of a wrong type."""
     return InputError(f"must be {words}, got {format_value(raw)}{suggest_decimal_point(raw)}")
-
-
-def make_python_error(spec: Spec, value: Any) -> InputError:
-    """Return the error about a Python object that a field cannot hold."""
-    return InputError(f"expected {spec.accepts()}, got {format_value(value)}")

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 from collections import ChainMap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.value import make_hashable
+from robsim.declare.context import (
+    MISSING,
+    Context,
+    FieldValue,
+    NoTextError,
+    PythonValue,
+    Raw,
+    UnwritableChange,
+)
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.dotted_paths import find_field_parts, get_inner_context
 from robsim.declare.fields import (
     DeclaredField,
@@ -21,24 +31,14 @@ from robsim.declare.fields import (
 )
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
-    MISSING,
-    Context,
     DeclaredClass,
     DefineSchema,
-    FieldValue,
     JSONSchema,
-    NoTextError,
     PathPart,
-    PythonValue,
-    Raw,
     Spec,
-    UnwritableChange,
     add_article,
     make_expected_error,
 )
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 LACKING = "missing, and it must be given"
 Fields = dict[str, Any]
@@ -57,6 +57,11 @@ def get_table_keys(kind: DeclaredClass) -> tuple[str, ...]:
     )
 
 
+def find_declared_field(kind: DeclaredClass, name: str) -> DeclaredField:
+    """Return the declared field of a class with a name."""
+    return next(each for each in fields_of(get_text_form(kind)) if each.name == name)
+
+
 def read_table(
     kind: DeclaredClass, raw: Raw, c: Context, *extra: str, form: DeclaredClass | None = None
 ) -> Any:
@@ -68,7 +73,7 @@ def read_table(
     if not isinstance(raw, Mapping):
         raise make_expected_error("a table", raw)
     form, before = form or get_text_form(kind), c.problems.total_count
-    _report_unknown_keys(form, raw, c, extra)
+    report_unknown_keys(raw, (*extra, *get_table_keys(form), *c.facts.get("also", ())), c)
     source = _convert_old_value(form, c)
     removed = {
         key for key, each in raw.items() if isinstance(each, PythonValue) and each.value is None
@@ -93,19 +98,13 @@ def _find_rival_fields(form: DeclaredClass, raw: Mapping[str, Raw], c: Context) 
     """Return the fields that exclude fields of a table; report exclusive fields of the table."""
     excluded = set[str]()
     for group in getattr(form, "rivals", ()):
-        ways = {
-            way: [key for name in way for key in _get_field_keys(form, name) if key in raw]
-            for way in group
-        }
+        keys_of = {each.name: each.spec.keys(each.name) for each in fields_of(form)}
+        ways = {way: [key for name in way for key in keys_of[name] if key in raw] for way in group}
         present = [", ".join(keys) for keys in ways.values() if keys]
         if len(present) > 1:
             c.report(f"{' and '.join(present)}: give one of them only")
         excluded |= {name for way, keys in ways.items() if present and not keys for name in way}
     return excluded
-
-
-def _get_field_keys(form: DeclaredClass, name: str) -> tuple[str, ...]:
-    return next(each.spec.keys(name) for each in fields_of(form) if each.name == name)
 
 
 def _collect_kept_fields(form: DeclaredClass, source: Any, removed: set[str]) -> Fields:
@@ -124,10 +123,8 @@ def _read_fields(
 ) -> Fields:
     """Return the fields of a table, the kept fields, and the defaults of the others."""
     fields, first = fields_of(form), getattr(form, "facts_from", ())
-    defaults = {each.name: each.default for each in fields if not each.required}
-    defaults = {
-        name: x for name, x in defaults.items() if not raw.keys() & _get_field_keys(form, name)
-    }
+    absent = [each for each in fields if not raw.keys() & each.spec.keys(each.name)]
+    defaults = {each.name: each.default for each in absent if not each.required}
     read_values: Fields = {}
     own = ChainMap(read_values, kept_fields, defaults)
     inner = c.with_old_value(MISSING).with_facts(own=own, raw=raw, also=())
@@ -210,20 +207,12 @@ def _collect_field_values(value: Any, c: Context, form: DeclaredClass) -> tuple[
     return own, form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
-def _report_unknown_keys(
-    form: DeclaredClass, raw: Mapping[str, Raw], c: Context, extra: Any
-) -> None:
-    known = (*extra, *get_table_keys(form), *c.facts.get("also", ()))
+def report_unknown_keys(raw: Iterable[str], known: Collection[str], c: Context) -> None:
+    """Report the keys of a table that are not known, each with the nearest known one."""
     for key in raw:
-        if key in known:
-            continue
-        if c.problems.full:
-            c.problems.hidden_count += 1
-            c.problems.total_count += 1
-        else:
-            c.at(key).report(
-                f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
-            )
+        if key not in known:  # a problem that is only counted needs no suggestion, which is slow
+            hint = "" if c.problems.full else suggest_names(key[:64], known, "keys")
+            c.at(key).report(f"unknown key {format_value(key)}; {hint}")
 
 
 def _check_undeclared_fields(source: Any, own: Fields) -> None:
@@ -245,19 +234,18 @@ def yield_controls(
 ) -> Iterator[Control]:
     """Yield the controls of the declared fields of an object, in their order.
 
-    Content of files is left out. Dynamics have controls if a drive acts, with the fact `driven`.
-    A class may name the fields that it offers in `offered`.
+    Content of files and of messages is left out. Dynamics have controls if a drive acts, with the
+    fact `driven`. A class may name further fields in `without_controls`.
     """
     form = form or get_text_form(type(value))
     source = value if form is type(value) else form.of(value, place.c)
     c = get_inner_context(form, value, place.c)
-    offered = getattr(form, "offered", None)
+    without = getattr(form, "without_controls", ())
+    idle = {Role.FILE, Role.MESSAGE, *([] if c.facts.get("driven") else [Role.DRIVE])}
     for each in fields_of(form):
-        idle = each.role is Role.FILE or (each.role is Role.DRIVE and not c.facts.get("driven"))
-        if idle or (offered is not None and each.name not in offered):
-            continue
-        inner = place.at(each.name, each.meaning, c)
-        yield from each.spec.controls(getattr(source, each.name), inner)
+        if each.role not in idle and each.name not in without:
+            inner = place.at(each.name, each.meaning, c)
+            yield from each.spec.controls(getattr(source, each.name), inner)
 
 
 @dataclass(frozen=True)
@@ -283,7 +271,7 @@ class Table(Spec):
     kind: DeclaredClass
     says: DeclaredClass | None = None
     flat: bool = False
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
 
     @property
     def declared(self) -> DeclaredClass:
@@ -316,8 +304,6 @@ class Table(Spec):
         return define(self.says or self.kind)
 
     def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
-        if self.says is None and not dataclasses.is_dataclass(value):
-            return []
         return find_field_parts(self.says or get_text_form(type(value)), keys, value, c)
 
     def list_inner_classes(self) -> Sequence[DeclaredClass]:
@@ -330,14 +316,11 @@ class Table(Spec):
     def keys(self, name: str) -> tuple[str, ...]:
         return get_table_keys(self.declared) if self.flat else (name,)
 
-    def inner(self, name: str, key: str) -> tuple[str, ...]:
-        return (key,) if self.flat else ()
-
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         if not self.flat:
             return super().pick(table, name, c)
         values = {key: table[key] for key in self.keys(name) if key in table}
-        return c.read_or_report(self, values) if values else MISSING
+        return self.read_or_report(values, c) if values else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if not self.flat:

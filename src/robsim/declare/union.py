@@ -5,24 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError, format_value
+from robsim.declare.context import Context, FieldValue, NoTextError, Raw
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.spec import (
-    Context,
     DeclaredClass,
     DefineSchema,
-    FieldValue,
     JSONSchema,
-    NoTextError,
     PathPart,
-    Raw,
     Spec,
     make_expected_error,
 )
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -47,13 +41,12 @@ class OneOf(Spec):
     summary: str = ""  # phrase for messages; "": the phrases of the specs
 
     def __init__(self, *specs: Spec, words: str = ""):
-        object.__setattr__(self, "specs", specs)
-        object.__setattr__(self, "summary", words)
+        vars(self).update(specs=specs, summary=words)
 
     @property
     def forms(self) -> tuple[str, ...]:  # type: ignore[override]
         """The forms of all specs."""
-        return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
+        return tuple(form for spec in self.specs for form in spec.forms)
 
     def check(self, value: object, what: str) -> FieldValue:
         for spec in self.specs:
@@ -64,7 +57,7 @@ class OneOf(Spec):
         raise InputError(f"{what}: expected {self.words()}, got {format_value(value)}")
 
     def read(self, raw: Raw, c: Context) -> FieldValue:
-        fits = [spec for spec in self.specs if _get_raw_form(raw) in (spec.forms or (spec.form,))]
+        fits = [spec for spec in self.specs if _get_raw_form(raw) in spec.forms]
         if len(fits) == 1:
             return fits[0].read(raw, c)
         for spec in fits:
@@ -92,18 +85,18 @@ class OneOf(Spec):
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
     def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
-        for spec in self.specs:
-            with suppress(InputError, TypeError):
-                spec.check(value, "value")
-                return spec.controls(value, place)
-        return ()
+        return self._find_spec(value).controls(value, place)
 
     def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
+        return self._find_spec(value).parts(keys, value, c)
+
+    def _find_spec(self, value: object) -> Spec:
+        """Return the spec of a stored value; one without controls and parts if there is none."""
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")
-                return spec.parts(keys, value, c)
-        return []
+                return spec
+        return Spec()
 
     def list_inner_classes(self) -> Sequence[DeclaredClass]:
         return [kind for spec in self.specs for kind in spec.list_inner_classes()]

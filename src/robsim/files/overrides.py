@@ -8,9 +8,9 @@ from typing import Any
 
 from robsim.base.arrays import has_items
 from robsim.base.errors import InputError, format_value
+from robsim.declare.context import PythonValue
 from robsim.declare.lists import get_item_label
 from robsim.declare.name_lookup import NAMED
-from robsim.declare.spec import PythonValue
 
 Changes = Mapping[str, Any] | Iterable[str]
 DEEPEST = 16

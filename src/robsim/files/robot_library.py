@@ -7,8 +7,8 @@ from pathlib import Path
 
 from robsim.base.errors import FileError, FrameError, InputError, format_value
 from robsim.base.file_content import format_relative_path
+from robsim.declare.context import Context, UnwritableChange
 from robsim.declare.problems import Problems, prefix_path
-from robsim.declare.spec import Context, UnwritableChange
 from robsim.files import robots
 from robsim.files.toml import Tables, parse_toml, read_toml_text
 from robsim.robot.robot import Robot
@@ -68,7 +68,7 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
     2
     """
     problems = Problems(str(path))
-    value = Context(problems).read_or_report(ROBOT, parse_toml(read_toml_text(path), str(path)))
+    value = ROBOT.read_or_report(parse_toml(read_toml_text(path), str(path)), Context(problems))
     problems.stop()
     robot: Robot = value
     return robot

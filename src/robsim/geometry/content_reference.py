@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from robsim.base.errors import FileError, InputError, format_value
-from robsim.declare.spec import Context, Raw
+from robsim.declare.context import Context, Raw
 
 DIGEST_KEY = "sha256"
 DIGEST = "[0-9a-f]{64}"

@@ -15,7 +15,7 @@ from robsim.base.errors import InputError
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare import Flag, PerRun, Quantity, Role, Vector
-from robsim.declare.spec import Context
+from robsim.declare.context import Context
 from robsim.geometry.pose import PoseLike, check_single_pose
 
 MOMENT_SLACK = 1e-9  # relative tolerance of the symmetry and of the inequalities of the moments
@@ -33,7 +33,7 @@ class InertiaTable:
     """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
     stands: ClassVar[Mapping[str, str]] = {"mass": "mass"}
-    offered: ClassVar[tuple[str, ...]] = ("mass",)
+    without_controls: ClassVar[Any] = ("moments", "centre", "products", "strict")
 
     mass: Annotated[
         float, Quantity(least=0, dimension="mass"), Role.DRIVE, PerRun(()), "Mass of the body."

@@ -15,7 +15,8 @@ from typing import Any, ClassVar
 
 from robsim.base.errors import FileError, InputError, format_value, suggest_names
 from robsim.base.file_content import format_relative_path
-from robsim.declare.spec import Context, FieldValue, Raw, Spec, make_expected_error
+from robsim.declare.context import Context, FieldValue, Raw
+from robsim.declare.spec import Spec, make_expected_error
 from robsim.geometry.content_reference import (
     DIGEST_KEY,
     DIGEST_SCHEMA,

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from robsim.base import si_units
 from robsim.declare import ListOf, Number, PerRun, Table, Vector
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import Context, NoTextError
 from robsim.geometry.pose import Pose, check_single_pose
 from robsim.geometry.rotation import rotation_to_rpy
 

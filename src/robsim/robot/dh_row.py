@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import Angle, DeclaredValue, Length, PerRun, Word, described
-from robsim.declare.spec import Context, Raw
+from robsim.declare.context import Context, Raw
 from robsim.geometry.pose import Pose
 from robsim.geometry.rotation import axis_rotation
 
@@ -18,19 +18,7 @@ DH_CONVENTIONS = ("standard", "modified")
 
 
 @dataclass(frozen=True)
-class Convention(Word):
-    """Declaration of the convention of the rows of a robot."""
-
-    choices: tuple[str, ...] = DH_CONVENTIONS
-    noun: str = "convention"
-
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        """Return no controls: another convention describes another robot."""
-        return ()
-
-
-@dataclass(frozen=True)
-class DHConvention(Convention):
+class DHConvention(Word):
     """Declaration of the convention of a row, given once for all rows of a robot or for one row."""
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
@@ -43,6 +31,9 @@ class DHConvention(Convention):
         """Write the convention if it differs from the convention of the robot around the row."""
         if value != c.facts.get("convention", "standard"):
             super().put(table, name, value, c)
+
+
+ROW_CONVENTION = DHConvention(DH_CONVENTIONS, "convention")
 
 
 @described
@@ -61,12 +52,14 @@ class DHRow(DeclaredValue):
     array([0.5, 0. , 0.1])
     """
 
+    without_controls: ClassVar[tuple[str, ...]] = ("convention",)  # it describes another robot
+
     theta: Annotated[float, Angle(), PerRun(()), "Rotation about z."] = 0.0
     d: Annotated[float, Length(), PerRun(()), "Translation along z."] = 0.0
     a: Annotated[float, Length(), PerRun(()), "Translation along x."] = 0.0
     alpha: Annotated[float, Angle(), PerRun(()), "Rotation about x."] = 0.0
     convention: Annotated[
-        str, DHConvention(), "Order of the transforms. None: as in the robot."
+        str, ROW_CONVENTION, "Order of the transforms. None: as in the robot."
     ] = "standard"
 
     def constants(self, turns: bool) -> tuple[Pose, Pose]:

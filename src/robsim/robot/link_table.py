@@ -8,9 +8,9 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
 from robsim.declare import KindOf, ListOf, Name, Number, PerRun, Role, Table
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.joint_numbers import Axes, OfJoint, PerJoint, get_joint_unit
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import Context, NoTextError, Raw
 from robsim.geometry.curves.curve import CURVES, Curve
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
@@ -31,20 +31,6 @@ JOINT_KEYS = ("limits", "speed", "effort", *RESISTANCES, "curve", "steering", "f
 POSE_KEYS = ("place", "tail")
 
 
-@dataclass(frozen=True)
-class JointKindChoice(KindOf):
-    """Declaration of a kind of joint: its name, or a table with its parameters."""
-
-    __hash__ = KindOf.__hash__
-
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return ()
-
-    def write(self, value: Any, c: Context) -> Raw:
-        kind = find_joint_kind(value)
-        return super().write(kind, c)
-
-
 def _find_limit_axes(c: Context) -> Axes:
     """Return the axes of the limits of the joint in the surrounding table."""
     return Axes([get_joint_unit(c)] * 2, ["lowest", "highest"])
@@ -54,9 +40,6 @@ def _find_limit_axes(c: Context) -> Axes:
 class JointLimitPair(PerJoint):
     """Declaration of joint limits: the lowest and highest coordinate, in the unit of the joint."""
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return ()
-
     def _describe_list(self, words: str) -> str:
         return "[lowest, highest] in the unit of the joint"
 
@@ -64,8 +47,6 @@ class JointLimitPair(PerJoint):
 @dataclass(frozen=True)
 class Resistance(Number):
     """Declaration of a number of the drive or the resistance of a joint with one coordinate."""
-
-    __hash__ = Number.__hash__
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         kind = place.c.facts.get("joint")
@@ -88,9 +69,9 @@ class LinkTable:
 
     name: Annotated[str, LINK_NAME, "Name of the link."]
     parent: Annotated[str | None, LINK_NAME, "Parent link. None: the previous link."] = None
-    joint: Annotated[
-        str | JointKind, JointKindChoice(JOINTS), "Kind of the joint that moves the link."
-    ] = "fixed"
+    joint: Annotated[str | JointKind, KindOf(JOINTS), "Kind of the joint that moves the link."] = (
+        "fixed"
+    )
     joint_name: Annotated[
         str | None, LINK_NAME, "Name of the joint and its coordinates. None: the name of the link."
     ] = None
@@ -145,6 +126,7 @@ class LinkTable:
     ] = None
 
     facts_from: ClassVar[Any] = ("joint",)
+    without_controls: ClassVar[Any] = ("joint", "limits")
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
@@ -172,5 +154,5 @@ class LinkTable:
         for key in POSE_KEYS:
             pose = getattr(joint, key)
             parts[key] = None if joint.dh or pose == IDENTITY else pose
-        parts |= {"joint": joint.kind, "joint_name": joint.name}
+        parts |= {"joint": joint.model, "joint_name": joint.name}
         return cls(value.name, value.parent, shapes=value.shapes, inertia=value.inertia, **parts)

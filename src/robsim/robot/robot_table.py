@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, cast
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, PerRun, Role, Text
+from robsim.declare import Flag, ListOf, Name, PerRun, Role, Text, Word
+from robsim.declare.context import MISSING, Context, Raw, UnwritableChange
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import Axes, PerJoint
 from robsim.declare.lists import get_item_label
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import MISSING, Context, Raw, Spec, UnwritableChange
+from robsim.declare.spec import Spec
 from robsim.declare.tables import PartTable
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
-from robsim.robot.dh_row import Convention
+from robsim.robot.dh_row import DH_CONVENTIONS
 from robsim.robot.dh_table import convert_chain_schema, expand_dh_table
 from robsim.robot.joint import list_coordinate_units
 from robsim.robot.link import Link, list_coordinate_names
@@ -28,6 +30,7 @@ from robsim.robot.robot import Robot
 from robsim.robot.robot_origin import ORIGIN_KEYS, RobotOrigin
 
 LINK_SPEC = PartTable(Link, LinkTable)
+CONVENTION = Word(DH_CONVENTIONS, "convention")
 MOST_LINKS = 256
 MOST_LISTED_PARTS = 64  # largest number of robots in a scene, tools of a robot, and similar parts
 BASE_MESSAGE = (
@@ -39,10 +42,6 @@ BASE_MESSAGE = (
 @dataclass(frozen=True)
 class LinkList(ListOf):
     """Declaration of the links of a robot; the default parent of a link is the previous link."""
-
-    item: Spec = LINK_SPEC
-    least: int = 1
-    most: int = MOST_LINKS
 
     def read(self, raw: Raw, c: Context) -> tuple[Link, ...]:
         if c.over is not MISSING:
@@ -136,7 +135,7 @@ class LinkTreeTable:
     """Common text form of robots and tools: links on joints."""
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
-    links: Annotated[tuple[Link, ...], LinkList(), "Links, the base first."]
+    links: Annotated[tuple[Link, ...], LinkList(LINK_SPEC, 1, MOST_LINKS), "Links, the base first."]
     stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
         Pose | None, FLAT_POSE, PerRun(), "Pose of the base in the frame that carries it."
@@ -145,7 +144,7 @@ class LinkTreeTable:
     sources: Annotated[
         tuple[str, ...], ListOf(Text(), most=64), Role.LABEL, "Sources of the numbers."
     ] = ()
-    convention: Annotated[str | None, Convention(), "Convention of the rows `dh`."] = None
+    convention: Annotated[str | None, CONVENTION, "Convention of the rows `dh`."] = None
     home: Annotated[
         Array | None, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
     ] = None
@@ -155,6 +154,7 @@ class LinkTreeTable:
     ] = None
 
     facts_from: ClassVar[Any] = ("convention",)
+    without_controls: ClassVar[Any] = ("convention",)  # another one describes another robot
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
@@ -164,15 +164,11 @@ class LinkTreeTable:
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
-        base, *others = self.links
-        before = [base.name, *(link.name for link in others)]
-        links = (
-            base,
-            *(
-                link if link.parent else replace(link, parent=before[i])
-                for i, link in enumerate(others)
-            ),
-        )
+        others = [
+            link if link.parent else replace(link, parent=previous.name)
+            for previous, link in pairwise(self.links)
+        ]
+        links = (self.links[0], *others)
         try:
             return Robot(self.name, links, self.home, tip=self.tip or "", origin=self.origin)
         except InputError as error:  # wrong home, or links that do not fit together
@@ -214,8 +210,7 @@ class RobotTable(LinkTreeTable):
         tip = None if value.tip == value.links[-1].name else value.tip
         home = None if c.facts.get("brief") and _is_default_home(value) else value.home
         own: Any = {"home": home, "tip": tip, "convention": find_dh_convention(value.links)}
-        own["origin"] = value.origin
-        return cls(value.name, value.links, value.base, on=value.on, **own)
+        return cls(value.name, value.links, value.base, on=value.on, origin=value.origin, **own)
 
 
 def _make_table_with_tools(value: Robot, c: Context) -> RobotTable:

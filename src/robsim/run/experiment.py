@@ -30,10 +30,10 @@ from robsim.base.errors import (
 )
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value, is_immutable, replace_unchecked
+from robsim.declare.context import MISSING, FieldValue
 from robsim.declare.controls import Control
 from robsim.declare.problems import join_keys, prefix_path
 from robsim.declare.scalars import LARGEST
-from robsim.declare.spec import MISSING, FieldValue
 from robsim.engine.endings import ENDING_LIST, Ending, check_endings
 from robsim.engine.instant import Instant, iterate_instants
 from robsim.engine.loop import Loop

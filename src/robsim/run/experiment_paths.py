@@ -12,14 +12,15 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.declare import Table
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.dotted_paths import DottedPath, resolve_path
 from robsim.declare.problems import Problems, UnreadableValue
-from robsim.declare.spec import Context, NoTextError, Spec
-from robsim.declare.tables import yield_controls as controls
+from robsim.declare.spec import Spec
+from robsim.declare.tables import yield_controls
 from robsim.files.overrides import parse_toml_value
 from robsim.run.beliefs import find_common_belief, list_beliefs, replace_beliefs
-from robsim.run.experiment_text import SCENE, TaskTable, make_task_table
+from robsim.run.experiment_text import SCENE, SCENE_SPEC, TaskTable, make_task_table
 from robsim.servo.safety.guard import SafetyGuard
 from robsim.servo.safety.safety import Safety
 from robsim.world.scene import Scene
@@ -28,7 +29,7 @@ BELIEF = "belief"
 _BELIEVED_DYNAMICS = re.compile(
     r"belief\.robots\..+\.links\.[^.]+\.(armature|damping|friction|effort|inertia(\..*)?)"
 )
-SCENE_SPEC, TASK_SPEC = Table(Scene), Table(object, TaskTable)
+TASK_SPEC = Table(object, TaskTable)
 
 
 class NoNumberError(Exception):
@@ -51,12 +52,10 @@ def find_path(experiment: Any, name: str) -> DottedPath | None:
 
 
 def _resolve_experiment_path(experiment: Any, name: str) -> DottedPath | None:
-    top, _, rest = name.partition(".")
-    if top == BELIEF:
-        return find_scene_path(get_believed_scene(experiment), rest)
-    if top in SCENE:
-        return find_scene_path(experiment.scene, name)
-    return _resolve_number_path(TASK_SPEC, experiment, name, experiment.scene)
+    owner = find_path_owner(experiment, name)
+    if owner is experiment:
+        return _resolve_number_path(TASK_SPEC, experiment, name, experiment.scene)
+    return find_scene_path(owner, name.removeprefix(f"{BELIEF}."))
 
 
 def find_scene_path(scene: Scene, name: str) -> DottedPath | None:
@@ -190,19 +189,13 @@ def yield_experiment_controls(of: Any) -> Iterator[Control]:
     driven = getattr(of.actuation, "drive", None) is not None
     facts = {"scene": of.scene, "by_hand": True, "apart": apart, "driven": driven}
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
-    yield from controls(make_task_table(of), place)
+    yield from yield_controls(make_task_table(of), place)
     beliefs = list_beliefs(of.task)
     if beliefs and not (apart and any(each is not None for each in beliefs)):
-        unaware = place.c.with_facts(driven=False)
-        yield from _list_scene_controls(get_believed_scene(of), place.at(BELIEF, c=unaware))
-    yield from _list_scene_controls(of.scene, place)
-
-
-def _list_scene_controls(scene: Scene, place: ControlPlace) -> list[Control]:
-    known: dict[tuple[str, bool], list[Control]] = vars(scene).setdefault("_controls", {})
-    inner = ControlPlace(place.path, place.c.with_facts(scene=scene))
-    key = place.path, bool(place.c.facts.get("driven"))
-    return known.get(key) or known.setdefault(key, list(controls(scene, inner)))
+        believed = get_believed_scene(of)
+        unaware = place.c.with_facts(driven=False, scene=believed)
+        yield from SCENE_SPEC.controls(believed, place.at(BELIEF, c=unaware))
+    yield from SCENE_SPEC.controls(of.scene, place)
 
 
 def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:

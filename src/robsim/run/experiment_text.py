@@ -13,20 +13,12 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Flag, Integer, OneOf, Role, Table, Text, Time, Word, fields_of
+from robsim.declare.context import MISSING, Context, NoTextError, PythonValue, Raw, UnwritableChange
 from robsim.declare.fields import is_identical
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import Problems, UnreadableValue
-from robsim.declare.spec import (
-    MISSING,
-    Context,
-    NoTextError,
-    PythonValue,
-    Raw,
-    Spec,
-    UnwritableChange,
-    make_expected_error,
-)
-from robsim.declare.tables import get_table_keys, read_table, write_table
+from robsim.declare.spec import Spec, make_expected_error
+from robsim.declare.tables import PartTable, get_table_keys, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.recorder import LONGEST
 from robsim.files.robot_library import load_origin_robot
@@ -44,7 +36,7 @@ from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 SCENE = get_table_keys(Scene)
-SCENE_SPEC, BELIEF = Table(Scene), BeliefSpec()
+SCENE_SPEC, BELIEF = PartTable(Scene), BeliefSpec()
 
 
 RECORD = OneOf(
@@ -105,18 +97,10 @@ PARTS = "sensing", "actuation", "safety", "endings", "ros2"  # fields with a tab
 
 
 @dataclass(frozen=True)
-class ExperimentBelief(BeliefSpec):
-    """The common belief of all tasks. It is read before the tasks."""
-
-    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
-        return MISSING
-
-
-@dataclass(frozen=True)
 class ForeignTable(Spec):
     """A table that is not part of the experiment and is read by other code."""
 
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = "a table"
     json: ClassVar[Mapping[str, Any]] = {"type": "object"}
 
@@ -135,9 +119,7 @@ class TaskTable:
     task: Annotated[Any, TaskChoice(TASKS, whole=True), "Task of the robots."]
     title: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     belief: Annotated[
-        Any,
-        ExperimentBelief(),
-        "Differences of the scene that the controller believes in from the true scene.",
+        Any, BELIEF, "Differences of the scene that the controller believes in from the true scene."
     ] = None
     start: Annotated[Any, Table(StartTable, StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
@@ -171,7 +153,7 @@ def read_experiment(
     c = c.with_facts(library=partial(load_origin_robot, folder=folder))
     raw = {key: each for key, each in tables.items() if key in SCENE}
     over = c if old is None else c.with_old_value(old.scene)
-    scene = old.scene if old is not None and not raw else over.read_or_report(SCENE_SPEC, raw)
+    scene = old.scene if old is not None and not raw else SCENE_SPEC.read_or_report(raw, over)
     c = c.with_facts(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
     # an old task cannot refer to a scene with problems
@@ -191,15 +173,15 @@ def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[st
         if "belief" in raw:
             believed = None
             if raw["belief"] != PythonValue(None):
-                believed = c.at("belief", over=shared).read_or_report(BELIEF, raw["belief"])
+                believed = BELIEF.read_or_report(raw["belief"], c.at("belief", over=shared))
             task = replace_beliefs(task, lambda one: believed if is_identical(one, shared) else one)
             shared = believed
         table = replace(make_task_table(old), task=task)
     elif scene is not None and "belief" in raw:
-        c = c.with_facts(belief=c.at("belief").read_or_report(BELIEF, raw["belief"]))
-    task_part: Any = MISSING
+        c = c.with_facts(belief=BELIEF.read_or_report(raw["belief"], c.at("belief")))
+    task_part, rest = MISSING, {key: each for key, each in raw.items() if key != "belief"}
     with suppress(UnreadableValue):
-        task_part = read_table(TaskTable, raw, c.with_old_value(table), *SCENE)
+        task_part = read_table(TaskTable, rest, c.with_old_value(table), *SCENE)
     if task_part is MISSING or scene is None:
         return None
     keeps_start = old is not None and "start" not in raw
@@ -235,7 +217,7 @@ def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
             )
         except (UnwritableChange, NoTextError):
             return one
-        new_belief: Scene | None = c.at("belief").read_or_report(BELIEF, raw)
+        new_belief: Scene | None = BELIEF.read_or_report(raw, c.at("belief"))
         return new_belief
 
     return replace_beliefs(old.task, believed)
@@ -278,12 +260,10 @@ def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
 def _make_run_table(of: Any, brief: bool) -> RunTable | None:
     """Return the table of the settings; if `brief`, without defaults."""
     defaults = {each.name: each.default for each in fields(of)}
+    omitted = RUN if brief else ("first_run",)  # if they have their defaults
     own = {name: getattr(of, name) for name in RUN}
-    omitted = {
-        name for name in RUN if own[name] == defaults[name] and (brief or name == "first_run")
-    }
-    values = {name: None if name in omitted else value for name, value in own.items()}
-    return None if len(omitted) == len(RUN) else RunTable(**values)
+    kept = {name: x for name, x in own.items() if name not in omitted or x != defaults[name]}
+    return RunTable(**kept) if kept else None
 
 
 def write_complete_text(of: Any) -> str:

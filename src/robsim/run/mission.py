@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, prefix_errors
 from robsim.declare import DeclaredValue, ListOf, Table, register
-from robsim.declare.spec import Context, FieldValue
+from robsim.declare.context import Context, FieldValue
 from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress, check_progress
 from robsim.run.mission_run import MissionLeg, MissionRun

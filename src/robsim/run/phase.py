@@ -9,9 +9,9 @@ from typing import Annotated, Any, ClassVar
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, prefix_errors
 from robsim.declare import DeclaredValue, Role, Text, Time, Word, described
+from robsim.declare.context import Context, FieldValue, Raw
 from robsim.declare.lists import Names
 from robsim.declare.scalars import PlainValue
-from robsim.declare.spec import Context, FieldValue, Raw
 from robsim.declare.texts import FrameReference
 from robsim.engine.outcome import Outcome
 from robsim.servo.tasks.task import Task
@@ -39,7 +39,7 @@ class PhaseName(Text):
 class AttachmentTable(PlainValue):
     """A table {object: frame} of objects and the frames that carry them."""
 
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = '{ object = "frame" }'
     json: ClassVar[Mapping[str, Any]] = {
         "type": "object",

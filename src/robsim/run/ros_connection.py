@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from robsim.base.errors import check_known
 from robsim.declare import DeclaredValue, ListOf, Role, Table, Text, Time, Word, described
-from robsim.declare.name_tables import NameTable
+from robsim.declare.texts import NameTable
 from robsim.world.scene import Scene
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 TOPIC = Text(most=255, least=1, pattern=r"~?/?[A-Za-z_][A-Za-z0-9_/]*")
 COMMAND_TYPES = (
@@ -144,12 +141,4 @@ class RosConnection(DeclaredValue):
                 check_known(name, known, f"{field}: {no}", things)
 
 
-@dataclass(frozen=True)
-class ConnectionTable(Table):
-    """The table of a connection, without controls: it has no effect on a simulated run."""
-
-    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
-        return ()
-
-
-ROS_TABLE = ConnectionTable(RosConnection)
+ROS_TABLE = Table(RosConnection)

@@ -12,7 +12,7 @@ from typing import Any
 
 from robsim.base.atomic_files import write_whole
 from robsim.base.errors import FileError, InputError
-from robsim.declare.spec import NoTextError
+from robsim.declare.context import NoTextError
 from robsim.geometry.grey_picture import GreyPicture
 from robsim.geometry.picture_spec import get_picture_path
 from robsim.geometry.primitives.mesh_spec import get_mesh_path

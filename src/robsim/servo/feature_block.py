@@ -21,16 +21,9 @@ from robsim.declare import (
     described,
     fields_of,
 )
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.problems import UnreadableValue
-from robsim.declare.spec import (
-    MISSING,
-    Context,
-    NoTextError,
-    Raw,
-    Spec,
-    add_article,
-    make_expected_error,
-)
+from robsim.declare.spec import Spec, add_article, make_expected_error
 from robsim.features.feature import FEATURES as KINDS
 from robsim.features.feature import Feature
 
@@ -224,7 +217,7 @@ class _BlockSpec(Spec):
     """Feature block in a text; with `alone`, a table without keys of a block is a feature."""
 
     alone: bool = False
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = "a feature"
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -245,7 +238,8 @@ class _BlockSpec(Spec):
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _BLOCK_KEYS}
         text = raw if isinstance(raw, str) else rest
-        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(text, c.with_old_value(old))
+        inner = c.with_old_value(old).with_facts(also=_BLOCK_KEYS)  # listed beside unknown keys
+        feature = FEATURE_CHOICE.read(text, inner)
         if c.problems.total_count > before:
             raise UnreadableValue
         return feature if self.alone and not own else FeatureBlock(feature, **own)
@@ -268,13 +262,6 @@ class _BlockSpec(Spec):
             define(FEATURE_CHOICE.family.find(name), name, **own) for name in FEATURE_CHOICE.names
         ]
         return {"anyOf": [{"enum": FEATURE_CHOICE.names}, *tables]}
-
-
-class _BlockFeatureChoice(KindOf):
-    """Choice of a feature with messages about unknown keys that list the keys of the block."""
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        return super().read(raw, c.with_facts(also=_BLOCK_KEYS))
 
 
 _BLOCK_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]

@@ -9,12 +9,12 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import FileError, InputError, format_value
-from robsim.declare import Flag, Integer
-from robsim.declare import KindOf as ChoiceSpec
+from robsim.declare import Flag, Integer, KindOf
 from robsim.declare.array_types import Numbers
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.problems import Problems
 from robsim.declare.quantities import DIMENSIONS
-from robsim.declare.spec import MISSING, Context, NoTextError, Raw, Spec, make_expected_error
+from robsim.declare.spec import Spec, make_expected_error
 from robsim.declare.tables import read_table, write_table
 from robsim.files.toml import parse_toml, write_toml
 from robsim.run.experiment import Experiment
@@ -27,14 +27,14 @@ from robsim.studies.value_grid import generate_labels
 from robsim.studies.value_lists import is_toml_value
 
 STUDY = "study"  # the key of the table
-SAMPLER_SPEC = ChoiceSpec(SAMPLER, short=False)
+SAMPLER_SPEC = KindOf(SAMPLER, short=False)
 
 
 @dataclass(frozen=True)
 class VarySpec(Spec):
     """The varied names, each with a sampler, a list, or values by label."""
 
-    form: ClassVar[str] = "table"
+    forms: ClassVar[tuple[str, ...]] = ("table",)
     phrase: ClassVar[str] = (
         'a table such as { "task.gain" = { kind = "uniform", low = 1, high = 2 } }'
     )
@@ -47,7 +47,7 @@ class VarySpec(Spec):
             if is_sampler_table(each):
                 unit = get_unit_at(c.facts["experiment"], name)
                 inner = c.at(name).with_facts(of=[unit if unit in DIMENSIONS else "1"])
-                values[name] = inner.read_or_report(SAMPLER_SPEC, each)
+                values[name] = SAMPLER_SPEC.read_or_report(each, inner)
         return {name: each for name, each in values.items() if each is not MISSING}
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
@@ -88,7 +88,7 @@ class StudyTable:
         "Number of draws; each is simulated with every combination of enumerated values.",
     ] = None
     seed: Annotated[int | None, Integer(0, 2**64 - 1), "Seed of all samples."] = None
-    start: Annotated[Any, ChoiceSpec(START, short=False), "Sampler of starts."] = None
+    start: Annotated[Any, KindOf(START, short=False), "Sampler of starts."] = None
     starts: Annotated[
         Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each draw."
     ] = None

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import has_items
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import make_hashable
-from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.context import Context, Raw
+from robsim.declare.spec import Spec
 
 MOST_VALUES = 10_000
 
@@ -56,7 +57,7 @@ def is_toml_value(value: Any) -> bool:
 class ValuesSpec(Spec):
     """A list of values of any kind that the varied name accepts."""
 
-    form: ClassVar[str] = "list"
+    forms: ClassVar[tuple[str, ...]] = ("list",)
     phrase: ClassVar[str] = "a list of values"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:

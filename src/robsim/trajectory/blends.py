@@ -13,8 +13,8 @@ from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.value import Value
 from robsim.declare import ListOf, register
+from robsim.declare.context import Context
 from robsim.declare.joint_numbers import OneOrEach, get_followed_axes
-from robsim.declare.spec import Context
 from robsim.trajectory.axis_limits import (
     AXIS_COORDINATES,
     AxisAcceleration,

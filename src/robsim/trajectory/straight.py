@@ -13,7 +13,7 @@ from robsim.base.arrays import Array, euclidean_length, move_runs_first, move_ru
 from robsim.base.errors import InputError
 from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
-from robsim.declare.spec import Context
+from robsim.declare.context import Context
 from robsim.geometry.pose import (
     Pose,
     PoseLike,

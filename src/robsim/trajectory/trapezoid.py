@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
-from robsim.declare.spec import Context
+from robsim.declare.context import Context
 from robsim.trajectory.axis_limits import AxisAcceleration, AxisSpeed, Limits
 from robsim.trajectory.rest_to_rest import END_COORDINATES, RestToRest
 from robsim.trajectory.time_law import Timing

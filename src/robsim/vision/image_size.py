@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import Integer, ListOf
-from robsim.declare.spec import Spec
 
 PIXELS = Integer(1, 1_000_000)
 
@@ -18,9 +17,5 @@ class ImageSize(ListOf):
     phrase: ClassVar[str] = "[width, height] in whole pixels"
     python_phrase: ClassVar[str] = "(width, height) in whole pixels"
 
-    item: Spec = PIXELS
-    least: int = 2
-    most: int = 2
 
-
-SIZE = ImageSize()
+SIZE = ImageSize(PIXELS, 2, 2)

@@ -11,8 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
+from robsim.declare.context import Context, Raw
 from robsim.declare.fields import is_identical
-from robsim.declare.spec import Context, Raw, Spec
 from robsim.vision.camera_checks import check_focal
 
 PIXELS = Number(unit="px")
@@ -26,10 +26,6 @@ PART_INDICES = {"focal": ((0, 0), (1, 1)), "center": ((0, 2), (1, 2)), "skew": (
 class FocalLengths(ListOf):
     """The declaration of two focal lengths in pixels, or one number for both."""
 
-    item: Spec = FOCAL_LENGTH
-    least: int = 2
-    most: int = 2
-    names: Sequence[str] = ("fx", "fy")
     phrase: ClassVar[str] = "[fx, fy] in pixels, or one number for both"
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
@@ -45,6 +41,9 @@ class FocalLengths(ListOf):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, super().schema(define)]}
+
+
+FOCAL = FocalLengths(FOCAL_LENGTH, 2, 2, names=("fx", "fy"))
 
 
 def get_intrinsic_part(K: Array, name: str) -> Any:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, is_any_nonzero
 from robsim.base.errors import InputError, prefix_errors
 from robsim.base.unit_warnings import warn_of_milliseconds
-from robsim.declare import DeclaredValue, Quantity, Vector, described
+from robsim.declare import DeclaredValue, Time, Vector, described
 from robsim.world.drives.joint_drive import DRIVE, JointDrive, OwnDrive
 from robsim.world.imperfections.encoder import Encoder, EncoderSteps
 from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
@@ -34,21 +34,6 @@ from robsim.world.imperfections.rate_limits import (
 )
 from robsim.world.payload import PAYLOADS, Payload
 
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
-
-
-@dataclass(frozen=True)
-class SubStep(Quantity):
-    """Declaration of a sub-step, which has no slider: few lengths divide a period."""
-
-    __hash__ = Quantity.__hash__
-
-    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
-        return ()
-
-
-SUB_STEP = SubStep(above=0, dimension="time")
 EARTH_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 
 
@@ -76,6 +61,8 @@ class Actuation(DeclaredValue):
     array([0.5, 1. ])
     """
 
+    without_controls: ClassVar[tuple[str, ...]] = ("step",)  # few lengths divide a period
+
     lag: LagTime = 0.0
     velocity: VelocityBound = None
     acceleration: AccelerationBound = None
@@ -88,7 +75,7 @@ class Actuation(DeclaredValue):
     ] = None
     step: Annotated[
         float | None,
-        SUB_STEP,
+        Time(above=0),
         "Length of a sub-step of the dynamics, which divides the period. None: the longest step of "
         "at most 1 ms.",
     ] = None

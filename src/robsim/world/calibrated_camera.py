@@ -17,9 +17,9 @@ import numpy as np
 from robsim.base.errors import FileError, InputError
 from robsim.base.file_content import format_relative_path
 from robsim.declare import ListOf, Number, OneOf, Table, Text, Word, described
+from robsim.declare.context import Context
 from robsim.declare.fields import is_identical
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import Context
 from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import CalibrationOrigin, load_camera
 from robsim.vision.image_size import SIZE

@@ -12,8 +12,8 @@ from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.value import Value
 from robsim.declare import described
+from robsim.declare.context import Context
 from robsim.declare.joint_numbers import Axes, PerJoint
-from robsim.declare.spec import Context
 from robsim.declare.texts import FrameReference
 
 

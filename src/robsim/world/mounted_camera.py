@@ -11,7 +11,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
 from robsim.base.parameter_names import name_parameters
 from robsim.declare import Name, PerRun, Role, Table
-from robsim.declare.spec import Context, NoTextError
+from robsim.declare.context import Context, NoTextError
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
@@ -19,7 +19,7 @@ from robsim.geometry.primitives import CameraBody
 from robsim.vision.camera import Camera
 from robsim.vision.camera_files.calibration_files import load_rig
 from robsim.vision.image_size import SIZE
-from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, FocalLengths
+from robsim.vision.intrinsics import CENTER, FOCAL, MATRIX, PIXELS
 from robsim.vision.optics import Optics
 from robsim.world.calibrated_camera import (
     CALIBRATION,
@@ -57,7 +57,7 @@ class CameraTable:
         PerRun((3, 3)),
         "Matrix of intrinsics [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
     ] = None
-    focal: Annotated[Any, FocalLengths(), PerRun((), (2,)), "Focal lengths, instead of K."] = None
+    focal: Annotated[Any, FOCAL, PerRun((), (2,)), "Focal lengths, instead of K."] = None
     center: Annotated[
         Any, CENTER, PerRun((2,)), "Principal point, instead of K. None: the middle of the image."
     ] = None

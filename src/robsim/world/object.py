@@ -15,8 +15,8 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.name_check import check_name
 from robsim.base.value import Value, replace_unchecked
 from robsim.declare import ListOf, Name, PerRun, Table, Vector, described, fields_of
+from robsim.declare.context import Context, Raw
 from robsim.declare.fields import is_identical
-from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.texts import FrameReference
 from robsim.geometry.face_picture import FacePicture
 from robsim.geometry.pose import IDENTITY, Pose, PoseLike, check_single_pose
@@ -39,7 +39,6 @@ PrintedTarget = Tag | Board | DotPattern
 class MarkList(ListOf):
     """The declaration of points in the axes of an object, an array (N, 3) in Python."""
 
-    item: Spec = POSITION
     phrase: ClassVar[str] = 'a list of points, as in ["0, 0, 1 cm"]'
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -51,7 +50,7 @@ class MarkList(ListOf):
             table[name] = self.write(value, c.at(name))  # also an empty list
 
 
-MARKS = MarkList()
+MARKS = MarkList(POSITION)
 
 
 def collect_vertices(shapes: Iterable[Primitive]) -> Array:

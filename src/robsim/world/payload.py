@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, ListOf, PerRun, Quantity, Table, Time, Vector, described
-from robsim.declare.spec import FieldValue
+from robsim.declare.context import FieldValue
+from robsim.declare.controls import Control, ControlPlace
 from robsim.declare.texts import FrameReference
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import Pose
-
-if TYPE_CHECKING:
-    from robsim.declare.controls import Control, ControlPlace
 
 
 @described
@@ -94,24 +92,15 @@ START_MASS = 1.0  # kilograms of a load that a user interface adds
 class PayloadList(ListOf):
     """Declaration of payloads. User interfaces add loads on the last frames of robots."""
 
-    __hash__ = ListOf.__hash__
-
     def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
         if not place.c.facts.get("driven"):
             return
         robots = place.c.facts["scene"].robots
         frames = [f"{robot.name}.{robot.links[-1].name}" for robot in robots]
-        yield place.control(
-            "list",
-            [each.on for each in value],
-            options=tuple(frames),
-            low=float(self.least),
-            high=float(self.most),
-            items=tuple(value),
-            starters={frame: Payload(frame, START_MASS) for frame in frames},
-        )
-        for i, each in enumerate(value):
-            yield from self.item.controls(each, place.at(str(i)))
+        starters = {frame: Payload(frame, START_MASS) for frame in frames}
+        on = [each.on for each in value]
+        yield place.item_list(value, on, starters, (self.least, self.most))
+        yield from super().controls(value, place)
 
 
 PAYLOADS = PayloadList(Table(Payload), most=64)

@@ -14,8 +14,8 @@ from robsim.base.arrays import Array, as_bool, as_floats, as_integer, has_items,
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name
 from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare import ListOf, Number, Role, Table, described
+from robsim.declare.context import Context
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import Context
 from robsim.declare.tables import PartTable
 from robsim.features.feature import Feature, Observation
 from robsim.features.interaction_matrix import InteractionMatrix, check_features, stack_interactions

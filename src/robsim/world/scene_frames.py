@@ -7,7 +7,7 @@ from typing import Any
 
 from robsim.base.errors import FrameError, format_value, suggest_names
 from robsim.base.value import replace_unchecked
-from robsim.declare.spec import Context
+from robsim.declare.context import Context
 from robsim.geometry.pose import Pose
 from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Joint

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from robsim.declare.spec import Raw
+from robsim.declare.context import Raw
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Any
 
 from robsim.analysis.explanation.ablation import AblationTrial
 from robsim.base.errors import InputError
+from robsim.declare.context import NoTextError, Raw
 from robsim.declare.lists import get_item_label
-from robsim.declare.spec import NoTextError, Raw
 from robsim.run.experiment import Experiment
 from robsim.run.experiment_text import write_experiment
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -29,6 +29,8 @@ class Mimic(Coupling):
     """
 
     stage = forward_kinematics.mimic_coordinate
+    without_controls: ClassVar[tuple[str, ...]] = ("offset",)
+
     of: SourceName
     ratio: Annotated[float, Number(), "Ratio of the changes of both coordinates."] = 1.0
     offset: Annotated[float, OfJoint(), "Value if the other coordinate is zero."] = 0.0

@@ -15,9 +15,9 @@ from robsim.base.parameter_names import name_parameters
 from robsim.base.value import Value
 from robsim.declare import ListOf
 from robsim.declare.array_types import Numbers
+from robsim.declare.context import MISSING, Context, NoTextError, Raw
 from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import prefix_path
-from robsim.declare.spec import MISSING, Context, NoTextError, Raw
 from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
 from robsim.geometry.grey_picture import GreyPicture, PictureLike
@@ -248,10 +248,8 @@ class GoalTable:
             return cls(computed=value.T_c_o)
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
-        scene, places = c.facts.get("scene"), cast(Places, value.places)
+        scene, places = c.facts["scene"], cast(Places, value.places)
         more: Any = {"places": places, "picture": value.picture}
-        if scene is None:
-            return cls(**more)
         if c.facts.get("by_hand"):
             return cls(*describe_start(value.q, scene), **more)
         if c.facts.get("short") and value.q is not None:

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, format_value
 from robsim.declare import Table
-from robsim.declare.spec import MISSING, Context, Raw, UnwritableChange, make_expected_error
+from robsim.declare.context import MISSING, Context, Raw, UnwritableChange
+from robsim.declare.spec import make_expected_error
 from robsim.world.scene import Scene
 
 

@@ -13,9 +13,10 @@ from robsim.base.arrays import Array, as_float, as_floats, make_read_only
 from robsim.base.errors import InputError, format_value
 from robsim.base.value import ReadOnlyDict
 from robsim.declare import DeclaredValue, KindOf, Number, Time, register
+from robsim.declare.context import Context, Raw
 from robsim.declare.joint_numbers import Axes, PerJoint, get_followed_axes
 from robsim.declare.problems import UnreadableValue
-from robsim.declare.spec import Context, Raw, make_expected_error
+from robsim.declare.spec import make_expected_error
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.command_fields import JOINT_NAMES, Joints, VelocityIndices

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Table, Word, fields_of, register
+from robsim.declare.context import Context, Raw
 from robsim.declare.exact_quantity import ExactQuantity
-from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.spec import Spec
 from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import Pose, PoseLike, check_single_pose, is_pose_like
 from robsim.geometry.pose_table import PoseSpec

@@ -12,7 +12,7 @@ import numpy as np
 from robsim.base.arrays import make_read_only, move_runs_last
 from robsim.base.errors import CodeError
 from robsim.declare import Number, described
-from robsim.declare.spec import Context, Raw
+from robsim.declare.context import Context, Raw
 from robsim.features.interaction_matrix import InteractionMatrix
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget

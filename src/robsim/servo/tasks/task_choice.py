@@ -7,9 +7,9 @@ from typing import Any
 
 from robsim.base.errors import InputError
 from robsim.declare import KindOf, family
+from robsim.declare.context import Context, Raw
 from robsim.declare.joint_numbers import Axes, check_deferred_numbers
 from robsim.declare.problems import UnreadableValue
-from robsim.declare.spec import Context, Raw
 
 TASKS = family("task")
 MAX_NESTING = 16  # levels of nested tasks
@@ -28,8 +28,6 @@ class TaskChoice(KindOf):
 
     short: bool = False
     whole: bool = False
-
-    __hash__ = KindOf.__hash__
 
     @property
     def names(self) -> list[str]:

@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, as_floats, as_integer, as_positive, make_r
 from robsim.base.errors import InputError
 from robsim.base.unit_warnings import warn_of_millimetres
 from robsim.declare import Flag, Length, ListOf, Role, Vector, described
-from robsim.declare.spec import Context, Raw
+from robsim.declare.context import Context, Raw
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block, Wheel
 from robsim.vision.tags.planar_target import THICK, BoolArray, PlanarTarget

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from robsim.base.errors import InputError, suggest_names
 from robsim.base.si_units import Dimension
 from robsim.declare import Integer, ListOf, PerRun, Quantity, Table, Time, register
-from robsim.declare.spec import Context, Raw
+from robsim.declare.context import Context, Raw
 from robsim.declare.texts import FrameReference
 from robsim.kernels.images.mark_occlusion import hide_marks
 from robsim.world.imperfections.image_effect import (
