@@ -88,7 +88,7 @@ def count_still_periods(
     """Count consecutive periods with a command that hardly moves the features.
 
     The motion of the features over the time 1/pace must be below the share STALL of the tolerance.
-    A feature that moves in all runs settles the answer, so the further features are not read.
+    Features are read until one has moved in each run of the block.
     """
     least = (STALL * get(w, tolerance)) * get(w, pace)
     most = 0.0 * get(w, scale)
