@@ -106,7 +106,7 @@ def test_constraints_are_added_changed_and_removed_by_hand(desk):
 
 
 def test_the_controls_of_the_acting_constraints_light_up(chromium):
-    case = make_border_case(duration=20.0)
+    case = make_border_case(duration=5.0)  # both constraints act from 2.84 s to the end
     with open_desk(chromium, case) as desk:
         page = desk.page()
         unfold(page, "law")
