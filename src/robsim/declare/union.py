@@ -91,7 +91,7 @@ class OneOf(Spec):
         return self._find_spec(value).parts(keys, value, c)
 
     def _find_spec(self, value: object) -> Spec:
-        """Return the spec of a stored value; one without controls and parts if there is none."""
+        """Return the spec of a stored value; a spec without controls and parts if none fits."""
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")

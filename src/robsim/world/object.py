@@ -45,7 +45,7 @@ class MarkList(ListOf):
         return np.array(super().read(raw, c)).reshape(-1, 3)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        default = collect_vertices(c.facts["own"]["shapes"]) if c.facts.get("brief") else None
+        default = collect_vertices(c.facts["own"].get("shapes")) if c.facts.get("brief") else None
         if value is not None and not is_identical(value, default):
             table[name] = self.write(value, c.at(name))  # also an empty list
 

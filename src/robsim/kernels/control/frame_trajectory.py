@@ -5,6 +5,7 @@ Poses in the world have twelve rows, [R | t] row by row.
 
 from robsim.kernels.features.pose_features import put_theta_u_rates
 from robsim.kernels.formulas.lane_poses import compose_lanes
+from robsim.kernels.formulas.lane_vectors import put_vector
 from robsim.kernels.formulas.pose_interpolation import (
     interpolate_pose,
     rotation_in_base_axes,
@@ -18,21 +19,6 @@ from robsim.kernels.machine.lanes import WIDTH, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
 PATH_SCRATCH = 46  # scratch rows of these stages
-
-
-@kernel
-def _rotation_between(w, A, B, scratch, out, fixed):
-    """Compute the rotation vector from A to B, in axes of A or in `fixed` axes."""
-    inverse, relative = matrix(w, scratch, 3, 4), matrix(w, scratch + 12, 3, 4)
-    quaternion, turn = vector(w, scratch + 24, 4), vector(w, out, 3)
-    if fixed:
-        rotation_in_base_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
-        )
-    else:
-        rotation_in_start_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
-        )
 
 
 @kernel
@@ -53,7 +39,10 @@ def plan_straight_motion(w, step, start="3, 4", goal="3, 4", scratch="46", displ
         return
     for i in range(3):
         put(w, displacement + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
-    _rotation_between(w, start, goal, scratch, displacement + 3, False)
+    inverse, relative = matrix(w, scratch, 3, 4), matrix(w, scratch + 12, 3, 4)
+    quaternion, turn = vector(w, scratch + 24, 4), vector(w, displacement + 3, 3)
+    A, B = matrix(w, start, 3, 4), matrix(w, goal, 3, 4)
+    rotation_in_start_axes(A, B, inverse, relative, quaternion, turn)
     put(w, displacement + 6, _vector_length(w, displacement))
     put(w, displacement + 7, _vector_length(w, displacement + 3))
 
@@ -94,25 +83,25 @@ def sample_straight_motion(
 
 
 @stage
-def compute_path_error(w, step, T="3, 4", end="3, 4", scratch="46", s="6", L="3, 6"):
+def compute_path_error(w, step, T="3, 4", end="3, 4", s="6", L="3, 6"):
     """Compute s, the position and the rotation vector from the end pose, and L of the rotation.
 
     In fixed axes d(theta u)/dt = L(-theta u) omega.
     """
     for i in range(3):
         put(w, s + i, get(w, T + 4 * i + 3))
-    _rotation_between(w, end, T, scratch, s + 3, True)
-    put_theta_u_rates(w, L, -get(w, s + 3), -get(w, s + 4), -get(w, s + 5))
+    x, y, z = rotation_in_base_axes(w, end, T)
+    put_vector(w, s + 3, x, y, z)
+    put_theta_u_rates(w, L, -x, -y, -z)
 
 
 @kernel
 def _reduce_deviation(w, T, poses, ahead, left, scratch, target):
     """Compute `target`, the pose `ahead` displaced by the share `left` of the deviation of T."""
     deviation, correction, corrected = scratch + 28, scratch, scratch + 34
-    _rotation_between(w, poses, T, scratch, deviation + 3, True)
-    for i in range(3):
-        put(w, deviation + i, 0.0)
-        put(w, deviation + 3 + i, left * get(w, deviation + 3 + i))
+    x, y, z = rotation_in_base_axes(w, poses, T)
+    put_vector(w, deviation, 0.0, 0.0, 0.0)
+    put_vector(w, deviation + 3, left * x, left * y, left * z)
     exp_se3(vector(w, deviation, 6), matrix(w, correction, 3, 4))
     compose_lanes(w, correction, ahead, corrected)
     for i in range(3):
@@ -147,7 +136,8 @@ def compute_path_twist(
     else:
         for i in range(12):
             put(w, target + i, get(w, ahead + i))
-    _rotation_between(w, T, target, scratch, V + 3, True)
+    x, y, z = rotation_in_base_axes(w, T, target)
+    put_vector(w, V + 3, x, y, z)
     for i in range(3):
         put(w, V + i, get(w, target + 4 * i + 3) - get(w, T + 4 * i + 3))
     for i in range(6):

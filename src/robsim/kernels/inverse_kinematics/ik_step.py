@@ -8,8 +8,8 @@ T-RO 27(5), 2011.
 
 import math
 
-from robsim.kernels.formulas.se3 import rotation_to_quaternion, rotation_vector
-from robsim.kernels.machine.array_views import matrix, vector
+from robsim.kernels.formulas.lane_vectors import put_vector
+from robsim.kernels.formulas.pose_interpolation import rotation_in_base_axes
 from robsim.kernels.machine.kernel import part
 from robsim.kernels.machine.lanes import WIDTH, floor, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
@@ -22,16 +22,10 @@ TURN = 2.0 * math.pi
 
 
 @stage
-def compute_rotation_error(w, step, goal="3, 4", T="3, 4", scratch="16", out="3"):
+def compute_rotation_error(w, step, goal="3, 4", T="3, 4", out="3"):
     """Compute the rotation vector of R_goal R' in base axes."""
-    between, quaternion = scratch, vector(w, scratch + 12, 4)
-    for r in range(0, 12, 4):
-        for c in range(3):
-            a, b = goal + r, T + 4 * c
-            total = get(w, a) * get(w, b) + get(w, a + 1) * get(w, b + 1)
-            put(w, between + r + c, total + get(w, a + 2) * get(w, b + 2))
-    rotation_to_quaternion(matrix(w, between, 3, 4), quaternion)
-    rotation_vector(quaternion, vector(w, out, 3))
+    x, y, z = rotation_in_base_axes(w, T, goal)
+    put_vector(w, out, x, y, z)
 
 
 @part

@@ -100,7 +100,7 @@ def _find_changed_pixels(now: Frame, before: Frame | None) -> NDArray[np.intp]:
     """Return the indices of the pixels that differ between two frames, row by row."""
     if before is None:
         return np.arange(now.shape[0] * now.shape[1])
-    one, other = (frame.view(np.uint32).ravel() for frame in (now, before))  # four bytes as one
+    one, other = (frame.view(np.uint32).ravel() for frame in (now, before))  # a pixel as one number
     return np.flatnonzero(one != other)
 
 

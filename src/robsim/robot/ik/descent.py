@@ -84,9 +84,7 @@ class IKDescent:
         if self.pointing:
             program.add(ik_step.compute_axis_error, goal=goal, T=T, out=e[3:])
         else:
-            program.add(
-                ik_step.compute_rotation_error, goal=goal, T=T, scratch=program.rows(16), out=e[3:]
-            )
+            program.add(ik_step.compute_rotation_error, goal=goal, T=T, out=e[3:])
         program.add(
             ik_step.compute_residual,
             goal=goal,
